@@ -1,0 +1,38 @@
+# Settings shared by every target: language, warnings, output folders, compiler cache.
+# Host and plugins must be compiled alike (Eigen's alignment is part of the binary interface), so nothing here depends
+# on the machine: baseline x86-64, no -march=native.
+
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+
+# The installed tree can be moved: libraries and plugins are found relative to the file that needs them.
+set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}" "$ORIGIN" "$ORIGIN/../..")
+
+find_program(ETALON_CCACHE ccache)
+if(ETALON_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${ETALON_CCACHE}")
+endif()
+
+option(ETALON_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+option(ETALON_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+
+add_library(etalon_build_settings INTERFACE)
+target_compile_options(etalon_build_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow)
+if(ETALON_WARNINGS_AS_ERRORS)
+  target_compile_options(etalon_build_settings INTERFACE -Werror)
+endif()
+if(ETALON_SANITIZE)
+  add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
+  add_link_options(-fsanitize=address,undefined)
+endif()

@@ -1,0 +1,67 @@
+# etalon_add_module(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...])
+# A shared library etalon_<name>, alias etalon::<name>, with its public headers in include/etalon/<name>/.
+# PUBLIC and PRIVATE are the targets to link.
+function(etalon_add_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target etalon_${name})
+  add_library(${target} SHARED ${ARG_SOURCES})
+  add_library(etalon::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION} SOVERSION
+                                             ${PROJECT_VERSION_MAJOR})
+  target_include_directories(
+    ${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+                     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:etalon_build_settings>)
+  set_property(GLOBAL APPEND PROPERTY ETALON_MODULE_TARGETS ${target})
+  set_property(GLOBAL APPEND PROPERTY ETALON_MODULE_INCLUDE_DIRS "${CMAKE_CURRENT_SOURCE_DIR}/include/etalon")
+endfunction()
+
+# etalon_add_tests(NAME SOURCES ... [LINK ...])
+# One GoogleTest executable etalon_<name>_tests; every TEST in it becomes a ctest.
+function(etalon_add_tests name)
+  if(NOT ETALON_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  include(GoogleTest)
+  set(target etalon_${name}_tests)
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main
+                                          etalon_build_settings)
+  gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# etalon_add_benchmark(NAME SOURCES ... [LINK ...])
+function(etalon_add_benchmark name)
+  if(NOT ETALON_BUILD_BENCHMARKS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  set(target etalon_${name}_benchmark)
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE ${ARG_LINK} benchmark::benchmark_main etalon_build_settings)
+endfunction()
+
+# etalon_add_initializer(NAME SOURCES ... [LINK ...])
+# A plugin: the shared library lib/etalon/initializers/<name>.so, refused by the linker when a symbol is undefined.
+function(etalon_add_initializer name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  set(target etalon_initializer_${name})
+  add_library(${target} MODULE ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE etalon::initialization ${ARG_LINK})
+  if(TARGET etalon_build_settings)
+    target_link_libraries(${target} PRIVATE etalon_build_settings)
+  endif()
+  set(link_checks -Wl,-z,now)
+  if(NOT ETALON_SANITIZE) # the sanitizers' own symbols are resolved by the executable
+    list(APPEND link_checks -Wl,-z,defs)
+  endif()
+  target_link_options(${target} PRIVATE ${link_checks})
+  set_target_properties(
+    ${target}
+    PROPERTIES PREFIX ""
+               OUTPUT_NAME ${name}
+               LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib/etalon/initializers")
+  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/etalon/initializers)
+endfunction()

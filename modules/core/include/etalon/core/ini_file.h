@@ -1,0 +1,46 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace etalon {
+
+/**
+ * An INI file, parsed by MRPT (comments with ';', '#' and '//'), made strict: the file must exist, every line must be a
+ * comment, a section or `key = value`, no key may stand twice in a section. Values keep the line that they came from.
+ */
+class IniFile {
+ public:
+  struct Value {
+    std::string text;
+    std::string origin;  ///< "file:line", or "--set" for an override
+  };
+
+  IniFile() = default;
+
+  /** Throws ConfigError naming file and line. */
+  static IniFile fromFile(const std::string& path);
+  /** Like fromFile, from text; `name` stands for the file in messages. */
+  static IniFile fromText(const std::string& text, const std::string& name);
+
+  /** Adds or replaces a value. */
+  void set(const std::string& section, const std::string& key, const std::string& value,
+           const std::string& origin);
+  /** `section.key=value`, as on the command line. Throws ConfigError if it has another form. */
+  void setFromArgument(const std::string& argument);
+
+  const std::string& name() const { return name_; }
+  std::vector<std::string> sections() const;
+  /** Values of a section; empty if there is no such section. */
+  const std::map<std::string, Value>& section(const std::string& name) const;
+  /** Where a section starts, "file:line". */
+  std::string sectionOrigin(const std::string& name) const;
+
+ private:
+  std::string name_;
+  std::map<std::string, std::map<std::string, Value>> values_;
+  std::map<std::string, std::string> section_origin_;
+};
+
+}  // namespace etalon

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/se3.h"
+#include "etalon/core/time.h"
+
+namespace etalon {
+
+struct StampedPose {
+  TimeNs t = 0;
+  SE3 T_WB;
+};
+
+/** Poses in strictly increasing time. */
+using Trajectory = std::vector<StampedPose>;
+
+/** One row of ground truth. Velocity and biases are zero where the recording has none (see GroundTruth). */
+struct GroundTruthState {
+  TimeNs t = 0;
+  SE3 T_WB;
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< m/s, in W
+  Eigen::Vector3d b_g = Eigen::Vector3d::Zero();   ///< rad/s
+  Eigen::Vector3d b_a = Eigen::Vector3d::Zero();   ///< m/s^2
+};
+
+/** Ground truth of a recording, strictly increasing in time; empty where there is none. */
+struct GroundTruth {
+  std::vector<GroundTruthState> states;
+  bool has_velocity = false;
+  bool has_biases = false;
+
+  bool empty() const { return states.empty(); }
+
+  /**
+   * State at `t`, interpolated between its neighbours (rotation geodesically, position by the cubic Hermite polynomial
+   * of positions and velocities where there are velocities, else linearly; the rest linearly). Nothing outside the
+   * recording or inside a gap longer than `max_gap_s`.
+   */
+  std::optional<GroundTruthState> at(TimeNs t, double max_gap_s = 0.1) const;
+};
+
+/** Writes `t[s, 9 decimals] x y z qx qy qz qw` lines (TUM format, T_WB). Throws DataError if it cannot. */
+void writeTum(const std::string& path, const Trajectory& trajectory);
+
+/** Reads a TUM file; comments start with '#'. Throws DataError naming file and line. */
+Trajectory readTum(const std::string& path);
+
+}  // namespace etalon

@@ -1,0 +1,5 @@
+#include "etalon/core/ini_file.h"
+
+#include "etalon/core/errors.h"
+
+namespace etalon {}

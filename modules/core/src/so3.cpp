@@ -1,0 +1,92 @@
+#include "etalon/core/so3.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace etalon {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d hat(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// Below this squared angle (rad^2) the Taylor series is exact to double precision.
+constexpr double kSmallAngle2 = 1e-8;
+
+Matrix3d expSO3(const Vector3d& phi) {
+  const double theta2 = phi.squaredNorm();
+  double a;  // sin(theta) / theta
+  double b;  // (1 - cos(theta)) / theta^2
+  if (theta2 < kSmallAngle2) {
+    a = 1.0 - theta2 / 6.0;
+    b = 0.5 - theta2 / 24.0;
+  } else {
+    const double theta = std::sqrt(theta2);
+    const double sin_half = std::sin(0.5 * theta);
+    a = std::sin(theta) / theta;
+    b = 2.0 * sin_half * sin_half / theta2;
+  }
+  const Matrix3d K = hat(phi);
+  return Matrix3d::Identity() + a * K + b * (K * K);
+}
+
+Vector3d logSO3(const Matrix3d& R) {
+  // Through the quaternion: Eigen picks the largest component, which keeps it accurate up to pi.
+  Eigen::Quaterniond q(R);
+  if (q.w() < 0) q.coeffs() *= -1.0;
+  const double n = q.vec().norm();
+  if (n < 1e-7) return (2.0 / q.w()) * q.vec();  // error below n^2/3 relative
+  return (2.0 * std::atan2(n, q.w()) / n) * q.vec();
+}
+
+Matrix3d rightJacobianSO3(const Vector3d& phi) {
+  const double theta2 = phi.squaredNorm();
+  double b, c;
+  if (theta2 < kSmallAngle2) {
+    b = 0.5 - theta2 / 24.0;
+    c = 1.0 / 6.0 - theta2 / 120.0;
+  } else {
+    const double theta = std::sqrt(theta2);
+    const double sin_half = std::sin(0.5 * theta);
+    b = 2.0 * sin_half * sin_half / theta2;
+    c = (theta - std::sin(theta)) / (theta2 * theta);
+  }
+  const Matrix3d K = hat(phi);
+  return Matrix3d::Identity() - b * K + c * (K * K);
+}
+
+Matrix3d rightJacobianInverseSO3(const Vector3d& phi) {
+  const double theta2 = phi.squaredNorm();
+  double c;  // 1/theta^2 - (1 + cos)/(2 theta sin)
+  if (theta2 < 1e-6) {
+    c = 1.0 / 12.0 + theta2 / 720.0;
+  } else {
+    const double theta = std::sqrt(theta2);
+    // (1 + cos)/sin = cot(theta/2), which has no trouble at pi.
+    c = 1.0 / theta2 - 1.0 / (2.0 * theta * std::tan(0.5 * theta));
+  }
+  const Matrix3d K = hat(phi);
+  return Matrix3d::Identity() + 0.5 * K + c * (K * K);
+}
+
+Matrix3d nearestRotation(const Matrix3d& R) {
+  const Eigen::JacobiSVD<Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d D = Matrix3d::Identity();
+  D(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
+  return svd.matrixU() * D * svd.matrixV().transpose();
+}
+
+double angleBetween(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+Matrix3d rotationBetween(const Vector3d& from, const Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to).normalized().toRotationMatrix();
+}
+
+}  // namespace etalon

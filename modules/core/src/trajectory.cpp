@@ -1,0 +1,110 @@
+#include "etalon/core/trajectory.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) const {
+  const auto after = std::lower_bound(states.begin(), states.end(), t,
+                                      [](const GroundTruthState& s, TimeNs v) { return s.t < v; });
+  if (after == states.end()) return std::nullopt;
+  if (after->t == t) return *after;
+  if (after == states.begin()) return std::nullopt;
+  const GroundTruthState& a = *(after - 1);
+  const GroundTruthState& b = *after;
+  const double dt = secondsBetween(a.t, b.t);
+  if (dt > max_gap_s) return std::nullopt;
+  const double u = secondsBetween(a.t, t) / dt;
+
+  GroundTruthState s;
+  s.t = t;
+  s.T_WB.R = a.T_WB.R * expSO3(u * logSO3(a.T_WB.R.transpose() * b.T_WB.R));
+  if (has_velocity) {
+    const double u2 = u * u, u3 = u2 * u;
+    s.T_WB.t = (2 * u3 - 3 * u2 + 1) * a.T_WB.t + (u3 - 2 * u2 + u) * dt * a.v_WB +
+               (3 * u2 - 2 * u3) * b.T_WB.t + (u3 - u2) * dt * b.v_WB;
+  } else {
+    s.T_WB.t = a.T_WB.t + u * (b.T_WB.t - a.T_WB.t);
+  }
+  s.v_WB = a.v_WB + u * (b.v_WB - a.v_WB);
+  s.b_g = a.b_g + u * (b.b_g - a.b_g);
+  s.b_a = a.b_a + u * (b.b_a - a.b_a);
+  return s;
+}
+
+void writeTum(const std::string& path, const Trajectory& trajectory) {
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  if (!file) throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
+  std::fprintf(file, "# T_WB: timestamp[s] x y z[m] qx qy qz qw\n");
+  for (const StampedPose& pose : trajectory) {
+    const Eigen::Quaterniond q = Eigen::Quaterniond(pose.T_WB.R).normalized();
+    const Eigen::Vector3d& p = pose.T_WB.t;
+    std::fprintf(file, "%lld.%09lld %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
+                 static_cast<long long>(pose.t / kNanosecondsPerSecond),
+                 static_cast<long long>(pose.t % kNanosecondsPerSecond), p.x(), p.y(), p.z(), q.x(),
+                 q.y(), q.z(), q.w());
+  }
+  const bool failed = std::ferror(file) != 0;
+  if (std::fclose(file) != 0 || failed)
+    throw DataError(path, 0, "could not be written completely (disk full?)");
+}
+
+/** Decimal seconds to nanoseconds without passing through a double. */
+static bool parseSeconds(const std::string& text, TimeNs* t) {
+  const size_t dot = text.find('.');
+  const std::string whole = text.substr(0, dot);
+  std::string fraction = dot == std::string::npos ? "" : text.substr(dot + 1);
+  if (text.find_first_of("eE") != std::string::npos) {  // e.g. numpy's 1.403636e+09
+    char* end = nullptr;
+    const long double value = std::strtold(text.c_str(), &end);
+    if (*end != '\0' || !std::isfinite(value)) return false;
+    *t = static_cast<TimeNs>(std::llroundl(value * 1e9L));
+    return true;
+  }
+  if (whole.empty() || whole.size() > 10) return false;
+  if (whole.find_first_not_of("0123456789") != std::string::npos ||
+      fraction.find_first_not_of("0123456789") != std::string::npos)
+    return false;
+  fraction.resize(9, '0');
+  *t = std::stoll(whole) * kNanosecondsPerSecond + std::stoll(fraction);
+  return true;
+}
+
+Trajectory readTum(const std::string& path) {
+  std::ifstream in(path);
+  if (!in)
+    throw DataError(path, 0, "cannot be opened; expected a TUM trajectory (t x y z qx qy qz qw)");
+  Trajectory trajectory;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    if (line.empty() || line[0] == '#' || line == "\r") continue;
+    std::istringstream words(line);
+    std::string stamp;
+    Eigen::Vector3d p;
+    Eigen::Quaterniond q;
+    StampedPose pose;
+    words >> stamp >> p.x() >> p.y() >> p.z() >> q.x() >> q.y() >> q.z() >> q.w();
+    std::string rest;
+    if (words.fail() || (words >> rest) || !parseSeconds(stamp, &pose.t))
+      throw DataError(path, number, "expected 8 numbers: t[s] x y z qx qy qz qw");
+    if (!p.allFinite() || std::abs(q.norm() - 1.0) > 1e-2)
+      throw DataError(path, number, "expected a finite position and a unit quaternion");
+    if (!trajectory.empty() && pose.t <= trajectory.back().t)
+      throw DataError(path, number, "expected strictly increasing stamps");
+    pose.T_WB = SE3(q.normalized().toRotationMatrix(), p);
+    trajectory.push_back(pose);
+  }
+  return trajectory;
+}
+
+}  // namespace etalon

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/trajectory.h"
+#include "etalon/imu/imu_sample.h"
+
+namespace etalon {
+
+/** A synchronised pair of raw (distorted) 8-bit gray images. */
+struct StereoFrame {
+  TimeNs t = 0;
+  cv::Mat left, right;                ///< CV_8UC1; empty if the source was opened without decoding
+  std::string left_path, right_path;  ///< files that the images came from; empty if embedded in a log
+};
+
+/** One event of a recording, in time order. */
+using SensorEvent = std::variant<ImuSample, StereoFrame>;
+
+inline TimeNs stampOf(const SensorEvent& event) {
+  return std::visit([](const auto& e) { return e.t; }, event);
+}
+
+/** What reading a recording brought to light. Counts grow while it is read. */
+struct ReadStatistics {
+  int stereo_frames = 0;      ///< delivered
+  int imu_samples = 0;        ///< delivered
+  int unpaired_left = 0;      ///< left images without a right one of the same stamp
+  int unpaired_right = 0;
+  int unreadable_images = 0;  ///< pairs skipped because an image could not be decoded or has another size
+  std::vector<std::string> warnings;  ///< sentences naming file and line; at most kMaxWarnings are kept
+
+  static constexpr size_t kMaxWarnings = 20;
+};
+
+struct SourceOptions {
+  /** Deliver only events with from_s <= t - t_first_image <= to_s; images outside are never opened. */
+  double from_s = 0.0;
+  double to_s = 1e18;
+  /** Without, StereoFrame carries stamps and paths only. */
+  bool decode_images = true;
+};
+
+/**
+ * A recording, or any other source of a stereo camera's and an IMU's measurements, in time order. At equal stamps the
+ * IMU sample comes first. IMU samples are delivered from 50 ms before the first delivered image (where recorded), so
+ * that the first image's stamp lies inside the IMU's time.
+ */
+class SensorSource {
+ public:
+  virtual ~SensorSource() = default;
+
+  /** What it is, for messages: the path. */
+  virtual const std::string& name() const = 0;
+  /** "euroc" or "rawlog". */
+  virtual std::string kind() const = 0;
+  virtual const StereoInertialCalibration& calibration() const = 0;
+  /** Empty where the recording has none. */
+  virtual const GroundTruth& groundTruth() const = 0;
+
+  /** Stamps of all paired images of the recording, whatever the options' range. */
+  virtual const std::vector<TimeNs>& imageStamps() const = 0;
+
+  /** The next event, nothing at the end. Throws DataError for input that makes going on meaningless. */
+  virtual std::optional<SensorEvent> next() = 0;
+
+  virtual const ReadStatistics& statistics() const = 0;
+};
+
+/**
+ * Opens an EuRoC (ASL) folder (one with `mav0/`, or `mav0` itself) or a `.rawlog` file.
+ * @throws DataError naming file, line and what was expected
+ */
+std::unique_ptr<SensorSource> openSource(const std::string& path, const SourceOptions& options = {});
+
+}  // namespace etalon

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "etalon/core/time.h"
+
+namespace etalon {
+
+using LandmarkId = std::int64_t;
+
+/** One landmark seen in one stereo frame: raw (distorted) pixels, the right one where it was found. */
+struct Observation {
+  LandmarkId id = -1;
+  Eigen::Vector2d left = Eigen::Vector2d::Zero();   ///< px
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();  ///< px, meaningless unless has_right
+  bool has_right = false;
+};
+
+/** All landmarks seen in a stereo frame, in increasing order of id. */
+struct TrackedFrame {
+  TimeNs t = 0;
+  std::vector<Observation> observations;
+};
+
+}  // namespace etalon

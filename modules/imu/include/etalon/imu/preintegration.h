@@ -1,0 +1,90 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/imu/imu_sample.h"
+
+namespace etalon {
+
+/** Offsets of the blocks in the 15-dim error state [rotation, position, velocity, b_g, b_a]. */
+namespace state_index {
+constexpr int kRotation = 0;
+constexpr int kPosition = 3;
+constexpr int kVelocity = 6;
+constexpr int kGyroBias = 9;
+constexpr int kAccelBias = 12;
+constexpr int kSize = 15;
+}  // namespace state_index
+
+/**
+ * On-manifold preintegration of IMU samples between two instants (Forster et al., TRO 2017), midpoint rule.
+ *
+ * With biases (b_g, b_a), frames B0 and B1 at the two ends, duration dt and gravity g_W:
+ *   R_WB1 = R_WB0 dR,   v_WB1 = v_WB0 + g_W dt + R_WB0 dv,
+ *   p_WB1 = p_WB0 + v_WB0 dt + g_W dt^2 / 2 + R_WB0 dp.
+ *
+ * The covariance and the bias Jacobians belong to the biases of the integration, `bias()`; `corrected()` moves the
+ * deltas to other biases to first order, `reintegrated()` integrates the raw samples anew.
+ *
+ * Error state: right perturbation dR Exp(d), additive for dp, dv, b_g, b_a, in the order of state_index.
+ */
+class Preintegration {
+ public:
+  struct Deltas {
+    Eigen::Matrix3d dR = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d dv = Eigen::Vector3d::Zero();  ///< m/s
+    Eigen::Vector3d dp = Eigen::Vector3d::Zero();  ///< m
+  };
+
+  Preintegration() = default;
+
+  /**
+   * @param samples what ImuBuffer::between returns: at least two, strictly increasing, the ends of the interval included
+   * @throws DataError if there are fewer, if they are out of order, or if a measurement is not finite
+   */
+  Preintegration(std::vector<ImuSample> samples, const ImuBias& bias, const ImuNoiseDensities& noise);
+
+  TimeNs start() const { return samples_.empty() ? 0 : samples_.front().t; }
+  TimeNs end() const { return samples_.empty() ? 0 : samples_.back().t; }
+  double dt() const { return secondsBetween(start(), end()); }  ///< s
+
+  const ImuBias& bias() const { return bias_; }
+  const Deltas& deltas() const { return deltas_; }
+  const std::vector<ImuSample>& samples() const { return samples_; }
+  const ImuNoiseDensities& noise() const { return noise_; }
+
+  /** Deltas at other biases, to first order in the difference (dR through Exp). */
+  Deltas corrected(const ImuBias& bias) const;
+
+  /** Integrated anew from the raw samples. */
+  Preintegration reintegrated(const ImuBias& bias) const;
+
+  /** Covariance of [rotation, position, velocity, b_g, b_a] at the end, 15x15; the biases start exactly known. */
+  const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
+  /** Covariance of [rotation, position, velocity], 9x9, the biases' random walk over the interval included. */
+  Eigen::Matrix<double, 9, 9> covariance9() const { return covariance_.topLeftCorner<9, 9>(); }
+
+  const Eigen::Matrix3d& dR_dbg() const { return dR_dbg_; }  ///< dR(b_g + d) = dR Exp(dR_dbg d)
+  const Eigen::Matrix3d& dv_dbg() const { return dv_dbg_; }
+  const Eigen::Matrix3d& dv_dba() const { return dv_dba_; }
+  const Eigen::Matrix3d& dp_dbg() const { return dp_dbg_; }
+  const Eigen::Matrix3d& dp_dba() const { return dp_dba_; }
+
+ private:
+  void integrate();
+
+  std::vector<ImuSample> samples_;
+  ImuBias bias_;
+  ImuNoiseDensities noise_;
+  Deltas deltas_;
+  Eigen::Matrix<double, 15, 15> covariance_ = Eigen::Matrix<double, 15, 15>::Zero();
+  Eigen::Matrix3d dR_dbg_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dv_dbg_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dv_dba_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dp_dbg_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dp_dba_ = Eigen::Matrix3d::Zero();
+};
+
+}  // namespace etalon

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/parameters.h"
+#include "etalon/frontend/tracked_frame.h"
+#include "etalon/imu/imu_buffer.h"
+#include "etalon/imu/preintegration.h"
+#include "etalon/optimization/visual_solution.h"
+
+namespace etalon {
+
+/** What is believed of the biases before any measurement: Gaussian, isotropic. Section [priors]. */
+struct BiasPriors {
+  ImuBias mean;
+  double sigma_gyro_rps = 0.1;   ///< rad/s
+  double sigma_accel_mps2 = 0.1; ///< m/s^2
+};
+
+/**
+ * Everything that an initializer may look at: a window of keyframes, the tracks of all frames in it, raw IMU,
+ * calibration, priors. A value: immutable once built; copies share the lazily computed visual solution.
+ */
+class InitializationProblem {
+ public:
+  struct Data {
+    StereoInertialCalibration calibration;
+    ImuNoiseDensities imu_noise;         ///< densities to use (data sheet times factors)
+    double gravity_mps2 = 9.81;          ///< magnitude
+    double sigma_px = 1.0;               ///< standard deviation of a pixel coordinate
+    BiasPriors priors;
+    std::vector<TrackedFrame> frames;    ///< all stereo frames of the window, increasing in time
+    std::vector<int> keyframe_indices;   ///< into frames, increasing
+    ImuBuffer imu;                       ///< covers the window
+  };
+  using VisualSolver = std::function<VisualSolution()>;
+
+  /**
+   * @param visual_solver computes step 1 when a plugin asks for it, once; may throw Error if it cannot
+   */
+  InitializationProblem(Data data, VisualSolver visual_solver);
+
+  const StereoInertialCalibration& calibration() const { return data_->calibration; }
+  const ImuNoiseDensities& imuNoise() const { return data_->imu_noise; }
+  double gravityMagnitude() const { return data_->gravity_mps2; }
+  double sigmaPx() const { return data_->sigma_px; }
+  const BiasPriors& priors() const { return data_->priors; }
+  const std::vector<TrackedFrame>& frames() const { return data_->frames; }
+  const ImuBuffer& imu() const { return data_->imu; }
+
+  int keyframeCount() const { return static_cast<int>(data_->keyframe_indices.size()); }
+  const TrackedFrame& keyframe(int k) const {
+    return data_->frames[static_cast<size_t>(data_->keyframe_indices[static_cast<size_t>(k)])];
+  }
+  const std::vector<int>& keyframeIndices() const { return data_->keyframe_indices; }
+
+  /** Preintegration between keyframes k-1 and k for every k >= 1, at `bias`: keyframeCount() - 1 of them. */
+  std::vector<Preintegration> preintegrate(const ImuBias& bias) const;
+
+  /** Step 1, stereo odometry over the keyframes; computed at the first call. */
+  const VisualSolution& visualSolution() const;
+  /** Whether visualSolution() has been asked for, and how long it took, ms. */
+  bool visualSolutionComputed() const;
+  double visualSolutionMilliseconds() const;
+
+ private:
+  struct Lazy;
+  std::shared_ptr<const Data> data_;
+  std::shared_ptr<Lazy> lazy_;
+};
+
+}  // namespace etalon

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "etalon/core/se3.h"
+#include "etalon/core/time.h"
+#include "etalon/frontend/tracked_frame.h"
+#include "etalon/imu/imu_sample.h"
+
+namespace etalon {
+
+enum class InitializationStatus {
+  kSuccess,
+  kTooFewKeyframes,
+  kTooFewTracks,
+  kTooLittleMotion,
+  kImuGap,          ///< the IMU does not cover the window, or has a gap
+  kInvalidInput,    ///< not finite, out of order
+  kIllConditioned,  ///< the data do not determine the unknowns
+  kNotConverged,
+  kImplausible,     ///< a value outside what the configuration calls plausible
+};
+
+/** Lower-case name as it stands in files, e.g. "too_few_tracks". */
+const char* toString(InitializationStatus status);
+
+struct KeyframeState {
+  TimeNs t = 0;
+  SE3 T_WB;
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< m/s, in W
+};
+
+struct StageTiming {
+  std::string stage;
+  double milliseconds = 0.0;
+};
+
+/**
+ * What an initializer found. W is gravity-aligned: g_W = (0, 0, -gravity). Position and yaw of W are free (by
+ * convention the first keyframe is at the origin).
+ */
+struct InitializationResult {
+  InitializationStatus status = InitializationStatus::kInvalidInput;
+  std::string reason;       ///< one sentence with the number behind it; empty on success
+  double reason_value = 0;  ///< the number behind it
+
+  std::vector<KeyframeState> states;                ///< one a keyframe, on success
+  ImuBias bias;
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m; may be empty
+  /**
+   * Covariance of [b_g, b_a, gravity direction, v_WB of the last keyframe] (3 + 3 + 2 + 3 = 11), gravity direction as
+   * rotation about the body x and y axes of the world-aligned first keyframe (rad); empty where the method has none.
+   */
+  Eigen::MatrixXd covariance;
+  std::vector<StageTiming> timings;  ///< steady clock, the plugin's own work
+
+  bool ok() const { return status == InitializationStatus::kSuccess; }
+
+  static InitializationResult refusal(InitializationStatus status, std::string reason, double value);
+};
+
+}  // namespace etalon
