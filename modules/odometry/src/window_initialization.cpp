@@ -68,6 +68,7 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
   return refined;
 }
 
+#if 0
 InitializationAttempt attemptInitialization(const InitializationProblem& problem,
                                             const Initializer& initializer,
                                             const WindowOptions& options) {
@@ -104,4 +105,5 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   return attempt;
 }
 
+#endif
 }  // namespace etalon
