@@ -53,6 +53,8 @@ int main(int argc, char** argv) {
       "configuration, 3 data.");
   app.require_subcommand(1);
   int exit_code = kOk;
+  addInfoCommand(app, &exit_code);
+  addConvertCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   try {
     app.parse(argc, argv);
