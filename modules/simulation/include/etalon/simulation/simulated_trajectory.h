@@ -40,7 +40,6 @@ class SimulatedTrajectory {
 };
 
 /** The stamp start + k / rate_hz, rounded to the nearest nanosecond. */
- */
 inline TimeNs stampAtRate(TimeNs start, double rate_hz, std::int64_t k) {
   return start + static_cast<TimeNs>(std::llround(static_cast<double>(k) * 1e9 / rate_hz));
 }
