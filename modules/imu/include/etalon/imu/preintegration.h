@@ -72,8 +72,7 @@ class Preintegration {
 
   /** Covariance, 15x15, of the error state at the end; the biases start exactly known. */
   const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
-  /** Its [rotation, position, velocity], 9x9; the biases' random walk over the interval included.
-   */
+  /** Its first 9 rows and columns [rotation, position, velocity], bias random walks included. */
   Eigen::Matrix<double, 9, 9> covariance9() const { return covariance_.topLeftCorner<9, 9>(); }
 
   const Eigen::Matrix3d& dR_dbg() const { return dR_dbg_; }  ///< dR(b_g + d) = dR Exp(dR_dbg d)
