@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", ETALON_VERSION);
   app.require_subcommand(1);
   int exit_code = kOk;
+  addSimulateCommand(app, &exit_code);
   try {
     app.parse(argc, argv);
     return exit_code;
