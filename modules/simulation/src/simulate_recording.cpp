@@ -135,7 +135,8 @@ Flight recordedFlight(const SimulationOptions& options) {
   const TimeNs from = start + durationNs(options.from_s);
   std::optional<TimeNs> to;
   for (TimeNs t : wantedStamps(options, start, truth.states.back().t)) {
-    if (t < from || (to && t >= *to)) continue;
+    if (to && t >= *to) break;
+    if (t >= start && t < from) continue;
     if (t < imu_start || t > imu_end || !truth.at(t)) {
       ++flight.skipped_stamps;
       continue;
