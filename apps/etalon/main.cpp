@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
   addConvertCommand(app, &exit_code);
   addReplayCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
+  addSimulateCommand(app, &exit_code);
   try {
     app.parse(argc, argv);
     return exit_code;
