@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
   int exit_code = kOk;
   addInfoCommand(app, &exit_code);
   addConvertCommand(app, &exit_code);
+  addReplayCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   try {
     app.parse(argc, argv);

@@ -84,12 +84,13 @@ class Scanner {
   }
 
   void add(const mrpt::obs::CObservationComment& comment) {
-    if (comment.sensorLabel == kRecordingLabel && !scan_.comment) {
+    const std::string format = formatOfComment(comment.text);
+    if (format == kRecordingFormat && !scan_.comment) {
       scan_.comment = recordingCommentFromJson(comment.text, path_);
       scan_.stereo_label = scan_.comment->stereo_label;
       scan_.imu_label = scan_.comment->imu_label;
       scan_.ground_truth_label = scan_.comment->ground_truth_label;
-    } else if (comment.sensorLabel == kIndexLabel && !scan_.index) {
+    } else if (format == kIndexFormat && !scan_.index) {
       scan_.index = recordingIndexFromJson(comment.text, path_);
     }
   }

@@ -68,7 +68,6 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
   return refined;
 }
 
-#if 0
 InitializationAttempt attemptInitialization(const InitializationProblem& problem,
                                             const Initializer& initializer,
                                             const WindowOptions& options) {
@@ -105,5 +104,4 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   return attempt;
 }
 
-#endif
 }  // namespace etalon

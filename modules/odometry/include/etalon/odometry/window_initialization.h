@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "etalon/initialization/acceptance.h"
-#include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/initializer.h"
 #include "etalon/odometry/stereo_odometry.h"
 #include "etalon/optimization/visual_inertial_ba.h"
 
@@ -50,9 +50,8 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks);
 
 /** Initializer, VI-BA, acceptance. Deterministic but for the times. */
-class InitializerX;
 InitializationAttempt attemptInitialization(const InitializationProblem& problem,
-                                            const InitializerX& initializer,
+                                            const Initializer& initializer,
                                             const WindowOptions& options);
 
 }  // namespace etalon
