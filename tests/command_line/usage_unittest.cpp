@@ -25,14 +25,14 @@ TEST(Usage, HelpNamesCommandsAndExitCodes) {
     const CommandResult result = runEtalon({flag});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.err, IsEmpty());
-    for (const char* word : {"plugins", "info", "convert", "Exit codes"}) {
+    for (const char* word : {"plugins", "info", "convert", "replay", "Exit codes"}) {
       EXPECT_THAT(result.out, HasSubstr(word));
     }
   }
 }
 
 TEST(Usage, EveryCommandHasHelp) {
-  for (const char* command : {"info", "convert", "plugins"}) {
+  for (const char* command : {"info", "convert", "replay", "plugins"}) {
     const CommandResult result = runEtalon({command, "--help"});
     EXPECT_EQ(result.exit_code, 0) << command;
     EXPECT_THAT(result.out, HasSubstr(std::string("Usage: etalon ") + command));
