@@ -55,8 +55,8 @@ int run(const std::vector<std::string>& arguments) {
   addInfoCommand(app, &exit_code);
   addConvertCommand(app, &exit_code);
   addReplayCommand(app, &exit_code);
-  addPluginsCommand(app, &exit_code);
   addSimulateCommand(app, &exit_code);
+  addPluginsCommand(app, &exit_code);
   try {
     // CLI11 takes the words in reverse.
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
