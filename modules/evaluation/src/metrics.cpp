@@ -120,18 +120,12 @@ ErrorStatistics statisticsOf(std::vector<double> errors) {
   return statistics;
 }
 
-std::vector<PoseError> absolutePoseErrors(const Trajectory& estimate,
-                                          const GroundTruth& ground_truth, AlignmentType type) {
+std::vector<PoseError> poseErrors(const Trajectory& estimate, const GroundTruth& ground_truth) {
   std::vector<PoseError> errors;
-  const std::optional<Alignment> alignment = alignTrajectory(estimate, ground_truth, type);
-  if (!alignment) return errors;
-  for (const StampedPose& pose : estimate) {
-    const std::optional<GroundTruthState> truth = ground_truth.at(pose.t);
-    if (!truth) continue;
-    const SE3 T_GB = *alignment * pose.T_WB;
-    errors.push_back(
-        {pose.t, (T_GB.t - truth->T_WB.t).norm(), angleDeg(truth->T_WB.R.transpose() * T_GB.R)});
-  }
+  for (const StampedPose& pose : estimate)
+    if (const std::optional<GroundTruthState> truth = ground_truth.at(pose.t))
+      errors.push_back({pose.t, (pose.T_WB.t - truth->T_WB.t).norm(),
+                        angleDeg(truth->T_WB.R.transpose() * pose.T_WB.R)});
   return errors;
 }
 
@@ -146,7 +140,9 @@ static TrajectoryErrors summarize(const std::vector<PoseError>& errors) {
 
 TrajectoryErrors absoluteTrajectoryErrors(const Trajectory& estimate,
                                           const GroundTruth& ground_truth, AlignmentType type) {
-  return summarize(absolutePoseErrors(estimate, ground_truth, type));
+  const std::optional<Alignment> alignment = alignTrajectory(estimate, ground_truth, type);
+  if (!alignment) return {};
+  return summarize(poseErrors(transformed(estimate, *alignment), ground_truth));
 }
 
 TrajectoryErrors relativeTrajectoryErrors(const Trajectory& estimate,

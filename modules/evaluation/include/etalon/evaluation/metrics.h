@@ -63,20 +63,19 @@ struct TrajectoryErrors {
   ErrorStatistics position_m, rotation_deg;
 };
 
-/** Error of one pose of a trajectory after alignment. */
+/** Error of one pose of a trajectory. */
 struct PoseError {
   TimeNs t = 0;
   double position_m = 0.0, rotation_deg = 0.0;
 };
 
 /**
- * Absolute errors of every pose that has ground truth, after alignment over all of them. Empty if
- * there is none. The rotation error is the angle of R_GB^T R_GW R_WB.
+ * Errors of every pose that has ground truth, in the same frame as it; the rotation error is the
+ * angle between the two. Empty if there is none.
  */
-std::vector<PoseError> absolutePoseErrors(const Trajectory& estimate,
-                                          const GroundTruth& ground_truth, AlignmentType type);
+std::vector<PoseError> poseErrors(const Trajectory& estimate, const GroundTruth& ground_truth);
 
-/** Absolute trajectory error (ATE): statistics of absolutePoseErrors(). */
+/** Absolute trajectory error (ATE): statistics of poseErrors() after alignment over all of them. */
 TrajectoryErrors absoluteTrajectoryErrors(const Trajectory& estimate,
                                           const GroundTruth& ground_truth, AlignmentType type);
 
