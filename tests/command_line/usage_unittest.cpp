@@ -32,7 +32,7 @@ TEST(Usage, HelpNamesCommandsAndExitCodes) {
 }
 
 TEST(Usage, EveryCommandHasHelp) {
-  for (const char* command : {"info", "convert", "replay", "plugins"}) {
+  for (const char* command : {"info", "convert", "simulate", "replay", "plugins"}) {
     const CommandResult result = runEtalon({command, "--help"});
     EXPECT_EQ(result.exit_code, 0) << command;
     EXPECT_THAT(result.out, HasSubstr(std::string("Usage: etalon ") + command));
