@@ -56,6 +56,7 @@ int run(const std::vector<std::string>& arguments) {
   addConvertCommand(app, &exit_code);
   addReplayCommand(app, &exit_code);
   addSimulateCommand(app, &exit_code);
+  addCompareCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   try {
     // CLI11 takes the words in reverse.
