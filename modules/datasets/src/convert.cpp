@@ -43,7 +43,7 @@ class Converter {
     const GroundTruth& truth = source_.groundTruth();
     if (!truth.empty()) writeGroundTruthUntil(truth.states.back().t);
     index_.ground_truth = truth;
-    writer_.write(commentObservation(kIndexLabel, last_stamp_, toJson(index_)));
+    writer_.write(commentObservation(last_stamp_, toJson(index_)));
     writer_.close();
     return report_;
   }
@@ -58,7 +58,7 @@ class Converter {
     comment.stereo_label = kStereoLabel;
     comment.imu_label = kImuLabel;
     comment.ground_truth_label = kGroundTruthLabel;
-    writer_.write(commentObservation(kRecordingLabel, t, toJson(comment)));
+    writer_.write(commentObservation(t, toJson(comment)));
   }
 
   void writeGroundTruthUntil(TimeNs t) {

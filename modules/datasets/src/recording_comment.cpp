@@ -94,7 +94,7 @@ auto parsed(const std::string& text, const std::string& label, const std::string
 std::string toJson(const RecordingComment& comment) {
   const ImuNoiseDensities& noise = comment.calibration.imu.noise;
   OrderedJson json;
-  json["format"] = "etalon recording";
+  json["format"] = kRecordingFormat;
   json["version"] = kRecordingFormatVersion;
   json["provenance"] = {{"source", comment.source}, {"kind", comment.source_kind}};
   json["images_embedded"] = comment.images_embedded;
@@ -113,7 +113,8 @@ std::string toJson(const RecordingComment& comment) {
 }
 
 std::string toJson(const RecordingIndex& index) {
-  Json json;
+  OrderedJson json;
+  json["format"] = kIndexFormat;
   json["version"] = kRecordingFormatVersion;
   json["stamps_ns"] = {{"images", stampsJson(index.image_stamps)},
                        {"imu", stampsJson(index.imu_stamps)}};
@@ -140,7 +141,7 @@ std::string toJson(const RecordingIndex& index) {
 }
 
 RecordingComment recordingCommentFromJson(const std::string& text, const std::string& log) {
-  return parsed(text, kRecordingLabel, log, [](const Json& json) {
+  return parsed(text, kRecordingFormat, log, [](const Json& json) {
     RecordingComment comment;
     comment.source = json.at("provenance").at("source");
     comment.source_kind = json.at("provenance").at("kind");
@@ -163,7 +164,7 @@ RecordingComment recordingCommentFromJson(const std::string& text, const std::st
 }
 
 RecordingIndex recordingIndexFromJson(const std::string& text, const std::string& log) {
-  return parsed(text, kIndexLabel, log, [](const Json& json) {
+  return parsed(text, kIndexFormat, log, [](const Json& json) {
     RecordingIndex index;
     index.image_stamps = stampsFromJson(json.at("stamps_ns").at("images"));
     index.imu_stamps = stampsFromJson(json.at("stamps_ns").at("imu"));
@@ -187,10 +188,21 @@ RecordingIndex recordingIndexFromJson(const std::string& text, const std::string
   });
 }
 
-mrpt::obs::CObservationComment commentObservation(const std::string& label, TimeNs t,
-                                                  const std::string& text) {
+std::string formatOfComment(const std::string& text) {
+  size_t at = 0;
+  const auto expect = [&](const std::string& token) {
+    at = text.find_first_not_of(" \t\r\n", at);
+    if (at == std::string::npos || text.compare(at, token.size(), token) != 0) return false;
+    at += token.size();
+    return true;
+  };
+  if (!expect("{") || !expect("\"format\"") || !expect(":") || !expect("\"")) return {};
+  const size_t end = text.find('"', at);
+  return end == std::string::npos ? "" : text.substr(at, end - at);
+}
+
+mrpt::obs::CObservationComment commentObservation(TimeNs t, const std::string& text) {
   mrpt::obs::CObservationComment comment;
-  comment.sensorLabel = label;
   comment.timestamp = toMrptTime(t);
   comment.text = text;
   return comment;

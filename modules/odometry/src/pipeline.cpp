@@ -135,6 +135,10 @@ void Pipeline::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WV = attempt.vi_ba.states.back().T_WB * odometry_.pose().inverse();
   odometry_.transform(T_WV);
+  Trajectory keyframes;
+  for (size_t k = 0; k < attempt.keyframes.size(); ++k)
+    keyframes.push_back({attempt.keyframes[k], attempt.vi_ba.states[k].T_WB});
+  odometry_.adopt(keyframes, attempt.landmarks);
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   bias_ = attempt.vi_ba.bias;
   state_ = PipelineState::kInitialized;

@@ -136,6 +136,17 @@ void StereoOdometry::transform(const SE3& T_WV) {
   for (auto& [id, p] : landmarks_) p = T_WV * p;
 }
 
+void StereoOdometry::adopt(const Trajectory& keyframes,
+                           const std::map<LandmarkId, Eigen::Vector3d>& landmarks) {
+  for (const StampedPose& better : keyframes) {
+    for (WindowKeyframe& k : keyframes_)
+      if (k.frame.t == better.t) k.T_VB = better.T_WB;
+    if (better.t == t_) T_VB_ = better.T_WB;
+  }
+  for (const auto& [id, p] : landmarks)
+    if (const auto known = landmarks_.find(id); known != landmarks_.end()) known->second = p;
+}
+
 std::vector<SE3> StereoOdometry::keyframePoses() const {
   std::vector<SE3> poses;
   for (const WindowKeyframe& k : keyframes_) poses.push_back(k.T_VB);

@@ -14,8 +14,8 @@ namespace etalon {
 // observations.
 
 constexpr int kRecordingFormatVersion = 1;
-constexpr const char* kRecordingLabel = "etalon_recording";
-constexpr const char* kIndexLabel = "etalon_index";
+constexpr const char* kRecordingFormat = "etalon recording";
+constexpr const char* kIndexFormat = "etalon index";
 
 /** Calibration, noise model and provenance of a log. */
 struct RecordingComment {
@@ -41,8 +41,10 @@ std::string toJson(const RecordingIndex& index);
 RecordingComment recordingCommentFromJson(const std::string& json, const std::string& log);
 RecordingIndex recordingIndexFromJson(const std::string& json, const std::string& log);
 
-/** The comment as an observation; `t` places it in the log. */
-mrpt::obs::CObservationComment commentObservation(const std::string& label, TimeNs t,
-                                                  const std::string& text);
+/** The value of "format" if the text is a JSON object that begins with this key; else empty. */
+std::string formatOfComment(const std::string& text);
+
+/** The text as an observation; `t` places it in the log. */
+mrpt::obs::CObservationComment commentObservation(TimeNs t, const std::string& text);
 
 }  // namespace etalon

@@ -6,6 +6,7 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/frontend/tracked_frame.h"
 #include "etalon/optimization/stereo_ba.h"
 #include "etalon/optimization/visual_solution.h"
@@ -51,6 +52,10 @@ class StereoOdometry {
 
   /** Re-expresses everything in another frame: T_WV is applied from the left. */
   void transform(const SE3& T_WV);
+
+  /** Replaces what is known by better estimates in the same frame: keyframes by stamp, landmarks by
+   * id. */
+  void adopt(const Trajectory& keyframes, const std::map<LandmarkId, Eigen::Vector3d>& landmarks);
 
   const SE3& pose() const { return T_VB_; }
   std::vector<SE3> keyframePoses() const;

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "etalon/imu/imu_sample.h"
+#include "etalon/simulation/simulated_trajectory.h"
+
+namespace etalon {
+
+/**
+ * The motion that a midpoint integration of a smooth trajectory's IMU samples gives. Midpoint
+ * preintegration of samples of a smooth motion is off by its discretisation (about 1e-4 deg in a
+ * quarter second at 200 Hz); this trajectory takes the samples at `rate_hz` as they are and defines
+ * its states by the same rule that preintegration uses: dR = Exp((omega_k + omega_k+1) dt / 2),  a
+ * = (R_k f_k + R_k+1 f_k+1) / 2 + g_W, p += v dt + a dt^2 / 2,  v += a dt. So preintegration
+ * between any two sample stamps reproduces it to rounding. It stays near the smooth one, but is not
+ * the same. Between sample stamps the measurements run linearly; states there are consistent with
+ * an interval that begins or ends there, but splitting a step in two changes the integral by the
+ * discretisation of that step. Image stamps should therefore be sample stamps.
+ */
+class IntegratedTrajectory : public SimulatedTrajectory {
+ public:
+  /**
+   * @param smooth    the motion to follow; only read during construction
+   * @param rate_hz   of the samples, > 0 (ConfigError otherwise)
+   * @param gravity   magnitude, m/s^2
+   */
+  IntegratedTrajectory(const SimulatedTrajectory& smooth, double rate_hz, double gravity = 9.81);
+
+  /** At a sample stamp a_W and omega_B are those of the sample there. */
+  TrajectoryState at(TimeNs t) const override;
+
+  /** Noise-free, without biases. */
+  const std::vector<ImuSample>& samples() const { return samples_; }
+
+ private:
+  TrajectoryState step(const TrajectoryState& from, const ImuSample& a, const ImuSample& b) const;
+
+  Eigen::Vector3d g_W_;
+  std::vector<ImuSample> samples_;
+  std::vector<TrajectoryState> states_;  // at the samples
+};
+
+}  // namespace etalon

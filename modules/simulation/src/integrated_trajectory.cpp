@@ -1,0 +1,66 @@
+#include "etalon/simulation/integrated_trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+using Eigen::Vector3d;
+
+IntegratedTrajectory::IntegratedTrajectory(const SimulatedTrajectory& smooth, double rate_hz,
+                                           double gravity)
+    : g_W_(0.0, 0.0, -gravity) {
+  if (!(rate_hz > 0.0) || !std::isfinite(rate_hz)) {
+    throw ConfigError("an integrated trajectory needs an IMU rate of more than 0 Hz");
+  }
+  start_ = smooth.start();
+  for (std::int64_t k = 0;; ++k) {
+    const TimeNs t = stampAtRate(start_, rate_hz, k);
+    if (t > smooth.end()) break;
+    const TrajectoryState ideal = smooth.at(t);
+    ImuSample sample;
+    sample.t = t;
+    sample.gyro = ideal.omega_B;
+    sample.accel = ideal.T_WB.R.transpose() * (ideal.a_W - g_W_);
+    samples_.push_back(sample);
+    states_.push_back(states_.empty()
+                          ? ideal
+                          : step(states_.back(), samples_[samples_.size() - 2], samples_.back()));
+  }
+  end_ = samples_.back().t;
+}
+
+TrajectoryState IntegratedTrajectory::step(const TrajectoryState& from, const ImuSample& a,
+                                           const ImuSample& b) const {
+  const double dt = secondsBetween(a.t, b.t);
+  TrajectoryState to;
+  to.t = b.t;
+  to.T_WB.R = nearestRotation(from.T_WB.R * expSO3(0.5 * dt * (a.gyro + b.gyro)));
+  const Vector3d a_W = 0.5 * (from.T_WB.R * a.accel + to.T_WB.R * b.accel) + g_W_;
+  to.T_WB.t = from.T_WB.t + from.v_WB * dt + 0.5 * dt * dt * a_W;
+  to.v_WB = from.v_WB + a_W * dt;
+  to.a_W = to.T_WB.R * b.accel + g_W_;
+  to.omega_B = b.gyro;
+  return to;
+}
+
+TrajectoryState IntegratedTrajectory::at(TimeNs t) const {
+  const TimeNs inside = std::clamp(t, start_, end_);
+  const auto after = std::upper_bound(samples_.begin(), samples_.end(), inside,
+                                      [](TimeNs a, const ImuSample& b) { return a < b.t; });
+  const size_t k = static_cast<size_t>(after - samples_.begin()) - 1;
+  TrajectoryState state = states_[k];
+  if (samples_[k].t != inside) {
+    const ImuSample &a = samples_[k], &b = samples_[k + 1];
+    const double w = secondsBetween(a.t, inside) / secondsBetween(a.t, b.t);
+    state = step(states_[k], a,
+                 {inside, a.gyro + w * (b.gyro - a.gyro), a.accel + w * (b.accel - a.accel)});
+  }
+  state.t = t;
+  return state;
+}
+
+}  // namespace etalon

@@ -1,0 +1,367 @@
+#include "etalon/simulation/stereo_renderer.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/errors.h"
+#include "random.h"
+#include "texture.h"
+
+namespace etalon {
+
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kTile = 16;      // px
+constexpr int kSubpixels = 4;  // a pixel, on a 2x2 grid
+constexpr size_t kTextures = 4;
+
+/** The ray through one point of a pixel: direction (x, y, 1) in the camera frame. */
+struct Ray {
+  float x, y;
+  float spread;  // distance to the neighbouring ray, in units of x and y
+};
+
+/** A box with its textures, relative to the centre of the room. */
+struct Solid {
+  Vector3f centre, half_size;
+  float cos_yaw, sin_yaw, radius;
+};
+
+/** How a flat surface looks. */
+struct Coat {
+  const Texture* texture;
+  float offset_u, offset_v;  // m
+  float brightness;
+};
+
+/** The direction with components that may be divided by. */
+Vector3f withoutZeros(Vector3f d) {
+  constexpr float kTiny = 1e-12f;
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(d[k]) < kTiny) d[k] = kTiny;
+  }
+  return d;
+}
+
+/** A solid as seen from one camera position: its axes' ray origin, computed once an image. */
+struct PlacedSolid {
+  const Solid* solid;
+  size_t index;
+  Vector3f origin;  // of the camera, in the solid's axes
+};
+
+}  // namespace
+
+struct StereoRenderer::Impl {
+  RenderOptions options;
+  Vector3d middle;  // of the room, p_W
+  Vector3f half_room;
+  Vector3f lamp;
+  float lamp_range2;
+  std::vector<Solid> solids;
+  std::vector<Coat> room_coats, solid_coats;  // six a room, six a solid
+  std::vector<Texture> textures;
+  struct Camera {
+    int width, height;
+    SE3 T_BC;
+    std::vector<Ray> rays;  // kSubpixels a pixel
+    std::vector<float> gain;
+    float cu, cv;
+  };
+  std::array<Camera, 2> cameras;
+
+  struct Pass {  // one instant
+    Eigen::Matrix3f R_WC;
+    Vector3f origin;  // of the camera, relative to `middle`
+    int first_subpixel, subpixels;
+    std::vector<PlacedSolid> placed;
+  };
+
+  void makeSurfaces(const Room& room);
+  void makeRays(const CameraCalibration& calibration, Camera* camera) const;
+  std::vector<Pass> passesOf(const Camera& camera, const SimulatedTrajectory& trajectory,
+                             TimeNs t) const;
+  void drawTile(const Camera& camera, const Pass& pass, int x0, int y0, float* sum) const;
+  void solidsInTile(const Camera& camera, const Pass& pass, int x0, int y0, int x1, int y1,
+                    std::vector<PlacedSolid>* found) const;
+  float trace(const Pass& pass, const std::vector<PlacedSolid>& candidates, const Ray& ray) const;
+  float shade(const Coat& coat, float u, float v, float du, float dv, float footprint,
+              float stretch, const Vector3f& p) const;
+};
+
+void StereoRenderer::Impl::makeSurfaces(const Room& room) {
+  middle = 0.5 * (room.low + room.high);
+  half_room = (0.5 * (room.high - room.low)).cast<float>();
+  lamp = Vector3f(0.2f * half_room.x(), -0.15f * half_room.y(), 0.9f * half_room.z());
+  lamp_range2 = half_room.squaredNorm();
+  textures.reserve(kTextures);
+  for (size_t i = 0; i < kTextures; ++i) textures.emplace_back(options.seed, i);
+
+  Random random(options.seed, kTextureStream);
+  const auto coat = [&](size_t texture, double low, double high) {
+    const double period = static_cast<double>(Texture::kSize) * Texture::kTexelSize;
+    const double u = random.uniform(0.0, period), v = random.uniform(0.0, period);
+    const double brightness = random.uniform(low, high);
+    return Coat{&textures[texture], static_cast<float>(u), static_cast<float>(v),
+                static_cast<float>(brightness)};
+  };
+  constexpr std::array<size_t, 6> kFaceTextures = {0, 2, 3, 0, 1, 2};  // walls, floor, ceiling
+  for (size_t face = 0; face < 6; ++face) room_coats.push_back(coat(kFaceTextures[face], 0.7, 1.1));
+  for (const RoomBox& box : room.boxes) {
+    Solid solid;
+    solid.centre = (box.centre - middle).cast<float>();
+    solid.half_size = box.half_size.cast<float>();
+    solid.cos_yaw = static_cast<float>(std::cos(box.yaw));
+    solid.sin_yaw = static_cast<float>(std::sin(box.yaw));
+    solid.radius = solid.half_size.norm();
+    solids.push_back(solid);
+    const size_t texture = static_cast<size_t>(random.uniformInt(static_cast<int>(kTextures)));
+    for (size_t face = 0; face < 6; ++face) solid_coats.push_back(coat(texture, 0.6, 1.25));
+  }
+}
+
+void StereoRenderer::Impl::makeRays(const CameraCalibration& calibration, Camera* camera) const {
+  const PinholeRadtan& model = calibration.model;
+  camera->width = model.width;
+  camera->height = model.height;
+  camera->T_BC = calibration.T_BC;
+  camera->cu = static_cast<float>(model.cu);
+  camera->cv = static_cast<float>(model.cv);
+  const double corner2 = std::pow(std::hypot(0.5 * model.width, 0.5 * model.height), 2);
+  for (int y = 0; y < model.height; ++y) {
+    for (int x = 0; x < model.width; ++x) {
+      for (int k = 0; k < kSubpixels; ++k) {
+        const Eigen::Vector2d pixel(x + 0.5 * (k % 2) - 0.25, y + 0.5 * (k / 2) - 0.25);
+        const std::optional<Eigen::Vector2d> xy = model.pixelToNormalized(pixel);
+        if (!xy) {
+          throw ConfigError("pixel (" + std::to_string(x) + ", " + std::to_string(y) +
+                            ") cannot be undistorted with this calibration; nothing to render");
+        }
+        Eigen::Matrix2d J;
+        model.normalizedToPixel(*xy, &J);
+        const double spread = 0.5 / std::sqrt(J.determinant());
+        camera->rays.push_back(
+            {static_cast<float>(xy->x()), static_cast<float>(xy->y()), static_cast<float>(spread)});
+      }
+      const double r2 = std::pow(x - model.cu, 2) + std::pow(y - model.cv, 2);
+      camera->gain.push_back(
+          static_cast<float>(1.0 - options.vignetting * std::min(1.0, r2 / corner2)));
+    }
+  }
+}
+
+std::vector<StereoRenderer::Impl::Pass> StereoRenderer::Impl::passesOf(
+    const Camera& camera, const SimulatedTrajectory& trajectory, TimeNs t) const {
+  const bool blur = options.blur_samples > 1;
+  const int count = blur ? (options.blur_samples + kSubpixels - 1) / kSubpixels * kSubpixels : 1;
+  std::vector<Pass> passes;
+  for (int i = 0; i < count; ++i) {
+    const double share = (i + 0.5) / count - 0.5;
+    const TimeNs instant = blur ? t + durationNs(share * options.exposure_ms * 1e-3) : t;
+    const SE3 T_WC = trajectory.at(instant).T_WB * camera.T_BC;
+    Pass pass;
+    pass.R_WC = T_WC.R.cast<float>();
+    pass.origin = (T_WC.t - middle).cast<float>();
+    pass.first_subpixel = blur ? i % kSubpixels : 0;
+    pass.subpixels = blur ? 1 : kSubpixels;
+    for (size_t k = 0; k < solids.size(); ++k) {
+      const Solid& s = solids[k];
+      const Vector3f o = pass.origin - s.centre;
+      const Vector3f turned(s.cos_yaw * o.x() + s.sin_yaw * o.y(),
+                            -s.sin_yaw * o.x() + s.cos_yaw * o.y(), o.z());
+      pass.placed.push_back({&s, k, turned});
+    }
+    passes.push_back(std::move(pass));
+  }
+  return passes;
+}
+
+/** Those solids whose enclosing sphere meets the cone around the tile's rays. */
+void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, int x0, int y0,
+                                        int x1, int y1, std::vector<PlacedSolid>* found) const {
+  found->clear();
+  const auto direction = [&](int x, int y, int k) {
+    const Ray& r = camera.rays[static_cast<size_t>((y * camera.width + x) * kSubpixels + k)];
+    return Vector3f(Vector3f(r.x, r.y, 1.0f).normalized());
+  };
+  const std::array<Vector3f, 4> corners = {direction(x0, y0, 0), direction(x1 - 1, y0, 1),
+                                           direction(x0, y1 - 1, 2), direction(x1 - 1, y1 - 1, 3)};
+  const Vector3f axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
+  float cosine = 1.0f;
+  for (const Vector3f& c : corners) cosine = std::min(cosine, axis.dot(c));
+  // Distorted tile edges bulge beyond the corners' cone by far less than this.
+  const float half_angle = 1.1f * std::acos(std::clamp(cosine, -1.0f, 1.0f)) + 0.002f;
+  const Vector3f axis_W = pass.R_WC * axis;
+  for (const PlacedSolid& placed : pass.placed) {
+    const Vector3f to = placed.solid->centre - pass.origin;
+    const float distance = to.norm();
+    if (distance > placed.solid->radius) {
+      const float off = std::acos(std::clamp(axis_W.dot(to) / distance, -1.0f, 1.0f));
+      if (off > half_angle + std::asin(placed.solid->radius / distance)) continue;
+    }
+    found->push_back(placed);
+  }
+}
+
+/**
+ * Brightness of a surface at (u, v). The footprint of a ray is an ellipse, `stretch` times longer
+ * along (du, dv) than across; up to four lookups lie along it.
+ */
+float StereoRenderer::Impl::shade(const Coat& coat, float u, float v, float du, float dv,
+                                  float footprint, float stretch, const Vector3f& p) const {
+  const float cu = u + coat.offset_u, cv = v + coat.offset_v;
+  float gray;
+  if (stretch < 1.6f) {
+    gray = coat.texture->sample(cu, cv, footprint * stretch);
+  } else {
+    const int taps = stretch < 3.0f ? 2 : 4;
+    const float length = footprint * std::min(stretch, 16.0f);
+    const float width = std::max(footprint, length / static_cast<float>(taps));
+    const float norm = length / std::sqrt(du * du + dv * dv);
+    gray = 0.0f;
+    for (int i = 0; i < taps; ++i) {
+      const float s = ((static_cast<float>(i) + 0.5f) / static_cast<float>(taps) - 0.5f) * norm;
+      gray += coat.texture->sample(cu + s * du, cv + s * dv, width);
+    }
+    gray /= static_cast<float>(taps);
+  }
+  const float light = 0.55f + 0.65f / (1.0f + 2.0f * (p - lamp).squaredNorm() / lamp_range2);
+  return gray * coat.brightness * light;
+}
+
+float StereoRenderer::Impl::trace(const Pass& pass, const std::vector<PlacedSolid>& candidates,
+                                  const Ray& ray) const {
+  const Vector3f d = withoutZeros(pass.R_WC * Vector3f(ray.x, ray.y, 1.0f));
+  const Vector3f& o = pass.origin;
+  // Out of the room, whose walls are met from inside.
+  float nearest = 1e30f;
+  int axis = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float s = ((d[k] > 0.0f ? half_room[k] : -half_room[k]) - o[k]) / d[k];
+    if (s < nearest) {
+      nearest = s;
+      axis = k;
+    }
+  }
+  const PlacedSolid* hit = nullptr;
+  Vector3f hit_d = d;
+  for (const PlacedSolid& placed : candidates) {
+    const Solid& solid = *placed.solid;
+    const Vector3f e = withoutZeros({solid.cos_yaw * d.x() + solid.sin_yaw * d.y(),
+                                     -solid.sin_yaw * d.x() + solid.cos_yaw * d.y(), d.z()});
+    float enter = 0.0f, leave = nearest;
+    int enter_axis = -1;
+    for (int k = 0; k < 3; ++k) {
+      const float inverse = 1.0f / e[k];
+      const float middle_s = -placed.origin[k] * inverse;
+      const float half_s = std::abs(solid.half_size[k] * inverse);
+      if (middle_s - half_s > enter) {
+        enter = middle_s - half_s;
+        enter_axis = k;
+      }
+      leave = std::min(leave, middle_s + half_s);
+    }
+    if (enter_axis >= 0 && enter < leave) {
+      nearest = enter;
+      axis = enter_axis;
+      hit = &placed;
+      hit_d = e;
+    }
+  }
+  const Vector3f p = o + nearest * d;
+  const Vector3f local = hit ? Vector3f(hit->origin + nearest * hit_d) : p;
+  const size_t face = 2 * static_cast<size_t>(axis) + (hit_d[axis] > 0.0f ? 1 : 0);
+  const Coat& coat = hit ? solid_coats[6 * hit->index + face] : room_coats[face];
+  const int iu = axis == 0 ? 1 : 0, iv = axis == 2 ? 1 : 2;
+  const float footprint = nearest * ray.spread;
+  const float stretch = d.norm() / std::abs(hit_d[axis]);
+  return shade(coat, local[iu], local[iv], hit_d[iu], hit_d[iv], footprint, stretch, p);
+}
+
+void StereoRenderer::Impl::drawTile(const Camera& camera, const Pass& pass, int x0, int y0,
+                                    float* sum) const {
+  const int x1 = std::min(x0 + kTile, camera.width), y1 = std::min(y0 + kTile, camera.height);
+  std::vector<PlacedSolid> candidates;
+  solidsInTile(camera, pass, x0, y0, x1, y1, &candidates);
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x1; ++x) {
+      const size_t pixel = static_cast<size_t>(y * camera.width + x);
+      const Ray* rays = &camera.rays[pixel * kSubpixels + static_cast<size_t>(pass.first_subpixel)];
+      float value = 0.0f;
+      for (int k = 0; k < pass.subpixels; ++k) value += trace(pass, candidates, rays[k]);
+      sum[pixel] += value;
+    }
+  }
+}
+
+StereoRenderer::StereoRenderer(const Room& room, const StereoInertialCalibration& calibration,
+                               const RenderOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
+  if (!in(options.blur_samples, 0, 256) || !in(options.exposure_ms, 0.0, 1000.0) ||
+      !in(options.noise_gray, 0.0, 100.0) || !in(options.shot_noise, 0.0, 10.0) ||
+      !in(options.vignetting, 0.0, 0.9)) {
+    throw ConfigError(
+        "rendering needs 0 to 256 blur samples, an exposure of 0 to 1000 ms, noise of 0 to 100 "
+        "gray levels and "
+        "vignetting of 0 to 0.9");
+  }
+  impl_->options = options;
+  impl_->makeSurfaces(room);
+  for (size_t i = 0; i < 2; ++i) impl_->makeRays(calibration.cameras[i], &impl_->cameras[i]);
+}
+
+StereoRenderer::~StereoRenderer() = default;
+StereoRenderer::StereoRenderer(StereoRenderer&&) noexcept = default;
+StereoRenderer& StereoRenderer::operator=(StereoRenderer&&) noexcept = default;
+
+namespace {
+
+/** Nearly normal (sum of four uniform numbers), mean 0, variance 1; a function of its argument
+ * only. */
+float noiseOf(std::uint64_t key) {
+  const std::uint64_t bits = mixBits(key);
+  const int sum = static_cast<int>((bits & 0xffff) + ((bits >> 16) & 0xffff) +
+                                   ((bits >> 32) & 0xffff) + (bits >> 48));
+  constexpr float kMean = 2.0f * 65535.0f;
+  constexpr float kSigma = 37837.2f;  // sqrt(4 / 12) 2^16
+  return (static_cast<float>(sum) - kMean) / kSigma;
+}
+
+}  // namespace
+
+cv::Mat StereoRenderer::render(size_t camera_index, const SimulatedTrajectory& trajectory,
+                               TimeNs t) const {
+  const Impl::Camera& camera = impl_->cameras.at(camera_index);
+  const RenderOptions& options = impl_->options;
+  std::vector<float> sum(static_cast<size_t>(camera.width * camera.height), 0.0f);
+  int samples = 0;
+  for (const Impl::Pass& pass : impl_->passesOf(camera, trajectory, t)) {
+    samples += pass.subpixels;
+    for (int y = 0; y < camera.height; y += kTile) {
+      for (int x = 0; x < camera.width; x += kTile) impl_->drawTile(camera, pass, x, y, sum.data());
+    }
+  }
+  cv::Mat image(camera.height, camera.width, CV_8UC1);
+  const std::uint64_t key = mixBits(mixBits(options.seed ^ kImageNoiseStream) +
+                                    2 * static_cast<std::uint64_t>(t) + camera_index)
+                            << 20;
+  const float dark = static_cast<float>(options.noise_gray * options.noise_gray);
+  const float shot = static_cast<float>(options.shot_noise);
+  for (size_t i = 0; i < sum.size(); ++i) {
+    const float gray = sum[i] / static_cast<float>(samples) * camera.gain[i];
+    const float noisy = gray + std::sqrt(dark + shot * gray) * noiseOf(key + i);
+    image.data[i] = cv::saturate_cast<std::uint8_t>(noisy);
+  }
+  return image;
+}
+
+}  // namespace etalon

@@ -1,0 +1,116 @@
+#include "etalon/simulation/track_synthesis.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "random.h"
+
+namespace etalon {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::vector<Vector3d> scatterLandmarks(const SimulatedTrajectory& trajectory, int count,
+                                       std::uint64_t seed, double margin_m) {
+  Eigen::AlignedBox3d box;
+  for (TimeNs t = trajectory.start(); t <= trajectory.end(); t += 50'000'000) {
+    box.extend(trajectory.at(t).T_WB.t);
+  }
+  const Vector3d low = box.min().array() - margin_m, high = box.max().array() + margin_m;
+  const Vector3d size = high - low;
+  const Vector3d area(size.y() * size.z(), size.x() * size.z(), size.x() * size.y());
+  Random random(seed, kLandmarkStream);
+  std::vector<Vector3d> landmarks;
+  for (int i = 0; i < count; ++i) {
+    // One of three pairs of opposite sides, by area; then a point of it.
+    const double pick = random.uniform(0.0, area.sum());
+    const int axis = pick < area[0] ? 0 : pick < area[0] + area[1] ? 1 : 2;
+    const bool far_side = random.uniform() < 0.5;
+    Vector3d p;
+    for (int k = 0; k < 3; ++k) p[k] = random.uniform(low[k], high[k]);
+    p[axis] = far_side ? high[axis] : low[axis];
+    landmarks.push_back(p);
+  }
+  return landmarks;
+}
+
+namespace {
+
+struct View {
+  SE3 T_CW;
+  const PinholeRadtan& model;
+
+  std::optional<Vector2d> see(const Vector3d& p_W, const TrackSynthesisOptions& options) const {
+    const Vector3d p_C = T_CW * p_W;
+    if (p_C.z() < options.min_depth_m || p_C.z() > options.max_depth_m) return std::nullopt;
+    const std::optional<Vector2d> pixel = model.project(p_C);
+    if (!pixel || !model.inImage(*pixel, options.border_px)) return std::nullopt;
+    return pixel;
+  }
+};
+
+Vector2d disturb(const Vector2d& pixel, bool outlier, double sigma_px, Random* random) {
+  const double dx = random->normal(), dy = random->normal();
+  const double angle = random->uniform(0.0, 6.28318530717958647692);
+  const double distance = random->uniform(5.0, 40.0);
+  Vector2d moved = pixel + sigma_px * Vector2d(dx, dy);
+  if (outlier) moved += distance * Vector2d(std::cos(angle), std::sin(angle));
+  return moved;
+}
+
+}  // namespace
+
+std::vector<SyntheticFrame> simulateTracks(const SimulatedTrajectory& trajectory,
+                                           const StereoInertialCalibration& calibration,
+                                           const std::vector<TimeNs>& stamps,
+                                           const std::vector<Vector3d>& landmarks,
+                                           const TrackSynthesisOptions& options) {
+  Random random(options.seed, kTrackStream);
+  const size_t max_tracks = static_cast<size_t>(std::max(0, options.max_tracks));
+  std::vector<char> tracked(landmarks.size(), 0);
+  std::vector<SyntheticFrame> frames;
+  for (TimeNs t : stamps) {
+    SyntheticFrame frame;
+    frame.t = t;
+    frame.T_WB = trajectory.at(t).T_WB;
+    const auto& cameras = calibration.cameras;
+    const View left{(frame.T_WB * cameras[0].T_BC).inverse(), cameras[0].model};
+    const View right{(frame.T_WB * cameras[1].T_BC).inverse(), cameras[1].model};
+
+    std::vector<size_t> running, fresh;
+    std::vector<Vector2d> pixels(landmarks.size());
+    for (size_t id = 0; id < landmarks.size(); ++id) {
+      const std::optional<Vector2d> pixel = left.see(landmarks[id], options);
+      if (pixel) {
+        pixels[id] = *pixel;
+        (tracked[id] ? running : fresh).push_back(id);
+      }
+      tracked[id] = 0;
+    }
+    running.insert(running.end(), fresh.begin(), fresh.end());
+    running.resize(std::min(running.size(), max_tracks));
+    std::sort(running.begin(), running.end());
+    for (size_t id : running) {
+      tracked[id] = 1;
+      SyntheticObservation observation;
+      observation.id = id;
+      observation.is_outlier = random.uniform() < options.outlier_ratio;
+      const bool keep_right = random.uniform() < options.right_ratio;
+      // An outlier errs in one of the two images.
+      const bool errs_right = random.uniform() < 0.5;
+      const std::optional<Vector2d> pixel = right.see(landmarks[id], options);
+      observation.has_right = pixel && keep_right;
+      const bool move_right = observation.is_outlier && errs_right && observation.has_right;
+      observation.left =
+          disturb(pixels[id], observation.is_outlier && !move_right, options.sigma_px, &random);
+      observation.right =
+          disturb(pixel.value_or(Vector2d::Zero()), move_right, options.sigma_px, &random);
+      frame.observations.push_back(observation);
+    }
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+}  // namespace etalon
