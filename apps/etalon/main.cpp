@@ -1,23 +1,76 @@
+#include <algorithm>
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "commands.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/parameters.h"
 
-int main(int argc, char** argv) {
-  using namespace etalon::app;
+namespace {
+
+using namespace etalon::app;
+
+/** Says of a command line that was not understood what was expected. Returns the exit code. */
+int reportUsage(const CLI::App& app, const CLI::ParseError& error,
+                const std::vector<std::string>& arguments) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    commands.push_back(command->get_name());
+  }
+  if (arguments.empty()) {
+    std::cerr << app.help();
+    return kUsageError;
+  }
+  const std::string& first = arguments.front();
+  const bool is_command = std::find(commands.begin(), commands.end(), first) != commands.end();
+  if (is_command || first[0] == '-') {
+    std::cerr << "etalon: " << error.what() << "\n"
+              << "Run `etalon " << (is_command ? first + " " : "")
+              << "--help` for what it takes.\n";
+    return kUsageError;
+  }
+  const std::string nearest = etalon::nearestWord(first, commands);
+  std::cerr << "etalon: there is no command '" << first << "'"
+            << (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)") << "; expected one of";
+  for (const std::string& command : commands) std::cerr << " " << command;
+  std::cerr << "\n";
+  return kUsageError;
+}
+
+/** Parses the command line and runs its command; the exit code. */
+int run(const std::vector<std::string>& arguments) {
   CLI::App app{
       "Etalon: stereo-inertial odometry whose initializer is a plugin chosen in an INI file."};
   app.name("etalon");
-  app.set_version_flag("--version", ETALON_VERSION);
+  app.set_version_flag("--version", ETALON_VERSION, "Print the version and exit.");
+  app.set_help_flag("-h,--help", "Print this help and exit.");
+  app.footer(
+      "Exit codes: 0 done (replay: initialised), 1 replay never initialised, 2 usage or "
+      "configuration, 3 data.");
   app.require_subcommand(1);
   int exit_code = kOk;
+  addInfoCommand(app, &exit_code);
+  addConvertCommand(app, &exit_code);
+  addReplayCommand(app, &exit_code);
   addSimulateCommand(app, &exit_code);
+  addPluginsCommand(app, &exit_code);
   try {
-    app.parse(argc, argv);
-    return exit_code;
+    // CLI11 takes the words in reverse.
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kOk : kUsageError;
+    return reportUsage(app, e, arguments);
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(std::vector<std::string>(argv + 1, argv + argc));
   } catch (const etalon::DataError& e) {
     std::cerr << "etalon: " << e.what() << "\n";
     return kDataErrorExit;

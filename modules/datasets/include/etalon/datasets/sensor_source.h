@@ -16,8 +16,9 @@ namespace etalon {
 /** A synchronised pair of raw (distorted) 8-bit gray images. */
 struct StereoFrame {
   TimeNs t = 0;
-  cv::Mat left, right;                ///< CV_8UC1; empty if the source was opened without decoding
-  std::string left_path, right_path;  ///< files that the images came from; empty if embedded in a log
+  cv::Mat left, right;  ///< CV_8UC1; empty if the source was opened without decoding
+  std::string left_path,
+      right_path;  ///< files that the images came from; empty if embedded in a log
 };
 
 /** One event of a recording, in time order. */
@@ -27,30 +28,38 @@ inline TimeNs stampOf(const SensorEvent& event) {
   return std::visit([](const auto& e) { return e.t; }, event);
 }
 
-/** What reading a recording brought to light. Counts grow while it is read. */
+/** What reading a recording brought to light. Counts grow while it is read; the unpaired are known
+ * when it is opened. */
 struct ReadStatistics {
-  int stereo_frames = 0;      ///< delivered
-  int imu_samples = 0;        ///< delivered
-  int unpaired_left = 0;      ///< left images without a right one of the same stamp
+  int stereo_frames = 0;  ///< delivered
+  int imu_samples = 0;    ///< delivered
+  int unpaired_left = 0;  ///< left images without a right one of the same stamp
   int unpaired_right = 0;
-  int unreadable_images = 0;  ///< pairs skipped because an image could not be decoded or has another size
-  std::vector<std::string> warnings;  ///< sentences naming file and line; at most kMaxWarnings are kept
+  int unreadable_images =
+      0;  ///< pairs skipped because an image could not be decoded or has another size
+  std::vector<std::string>
+      warnings;  ///< sentences naming file and line; at most kMaxWarnings are kept
 
   static constexpr size_t kMaxWarnings = 20;
 };
 
 struct SourceOptions {
-  /** Deliver only events with from_s <= t - t_first_image <= to_s; images outside are never opened. */
+  /** Deliver only events with from_s <= t - t_first_image <= to_s; images outside are never opened.
+   */
   double from_s = 0.0;
   double to_s = 1e18;
   /** Without, StereoFrame carries stamps and paths only. */
   bool decode_images = true;
+  /** IMU samples are delivered from this long before the first delivered image, s (where recorded).
+   */
+  double imu_lead_s = 0.05;
 };
 
 /**
- * A recording, or any other source of a stereo camera's and an IMU's measurements, in time order. At equal stamps the
- * IMU sample comes first. IMU samples are delivered from 50 ms before the first delivered image (where recorded), so
- * that the first image's stamp lies inside the IMU's time.
+ * A recording, or any other source of a stereo camera's and an IMU's measurements, in time order.
+ * At equal stamps the IMU sample comes first. IMU samples are delivered from `imu_lead_s` before
+ * the first delivered image, and at the end of a range up to the first one at or after the last
+ * delivered image (both where recorded), so that every image's stamp lies inside the IMU's time.
  */
 class SensorSource {
  public:
@@ -67,7 +76,11 @@ class SensorSource {
   /** Stamps of all paired images of the recording, whatever the options' range. */
   virtual const std::vector<TimeNs>& imageStamps() const = 0;
 
-  /** The next event, nothing at the end. Throws DataError for input that makes going on meaningless. */
+  /**
+   * The next event, nothing at the end. An image that cannot be read is skipped, counted and
+   * reported in statistics(); throws DataError for input that makes going on meaningless, the first
+   * image of the range being unreadable included.
+   */
   virtual std::optional<SensorEvent> next() = 0;
 
   virtual const ReadStatistics& statistics() const = 0;
@@ -77,6 +90,7 @@ class SensorSource {
  * Opens an EuRoC (ASL) folder (one with `mav0/`, or `mav0` itself) or a `.rawlog` file.
  * @throws DataError naming file, line and what was expected
  */
-std::unique_ptr<SensorSource> openSource(const std::string& path, const SourceOptions& options = {});
+std::unique_ptr<SensorSource> openSource(const std::string& path,
+                                         const SourceOptions& options = {});
 
 }  // namespace etalon

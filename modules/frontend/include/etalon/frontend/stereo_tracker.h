@@ -12,7 +12,21 @@ namespace etalon {
 
 /** Section [frontend] of the configuration. */
 struct StereoTrackerOptions {
-  int max_features = 300;  ///< landmarks followed at a time
+  int max_features = 250;            ///< landmarks followed at a time
+  int klt_window_px = 15;            ///< side of the KLT patch
+  int klt_levels = 3;                ///< pyramid levels above the full image
+  int klt_iterations = 30;           ///< per level, at most
+  double klt_epsilon_px = 0.01;      ///< a KLT iteration that moves less ends the level
+  double forward_backward_px = 0.5;  ///< a track must come back to where it started
+  double epipolar_px = 1.5;          ///< distance of a right pixel from its epipolar line
+  double temporal_epipolar_px =
+      2.0;                        ///< distance from the epipolar line of the motion; 0: no check
+  double min_distance_px = 10.0;  ///< between landmarks
+  double min_corner_response = 1e-4;  ///< least eigenvalue of the structure tensor (OpenCV's scale)
+  double min_depth_m = 0.3;           ///< nearest landmark that is looked for in the right image
+  double min_correlation = 0.7;       ///< of a patch found along the epipolar line
+  int border_px = 6;                  ///< no landmark nearer to the edge of the image
+
   void declare(ParameterSet& parameters);
 };
 
@@ -26,8 +40,9 @@ struct TrackingStatistics {
 };
 
 /**
- * Follows corners through the raw images of a stereo camera: pyramidal KLT in time and from left to right.
- * Deterministic: same images, same tracks.
+ * Follows corners through the raw images of a stereo camera: pyramidal KLT in time and from left to
+ * right, both checked forwards and backwards and against the epipolar geometry. Deterministic: same
+ * images, same tracks.
  */
 class StereoTracker {
  public:

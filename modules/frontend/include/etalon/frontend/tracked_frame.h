@@ -10,7 +10,8 @@ namespace etalon {
 
 using LandmarkId = std::int64_t;
 
-/** One landmark seen in one stereo frame: raw (distorted) pixels, the right one where it was found. */
+/** One landmark seen in one stereo frame: raw (distorted) pixels, the right one where it was found.
+ */
 struct Observation {
   LandmarkId id = -1;
   Eigen::Vector2d left = Eigen::Vector2d::Zero();   ///< px

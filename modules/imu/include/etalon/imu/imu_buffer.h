@@ -16,7 +16,7 @@ class ImuBuffer {
   /** Appends a sample; its stamp must be later than the last one's (DataError otherwise). */
   void add(const ImuSample& sample);
 
-  /** Drops samples that no interval starting at or after `t` needs (the last one at or before `t` is kept). */
+  /** Drops what no interval from `t` on needs; the last sample at or before `t` is kept. */
   void dropBefore(TimeNs t);
 
   bool empty() const { return samples_.empty(); }
@@ -26,12 +26,12 @@ class ImuBuffer {
   bool covers(TimeNs t0, TimeNs t1) const;
 
   /**
-   * Samples of [t0, t1]: one exactly at t0 and one exactly at t1 (linearly interpolated where none was recorded) and
-   * all between. Empty if the buffer does not cover the interval or t1 <= t0.
+   * Samples of [t0, t1]: one exactly at t0 and one exactly at t1 (linearly interpolated where none
+   * was recorded) and all between. Empty if the buffer does not cover the interval or t1 <= t0.
    */
   std::vector<ImuSample> between(TimeNs t0, TimeNs t1) const;
 
-  /** The longest step between neighbouring samples of between(t0, t1), s; infinite if not covered. */
+  /** The longest step between samples of between(t0, t1), s; infinite if not covered. */
   double longestGap(TimeNs t0, TimeNs t1) const;
 
  private:

@@ -6,8 +6,9 @@
 namespace etalon {
 
 /**
- * How far the data sheet's white-noise densities are to be believed. A flying platform vibrates; its accelerometer is
- * several times noisier than at rest (docs/noise.md gives the measurement behind the defaults).
+ * How far the data sheet's white-noise densities are to be believed. A flying platform vibrates;
+ * its accelerometer is several times noisier than at rest (docs/noise.md gives the measurement
+ * behind the defaults).
  */
 struct ImuNoiseOptions {
   double gyro_noise_factor = 1.5;

@@ -19,16 +19,24 @@ constexpr int kSize = 15;
 }  // namespace state_index
 
 /**
- * On-manifold preintegration of IMU samples between two instants (Forster et al., TRO 2017), midpoint rule.
+ * On-manifold preintegration of IMU samples between two instants (Forster et al., TRO 2017),
+ * midpoint rule.
  *
  * With biases (b_g, b_a), frames B0 and B1 at the two ends, duration dt and gravity g_W:
  *   R_WB1 = R_WB0 dR,   v_WB1 = v_WB0 + g_W dt + R_WB0 dv,
  *   p_WB1 = p_WB0 + v_WB0 dt + g_W dt^2 / 2 + R_WB0 dp.
  *
- * The covariance and the bias Jacobians belong to the biases of the integration, `bias()`; `corrected()` moves the
- * deltas to other biases to first order, `reintegrated()` integrates the raw samples anew.
+ * The covariance and the bias Jacobians belong to the biases of the integration, `bias()`;
+ * `corrected()` moves the deltas to other biases to first order, `reintegrated()` integrates the
+ * raw samples anew.
  *
- * Error state: right perturbation dR Exp(d), additive for dp, dv, b_g, b_a, in the order of state_index.
+ * Between samples the rate is the mean of its two ends and the acceleration, rotated into B0, is
+ * linear; the error is of second order in the step. A white noise of density sigma contributes
+ * sigma^2 dt to the variance of its integral, whatever the sampling: neighbouring intervals may be
+ * treated as independent although they share a sample.
+ *
+ * Error state: right perturbation dR Exp(d), additive for dp, dv, b_g, b_a, in the order of
+ * state_index.
  */
 class Preintegration {
  public:
@@ -41,10 +49,11 @@ class Preintegration {
   Preintegration() = default;
 
   /**
-   * @param samples what ImuBuffer::between returns: at least two, strictly increasing, the ends of the interval included
-   * @throws DataError if there are fewer, if they are out of order, or if a measurement is not finite
+   * @param samples what ImuBuffer::between returns: at least two, strictly increasing, both ends
+   * @throws DataError if there are fewer, if they are out of order, or if one is not finite
    */
-  Preintegration(std::vector<ImuSample> samples, const ImuBias& bias, const ImuNoiseDensities& noise);
+  Preintegration(std::vector<ImuSample> samples, const ImuBias& bias,
+                 const ImuNoiseDensities& noise);
 
   TimeNs start() const { return samples_.empty() ? 0 : samples_.front().t; }
   TimeNs end() const { return samples_.empty() ? 0 : samples_.back().t; }
@@ -61,9 +70,9 @@ class Preintegration {
   /** Integrated anew from the raw samples. */
   Preintegration reintegrated(const ImuBias& bias) const;
 
-  /** Covariance of [rotation, position, velocity, b_g, b_a] at the end, 15x15; the biases start exactly known. */
+  /** Covariance, 15x15, of the error state at the end; the biases start exactly known. */
   const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
-  /** Covariance of [rotation, position, velocity], 9x9, the biases' random walk over the interval included. */
+  /** Its first 9 rows and columns [rotation, position, velocity], bias random walks included. */
   Eigen::Matrix<double, 9, 9> covariance9() const { return covariance_.topLeftCorner<9, 9>(); }
 
   const Eigen::Matrix3d& dR_dbg() const { return dR_dbg_; }  ///< dR(b_g + d) = dR Exp(dR_dbg d)

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <mrpt/core/initializer.h>
 #include <mrpt/rtti/CObject.h>
 
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/initialization_problem.h"
@@ -11,7 +13,8 @@
 
 namespace etalon {
 
-/** Version of the binary interface between host and plugins. Any change of the types below raises it. */
+/** Version of the binary interface between host and plugins. Any change of the types below raises
+ * it. */
 #define ETALON_INITIALIZER_ABI 1
 
 inline namespace abi_v1 {
@@ -19,14 +22,15 @@ inline namespace abi_v1 {
 /**
  * Finds gravity, velocities and IMU biases from a window of keyframes: the interface of a plugin.
  *
- * Stateless but for its parameters: the same problem gives the same result, bit for bit. Expected refusals are results
- * with a status and a reason; exceptions are for broken configuration only.
+ * Stateless but for its parameters: the same problem gives the same result, bit for bit. Expected
+ * refusals are results with a status and a reason; exceptions are for broken configuration only.
  */
 class Initializer : public mrpt::rtti::CObject {
   DEFINE_VIRTUAL_MRPT_OBJECT(Initializer)
 
  public:
-  using Ptr = std::shared_ptr<Initializer>;
+  /** Longest step between IMU samples that is no gap, in nominal sample intervals. */
+  static constexpr double kMaxGapInSamples = 5.0;
 
   /** Declares the parameters of the plugin's own INI section (the section is the plugin's name). */
   virtual void declareParameters(ParameterSet& parameters) = 0;
@@ -35,8 +39,10 @@ class Initializer : public mrpt::rtti::CObject {
   virtual bool needsVisualSolution() const = 0;
 
   /**
-   * Checks the problem (at least two keyframes, IMU covers the window without gaps, finite measurements), then calls
-   * solve(). Never throws for a problem's sake: what solve() throws becomes a refusal.
+   * Checks the problem (at least two keyframes, frames in order, finite measurements, IMU covering
+   * the window with no gap longer than kMaxGapInSamples nominal intervals), calls solve(), and
+   * checks what it calls a success (one finite state a keyframe). Never throws for a problem's
+   * sake: what solve() throws becomes a refusal.
    */
   InitializationResult initialize(const InitializationProblem& problem) const;
 
@@ -46,11 +52,12 @@ class Initializer : public mrpt::rtti::CObject {
 
 }  // namespace abi_v1
 
-/** What a plugin library says of itself, as plain C, so that it can be read before anything else is trusted. */
+/** What a plugin library says of itself, as plain C, so that it can be read before anything else is
+ * trusted: abi_version first, the rest only if that is ETALON_INITIALIZER_ABI. */
 struct InitializerDescriptor {
   int abi_version;
-  const char* name;         ///< as the INI names it, e.g. "eta"
-  const char* class_name;   ///< registered with mrpt::rtti
+  const char* name;        ///< as the INI names it, e.g. "eta": a-z, 0-9, '_'
+  const char* class_name;  ///< registered with mrpt::rtti
   const char* version;
   const char* description;  ///< one line
 };
@@ -58,19 +65,32 @@ struct InitializerDescriptor {
 /** Symbol under which a plugin exports `extern "C" const InitializerDescriptor*()`. */
 constexpr char kDescriptorSymbol[] = "etalon_initializer_descriptor";
 
+/**
+ * Registers a class with mrpt::rtti unless another one already has its name (MRPT alone would
+ * replace that one silently); PluginLoader finds out and says so.
+ */
+void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id);
+
 }  // namespace etalon
 
 /**
- * Stands once in a plugin's source, at global scope, and makes the class loadable:
+ * Stands once in a plugin's source, at global scope and without semicolon, and makes the class
+ * loadable:
  *   ETALON_REGISTER_INITIALIZER(EtaInitializer, etalon::plugins, "eta", "1.0", "one line")
+ * The class has DEFINE_MRPT_OBJECT(EtaInitializer, etalon::plugins) inside, and inside its
+ * namespace stands IMPLEMENTS_MRPT_OBJECT(EtaInitializer, etalon::Initializer, etalon::plugins).
  */
-#define ETALON_REGISTER_INITIALIZER(CLASS, NAMESPACE, NAME, VERSION, DESCRIPTION)            \
-  extern "C" __attribute__((visibility("default"))) const etalon::InitializerDescriptor*     \
-  etalon_initializer_descriptor() {                                                          \
-    static const etalon::InitializerDescriptor descriptor{                                   \
-        ETALON_INITIALIZER_ABI, NAME, #NAMESPACE "::" #CLASS, VERSION, DESCRIPTION};         \
-    return &descriptor;                                                                      \
-  }                                                                                          \
-  MRPT_INITIALIZER(etalon_register_##CLASS) {                                                \
-    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(CLASS, NAMESPACE));                         \
+#define ETALON_REGISTER_INITIALIZER(CLASS, NAMESPACE, NAME, VERSION, DESCRIPTION)           \
+  static_assert(std::is_base_of_v<etalon::Initializer, NAMESPACE::CLASS>,                   \
+                #CLASS " must derive from etalon::Initializer");                            \
+  static_assert(!std::is_abstract_v<NAMESPACE::CLASS>,                                      \
+                #CLASS " must implement declareParameters, needsVisualSolution and solve"); \
+  extern "C" __attribute__((visibility("default"))) const etalon::InitializerDescriptor*    \
+  etalon_initializer_descriptor() {                                                         \
+    static const etalon::InitializerDescriptor kDescriptor{                                 \
+        ETALON_INITIALIZER_ABI, NAME, #NAMESPACE "::" #CLASS, VERSION, DESCRIPTION};        \
+    return &kDescriptor;                                                                    \
+  }                                                                                         \
+  MRPT_INITIALIZER(etalonRegisterInitializer) {                                             \
+    etalon::registerInitializerClass(CLASS_ID_NAMESPACE(CLASS, NAMESPACE));                 \
   }

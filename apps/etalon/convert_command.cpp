@@ -1,0 +1,78 @@
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "commands.h"
+#include "etalon/core/errors.h"
+#include "etalon/datasets/convert.h"
+
+namespace etalon::app {
+
+namespace {
+
+struct Arguments {
+  std::string source, destination;
+  bool embed = false;
+};
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void convert(const Arguments& arguments) {
+  const std::filesystem::path destination = arguments.destination;
+  if (destination.extension() != ".rawlog")
+    throw ConfigError("convert: expected a destination that ends in .rawlog, found '" +
+                      arguments.destination + "'");
+  SourceOptions source_options;
+  source_options.decode_images = arguments.embed;
+  source_options.imu_lead_s = std::numeric_limits<double>::infinity();
+  const auto source = openSource(arguments.source, source_options);
+
+  const auto start = std::chrono::steady_clock::now();
+  double printed_s = -1;
+  ConvertOptions options;
+  options.embed = arguments.embed;
+  options.progress = [&](const ConvertProgress& progress) {
+    const double now_s = secondsSince(start);
+    if (now_s - printed_s < 0.2 && progress.frames < progress.frames_total) return;
+    printed_s = now_s;
+    std::fprintf(stderr, "\rconvert: %d of %d stereo frames, %.0f a second", progress.frames,
+                 progress.frames_total, progress.frames / std::max(now_s, 1e-9));
+  };
+  ConvertReport report;
+  try {
+    report = convertToRawlog(*source, arguments.destination, options);
+  } catch (...) {
+    if (printed_s >= 0) std::fprintf(stderr, "\n");
+    throw;
+  }
+  std::fprintf(stderr, "\n");
+  for (const std::string& warning : source->statistics().warnings)
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  std::printf("%s: %d stereo frames (%s), %d IMU samples, %d ground-truth poses, %.1f MB\n",
+              arguments.destination.c_str(), report.stereo_frames,
+              report.embedded ? "embedded" : "external images", report.imu_samples,
+              report.ground_truth_poses,
+              1e-6 * static_cast<double>(std::filesystem::file_size(destination)));
+}
+
+}  // namespace
+
+void addConvertCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "convert", "Write a recording as an MRPT rawlog (stock classes, external images).");
+  command->add_option("SRC", arguments->source, "EuRoC (ASL) folder or .rawlog")->required();
+  command->add_option("DST", arguments->destination, "the .rawlog to write")->required();
+  command->add_flag("--embed", arguments->embed,
+                    "Store the pixels in the log instead of the paths of the image files.");
+  command->callback([arguments, exit_code] {
+    convert(*arguments);
+    *exit_code = kOk;
+  });
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/obs/CObservationStereoImages.h>
+
+#include <optional>
+#include <string>
+
+#include "etalon/datasets/sensor_source.h"
+
+namespace etalon {
+
+/** Sensor labels of the streams in a log that this project writes. */
+constexpr const char* kStereoLabel = "stereo";
+constexpr const char* kImuLabel = "imu0";
+constexpr const char* kGroundTruthLabel = "ground_truth";
+
+mrpt::poses::CPose3D toMrptPose(const SE3& T);
+SE3 fromMrptPose(const mrpt::poses::CPose3D& pose);
+
+/**
+ * A frame as MRPT's observation: calibration of both cameras, T_BC0 as the camera's pose, T_C0C1 as
+ * the right camera's pose on the left one. Images with a path are referenced by it if `external`,
+ * else the pixels are shared (cloned where they are not contiguous, which MRPT cannot store).
+ */
+mrpt::obs::CObservationStereoImages toObservation(const StereoFrame& frame,
+                                                  const StereoInertialCalibration& calibration,
+                                                  bool external = false);
+
+/** A sample as MRPT's observation; the sensor's pose is the identity (the body frame is the IMU).
+ */
+mrpt::obs::CObservationIMU toObservation(const ImuSample& sample);
+
+/** T_WB as MRPT's observation, with zero covariance. */
+mrpt::obs::CObservationRobotPose toObservation(const StampedPose& pose, const std::string& label);
+
+/**
+ * The images of an observation as gray ones (shared with the observation where they are 8-bit gray
+ * already). External images are read, a relative path taken from `base_folder`.
+ * @throws DataError if there is no right image, or if an image cannot be read
+ */
+StereoFrame toStereoFrame(const mrpt::obs::CObservationStereoImages& observation,
+                          const std::string& base_folder = ".");
+
+/** Nothing unless all three rates and all three accelerations (in the sensor's frame) are present.
+ */
+std::optional<ImuSample> toImuSample(const mrpt::obs::CObservationIMU& observation);
+
+/**
+ * Calibration from the observation alone. `T_RB` is the IMU's pose on the robot
+ * (CObservationIMU::sensorPose). Rates and the IMU's noise keep their defaults.
+ * @param name stands for the observation in messages
+ * @throws DataError that says what is missing or not supported
+ */
+StereoInertialCalibration calibrationOf(const mrpt::obs::CObservationStereoImages& observation,
+                                        const SE3& T_RB, const std::string& name);
+
+}  // namespace etalon

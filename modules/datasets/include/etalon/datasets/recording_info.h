@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/datasets/recorded_source.h"
+#include "etalon/datasets/time_offset.h"
+
+namespace etalon {
+
+/** Stamps of one stream. */
+struct StreamSummary {
+  struct Gap {
+    TimeNs after = 0;     ///< stamp before the gap
+    double length_s = 0;  ///< to the next stamp
+  };
+
+  size_t count = 0;
+  TimeNs first = 0, last = 0;
+  double duration_s = 0;
+  double rate_hz = 0;  ///< one over the median step
+  double longest_step_s = 0;
+  std::vector<Gap> gaps;  ///< steps longer than 1.5 median steps
+};
+
+/** What there is to know about a recording before it is used. */
+struct RecordingInfo {
+  std::string name, kind;
+  StereoInertialCalibration calibration;
+  StreamSummary images, imu, ground_truth;
+  bool ground_truth_velocity = false, ground_truth_biases = false;
+  int unpaired_left = 0, unpaired_right = 0;
+  int missing_images = 0;      ///< pairs whose image files do not exist
+  double mean_accel_norm = 0;  ///< m/s^2, if the unit is right
+  TimeOffsetEstimate time_offset;
+  /** Between R_BC0 of the calibration and the one that gyro and images say; only where the offset
+   * is clear. */
+  std::optional<double> rotation_disagreement_deg;
+  std::vector<std::string> warnings;  ///< sentences
+};
+
+struct InfoOptions {
+  /** Images to decode for the time offset between gyro and camera; 0 leaves it out. */
+  size_t max_frames = 160;
+  /** Offsets looked at, s. */
+  double max_offset_s = 0.5;
+};
+
+StreamSummary summarize(const std::vector<TimeNs>& stamps);
+
+/** Describes a recording as a whole (whatever the source's range) and lists what looks wrong with
+ * it. */
+RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& options = {});
+
+}  // namespace etalon

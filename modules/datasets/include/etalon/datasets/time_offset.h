@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/datasets/recorded_source.h"
+
+namespace etalon {
+
+/** Rotation of the left camera between two of its images, measured in the images alone. */
+struct RotationStep {
+  TimeNs t0 = 0, t1 = 0;
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  ///< Log(R_C(t0)C(t1)), rad
+};
+
+/** How the gyro's and the camera's clocks agree: the camera's stamp t shows the motion of the
+ * gyro's stamp t + offset. */
+struct TimeOffsetEstimate {
+  bool estimated = false;
+  std::string reason;  ///< why not, or why the estimate is not clear
+  bool clear = false;  ///< one high, single peak: the figures can be relied on
+  double offset_s = 0;
+  double correlation = 0;          ///< of the two rotations at the peak, in [-1, 1]
+  double correlation_at_zero = 0;  ///< without offset
+  double runner_up = 0;            ///< highest other peak
+  double gyro_scale =
+      0;  ///< gyro's rotation over the camera's at the peak; 57.3 for a gyro in deg/s
+  /** R_CB that turns the gyro's rotations into the camera's; nothing unless they span two axes at
+   * least. */
+  std::optional<Eigen::Matrix3d> R_CB;
+  int steps = 0;  ///< pairs of images used
+};
+
+/**
+ * Measures the rotation between consecutive left images (KLT, essential matrix on undistorted
+ * bearings) where the gyro moves most, decoding at most `max_frames` images. Images that cannot be
+ * read or tracked give no step.
+ */
+std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t max_frames);
+
+/**
+ * The offset at which gyro and camera correlate best, within +-`max_offset_s`: for every offset the
+ * means are removed (and with them the gyro's bias), the gyro's rotations are turned into the
+ * camera's frame by the best rotation (orthogonal Procrustes), and the two are correlated. So
+ * neither wrong extrinsics nor a wrong unit of the gyro matters.
+ */
+TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
+                                      const std::vector<ImuSample>& imu, double max_offset_s);
+
+}  // namespace etalon

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "etalon/core/camera_model.h"
+
+namespace etalon {
+
+/** Reads an image file as 8-bit gray. Empty if that fails, and then `problem` says why. */
+cv::Mat readGrayImage(const std::string& path, std::string* problem);
+
+/** What is wrong with an image of that camera; empty if nothing. */
+std::string checkImage(const cv::Mat& image, const PinholeRadtan& camera);
+
+}  // namespace etalon

@@ -1,0 +1,105 @@
+#include "etalon/datasets/recorded_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+namespace {
+
+/** `t + seconds`, held at the ends of int64 for ranges without limit. */
+TimeNs shifted(TimeNs t, double seconds) {
+  constexpr double kUnlimitedS = 4e9;  // over a century; the sum stays far inside int64
+  if (seconds > kUnlimitedS) return std::numeric_limits<TimeNs>::max();
+  if (seconds < -kUnlimitedS) return std::numeric_limits<TimeNs>::min();
+  return t + durationNs(seconds);
+}
+
+}  // namespace
+
+RecordedSource::RecordedSource(Recording recording, std::unique_ptr<FrameLoader> loader,
+                               const SourceOptions& options)
+    : recording_(std::move(recording)), loader_(std::move(loader)), options_(options) {
+  if (recording_.image_stamps.empty())
+    throw DataError(recording_.name, 0,
+                    "no stereo pair was found; expected left and right images with equal stamps");
+  if (recording_.imu.empty()) throw DataError(recording_.name, 0, "expected IMU samples");
+  if (std::isnan(options_.from_s) || std::isnan(options_.to_s) || options_.to_s < options_.from_s)
+    throw ConfigError("expected a range --from <= --to in seconds");
+  for (const std::string& sentence : recording_.warnings) warn(sentence);
+  selectRange();
+  countUnpaired();
+}
+
+void RecordedSource::selectRange() {
+  const std::vector<TimeNs>& stamps = recording_.image_stamps;
+  range_begin_ = shifted(stamps.front(), options_.from_s);
+  range_end_ = shifted(stamps.front(), options_.to_s);
+  frame_ = static_cast<size_t>(std::lower_bound(stamps.begin(), stamps.end(), range_begin_) -
+                               stamps.begin());
+  frame_end_ = static_cast<size_t>(std::upper_bound(stamps.begin(), stamps.end(), range_end_) -
+                                   stamps.begin());
+  if (frame_ == frame_end_)
+    throw DataError(recording_.name, 0,
+                    "no image lies in the range from " + std::to_string(options_.from_s) +
+                        " s; expected a part of the recording's " +
+                        std::to_string(secondsBetween(stamps.front(), stamps.back())) + " s");
+
+  const auto before = [](const ImuSample& sample, TimeNs t) { return sample.t < t; };
+  const std::vector<ImuSample>& imu = recording_.imu;
+  const TimeNs imu_begin = shifted(stamps[frame_], -options_.imu_lead_s);
+  imu_ = static_cast<size_t>(std::lower_bound(imu.begin(), imu.end(), imu_begin, before) -
+                             imu.begin());
+  // Up to the range's end, and one sample further if the last image would lie outside the IMU's
+  // time otherwise.
+  imu_end_ = imu_;
+  while (imu_end_ < imu.size() && imu[imu_end_].t <= range_end_) ++imu_end_;
+  if (imu_end_ < imu.size() && (imu_end_ == 0 || imu[imu_end_ - 1].t < stamps[frame_end_ - 1]))
+    ++imu_end_;
+}
+
+void RecordedSource::countUnpaired() {
+  const auto count = [&](const std::vector<TimeNs>& stamps) {
+    return static_cast<int>(std::count_if(stamps.begin(), stamps.end(), [&](TimeNs t) {
+      return range_begin_ <= t && t <= range_end_;
+    }));
+  };
+  statistics_.unpaired_left = count(recording_.unpaired_left);
+  statistics_.unpaired_right = count(recording_.unpaired_right);
+}
+
+void RecordedSource::warn(const std::string& sentence) {
+  if (statistics_.warnings.size() < ReadStatistics::kMaxWarnings)
+    statistics_.warnings.push_back(sentence);
+}
+
+std::optional<SensorEvent> RecordedSource::next() {
+  for (;;) {
+    const bool have_imu = imu_ < imu_end_;
+    const bool have_frame = frame_ < frame_end_;
+    if (!have_imu && !have_frame) return std::nullopt;
+    if (have_imu && (!have_frame || recording_.imu[imu_].t <= recording_.image_stamps[frame_])) {
+      ++statistics_.imu_samples;
+      return recording_.imu[imu_++];
+    }
+    if (std::optional<StereoFrame> frame = nextFrame()) return *frame;
+  }
+}
+
+std::optional<StereoFrame> RecordedSource::nextFrame() {
+  FrameLoader::Result result = loader_->load(frame_++, options_.decode_images);
+  if (result.problem.empty()) {
+    ++statistics_.stereo_frames;
+    return std::move(result.frame);
+  }
+  if (statistics_.stereo_frames == 0)
+    throw DataError(result.file, 0, result.problem + " (first image of the run)");
+  ++statistics_.unreadable_images;
+  warn(result.file + ": skipped: " + result.problem);
+  return std::nullopt;
+}
+
+}  // namespace etalon

@@ -1,0 +1,378 @@
+#include "etalon/datasets/euroc_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "etalon/core/errors.h"
+#include "tiny_recording.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class EurocSource : public ::testing::Test {
+ protected:
+  EurocSource() { writeTinyRecording(folder.path()); }
+  fs::path mav0(const std::string& name) const { return folder.path() / "mav0" / name; }
+  fs::path leftImage(int i) const {
+    return mav0("cam0/data/" + std::to_string(frameStamp(i)) + ".png");
+  }
+  std::unique_ptr<RecordedSource> open(const SourceOptions& options = {}) const {
+    return openEuroc(folder.path().string(), options);
+  }
+  std::string openingError() const {
+    return dataErrorOf([this] { open(); });
+  }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
+  const auto source = open();
+  EXPECT_EQ(source->kind(), "euroc");
+  const std::vector<SensorEvent> events = readAll(*source);
+  for (size_t i = 1; i < events.size(); ++i) {
+    ASSERT_LE(stampOf(events[i - 1]), stampOf(events[i]));
+    if (stampOf(events[i - 1]) == stampOf(events[i])) {
+      EXPECT_TRUE(std::holds_alternative<ImuSample>(events[i - 1]));
+    }
+  }
+  const auto frames = framesOf(events);
+  ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
+  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(frames[static_cast<size_t>(i)].t, frameStamp(i));
+  const cv::Mat expected = cv::imread(leftImage(2).string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(cv::norm(frames[2].left, expected, cv::NORM_INF), 0);
+  EXPECT_EQ(frames[2].left_path, leftImage(2).string());
+  // From 50 ms before the first image to the end of the recording, 100 ms after the last one.
+  const auto imu = imuOf(events);
+  EXPECT_EQ(imu.front().t, kFirstStamp - 45'000'000 + -9 % 7);
+  EXPECT_EQ(imu.back().t, kFirstStamp + 350'000'000 + 70 % 7);
+  EXPECT_TRUE(imu.back().gyro.isApprox(Eigen::Vector3d(0.7, 0.05, 0.3), 1e-15));
+  EXPECT_EQ(source->statistics().stereo_frames, kFrames);
+  EXPECT_EQ(source->statistics().imu_samples, static_cast<int>(imu.size()));
+  EXPECT_TRUE(source->statistics().warnings.empty());
+}
+
+TEST_F(EurocSource, OpensMav0Itself) {
+  EXPECT_EQ(openEuroc(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
+}
+
+TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {
+  const auto source = open();
+  const CameraCalibration& camera = source->calibration().cameras[1];
+  EXPECT_EQ(camera.model.fv, 45.25);
+  EXPECT_EQ(camera.model.p2, 1.7e-5);
+  EXPECT_EQ(camera.T_BC.t, Eigen::Vector3d(-0.02, 0.06, 0.01));
+  EXPECT_EQ(camera.rate_hz, 20);
+  EXPECT_EQ(source->calibration().imu.noise.accel_random_walk, 3e-3);
+  const GroundTruth& truth = source->groundTruth();
+  ASSERT_EQ(truth.states.size(), 36u);
+  EXPECT_TRUE(truth.has_velocity && truth.has_biases);
+  EXPECT_EQ(truth.states[0].T_WB.t, Eigen::Vector3d(-0.5, 1.5, 1.5));
+  EXPECT_EQ(truth.states[0].v_WB, Eigen::Vector3d(-0.05, 0.5, -0.25));
+  EXPECT_EQ(truth.states[0].b_a, Eigen::Vector3d(0.1, 0.2, 0.3 - 5e-5));
+}
+
+TEST_F(EurocSource, QuaternionOfGroundTruthIsInTheOrderWXYZ) {
+  // A quarter turn about z: x_B points along y_W.
+  replaceLine(
+      mav0("state_groundtruth_estimate0/data.csv"), 2,
+      "1403636584000000000,0,0,0,0.70710678118654757,0,0,0.70710678118654757,0,0,0,0,0,0,0,0,0");
+  const Eigen::Matrix3d R = open()->groundTruth().states[0].T_WB.R;
+  EXPECT_LT((R.col(0) - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+}
+
+TEST_F(EurocSource, TheBodyFrameIsTheImu) {
+  // The IMU turned by 180 deg about z against the rig.
+  replaceInFile(mav0("imu0/sensor.yaml"), "[1.0, 0.0, 0.0, 0.0, 0.0, 1.0,",
+                "[-1.0, 0.0, 0.0, 0.0, 0.0, -1.0,");
+  const auto source = open();
+  EXPECT_LT((source->calibration().cameras[1].T_BC.t - Eigen::Vector3d(0.02, -0.06, 0.01)).norm(),
+            1e-12);
+  const GroundTruthState& state = source->groundTruth().states[0];
+  EXPECT_TRUE(source->groundTruth().has_velocity);
+  EXPECT_LT((state.b_a - Eigen::Vector3d(-0.1, -0.2, 0.3 - 5e-5)).norm(), 1e-12);
+}
+
+TEST_F(EurocSource, ALeverArmTakesTheVelocityFromGroundTruth) {
+  replaceInFile(mav0("imu0/sensor.yaml"), "[1.0, 0.0, 0.0, 0.0,", "[1.0, 0.0, 0.0, 0.1,");
+  const auto source = open();
+  EXPECT_FALSE(source->groundTruth().has_velocity);
+  EXPECT_TRUE(source->groundTruth().has_biases);
+  const GroundTruthState& state = source->groundTruth().states[0];
+  const Eigen::Vector3d p_rig(-0.5, 1.5, 1.5);
+  EXPECT_LT((state.T_WB.t - p_rig - 0.1 * state.T_WB.R.col(0)).norm(), 1e-12);
+}
+
+TEST_F(EurocSource, AcceptsOpenCvsYaml) {
+  const fs::path yaml = mav0("cam0/sensor.yaml");
+  replaceInFile(yaml, "T_BS:\n", "T_BS: !!opencv-matrix\n");
+  writeText(yaml, "%YAML:1.0\n---\n" + readText(yaml));
+  EXPECT_EQ(open()->calibration().cameras[0].model.fu, 45.5);
+  replaceInFile(yaml, "camera_model: pinhole", "camera_model: omni");
+  // The line of the file as it is, the directive included: 2 lines before, 14th line of the rest.
+  EXPECT_THAT(openingError(), AllOf(HasSubstr("cam0/sensor.yaml:15: "), HasSubstr("'omni'"),
+                                    HasSubstr("supported is 'pinhole'")));
+}
+
+TEST_F(EurocSource, WorksWithoutRatesAndGroundTruth) {
+  for (const char* sensor : {"cam0", "cam1"})
+    replaceInFile(mav0(std::string(sensor) + "/sensor.yaml"), "rate_hz: 20\n", "");
+  replaceInFile(mav0("imu0/sensor.yaml"), "rate_hz: 200\n", "");
+  fs::remove_all(mav0("state_groundtruth_estimate0"));
+  const auto source = open();
+  EXPECT_TRUE(source->groundTruth().empty());
+  EXPECT_NEAR(source->calibration().cameras[0].rate_hz, 20, 1e-4);  // stamps jitter by 7 ns
+  EXPECT_NEAR(source->calibration().imu.rate_hz, 200, 1e-3);
+}
+
+TEST_F(EurocSource, ReadsPoseOnlyGroundTruthCarriageReturnsAndComments) {
+  writeText(mav0("state_groundtruth_estimate0/data.csv"),
+            "# stamp, p, q\r\n1403636584763555584, 1, 2, 3, 1, 0, 0, 0\r\n\r\n# more\r\n"
+            "1403636584773555584,1,2,+3.5,1,0,0,0\r\n");
+  std::string csv = readText(mav0("cam1/data.csv"));
+  for (size_t at = 0; (at = csv.find('\n', at)) != std::string::npos; at += 2) csv.insert(at, "\r");
+  writeText(mav0("cam1/data.csv"), csv);
+  const auto source = open();
+  ASSERT_EQ(source->groundTruth().states.size(), 2u);
+  EXPECT_FALSE(source->groundTruth().has_velocity);
+  EXPECT_FALSE(source->groundTruth().has_biases);
+  EXPECT_EQ(source->groundTruth().states[1].T_WB.t.z(), 3.5);
+  EXPECT_EQ(framesOf(readAll(*source)).size(), static_cast<size_t>(kFrames));
+}
+
+TEST_F(EurocSource, CountsAndReportsUnpairedImages) {
+  replaceLine(mav0("cam1/data.csv"), 4, "");
+  replaceLine(mav0("cam0/data.csv"), 6, "");
+  const auto source = open();
+  EXPECT_EQ(source->statistics().unpaired_left, 1);
+  EXPECT_EQ(source->statistics().unpaired_right, 1);
+  EXPECT_EQ(framesOf(readAll(*source)).size(), static_cast<size_t>(kFrames - 2));
+  ASSERT_EQ(source->statistics().warnings.size(), 2u);
+  EXPECT_THAT(source->statistics().warnings[0],
+              AllOf(HasSubstr("cam0/data.csv:4: 1 image has no counterpart"),
+                    HasSubstr(std::to_string(frameStamp(2)))));
+}
+
+TEST_F(EurocSource, NeverOpensImagesOutsideTheRange) {
+  for (const int i : {0, 1, 4, 5}) fs::remove(leftImage(i));
+  SourceOptions options;
+  options.from_s = 0.1;
+  options.to_s = 0.1501;
+  const auto source = open(options);
+  const auto events = readAll(*source);
+  const auto frames = framesOf(events);
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].t, frameStamp(2));
+  EXPECT_EQ(source->statistics().unreadable_images, 0);
+  const auto imu = imuOf(events);
+  EXPECT_GE(imu.front().t, frameStamp(2) - 50'000'000);
+  EXPECT_LT(imu.front().t, frameStamp(2) - 44'000'000);
+  EXPECT_GE(imu.back().t, frameStamp(3));
+  EXPECT_LT(imu.back().t, frameStamp(3) + 6'000'000);
+  EXPECT_EQ(source->imageStamps().size(), static_cast<size_t>(kFrames));
+}
+
+TEST_F(EurocSource, TheImuReachesToTheLastImageOfARange) {
+  SourceOptions options;
+  options.to_s = secondsBetween(kFirstStamp, frameStamp(3));  // its IMU sample is stamped later
+  replaceInFile(mav0("imu0/data.csv"), std::to_string(kFirstStamp + 150'000'000 + 30 % 7),
+                std::to_string(kFirstStamp + 150'000'100));
+  const auto events = readAll(*open(options));
+  EXPECT_EQ(framesOf(events).back().t, frameStamp(3));
+  EXPECT_EQ(imuOf(events).back().t, kFirstStamp + 150'000'100);
+}
+
+TEST_F(EurocSource, ARangeWithoutImagesIsAnError) {
+  SourceOptions options;
+  options.from_s = 7;
+  EXPECT_THAT(dataErrorOf([&] { open(options); }), HasSubstr("no image lies in the range from 7"));
+}
+
+TEST_F(EurocSource, DeliversPathsAloneWithoutDecoding) {
+  SourceOptions options;
+  options.decode_images = false;
+  fs::remove_all(mav0("cam0/data"));
+  const auto frames = framesOf(readAll(*open(options)));
+  ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
+  EXPECT_TRUE(frames[0].left.empty());
+  EXPECT_EQ(frames[0].left_path, leftImage(0).string());
+}
+
+TEST_F(EurocSource, SkipsAndReportsUnreadableImages) {
+  writeText(leftImage(1), "this is no PNG");
+  cv::imwrite(leftImage(2).string(), cv::Mat(kHeight, kWidth - 1, CV_8UC1, cv::Scalar(9)));
+  fs::remove(leftImage(3));
+  const std::string png = readText(leftImage(4));
+  writeText(leftImage(4), png.substr(0, png.size() / 2));
+  const auto source = open();
+  const auto frames = framesOf(readAll(*source));
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1].t, frameStamp(5));
+  EXPECT_EQ(source->statistics().unreadable_images, 4);
+  ASSERT_EQ(source->statistics().warnings.size(), 4u);
+  const auto& warnings = source->statistics().warnings;
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr(leftImage(1).string()), HasSubstr("expected a PNG")));
+  EXPECT_THAT(warnings[1], AllOf(HasSubstr("64x48"), HasSubstr("found 63x48")));
+  EXPECT_THAT(warnings[2], HasSubstr("no such image"));
+  EXPECT_THAT(warnings[3], HasSubstr("truncated"));
+}
+
+TEST_F(EurocSource, AnUnreadableFirstImageIsAnError) {
+  writeText(leftImage(0), "");
+  const auto source = open();
+  EXPECT_THAT(
+      dataErrorOf([&] { readAll(*source); }),
+      AllOf(HasSubstr(leftImage(0).string()), HasSubstr("empty"), HasSubstr("first image")));
+}
+
+TEST_F(EurocSource, OpenSourceSaysWhatItExpected) {
+  EXPECT_EQ(openSource(folder.path().string())->kind(), "euroc");
+  EXPECT_THAT(dataErrorOf([] { openSource("/no/such/thing"); }),
+              AllOf(HasSubstr("/no/such/thing"), HasSubstr(".rawlog")));
+}
+
+/** One way to spoil a recording, and what the error must say. */
+struct Defect {
+  const char* name;
+  const char* file;
+  const char* from;  ///< text to replace, or null to remove the file
+  const char* to;
+  std::vector<std::string> expected;
+};
+
+class EurocDefects : public EurocSource, public ::testing::WithParamInterface<Defect> {};
+
+TEST_P(EurocDefects, GiveAnErrorThatNamesFileLineAndExpectation) {
+  const Defect& defect = GetParam();
+  if (defect.from)
+    replaceInFile(mav0(defect.file), defect.from, defect.to);
+  else
+    fs::remove_all(mav0(defect.file));
+  const std::string error = openingError();
+  ASSERT_FALSE(error.empty());
+  EXPECT_THAT(error, HasSubstr(folder.path().string()));
+  for (const std::string& part : defect.expected) EXPECT_THAT(error, HasSubstr(part));
+}
+
+const Defect kDefects[] = {
+    {"MissingCamera", "cam1", nullptr, "", {"'cam1'", "expected a EuRoC"}},
+    {"MissingImageList", "cam1/data.csv", nullptr, "", {"cam1/data.csv: ", "2 columns"}},
+    {"MissingCameraYaml", "cam0/sensor.yaml", nullptr, "", {"cam0/sensor.yaml: ", "calibration"}},
+    {"MissingImuData", "imu0/data.csv", nullptr, "", {"imu0/data.csv: ", "7 columns"}},
+    {"MissingImuYaml", "imu0/sensor.yaml", nullptr, "", {"imu0/sensor.yaml: "}},
+    {"ImageColumns",
+     "cam0/data.csv",
+     ".png\n",
+     ".png,3\n",
+     {"cam0/data.csv:2: ", "expected 2 columns", "found 3"}},
+    {"ImuColumns", "imu0/data.csv", ",0.2,", ",", {"imu0/data.csv:2: ", "expected 7", "found 6"}},
+    {"ImuNaN", "imu0/data.csv", ",0.2,", ",nan,", {"imu0/data.csv:2: ", "column 6", "'nan'"}},
+    {"ImuInfinite", "imu0/data.csv", ",0.2,", ",inf,", {"imu0/data.csv:2: ", "finite"}},
+    {"ImuWord", "imu0/data.csv", ",0.2,", ",0.2x,", {"imu0/data.csv:2: ", "'0.2x'"}},
+    {"StampNotWhole",
+     "cam0/data.csv",
+     "1403636584763555584,",
+     "1403636584.763555584,",
+     {"cam0/data.csv:2: ", "whole nanoseconds"}},
+    {"DuplicateStamp",
+     "cam0/data.csv",
+     "1403636584813555591,",
+     "1403636584763555584,",
+     {"cam0/data.csv:3: ", "strictly increasing", "duplicate"}},
+    {"StampsBackwards",
+     "cam1/data.csv",
+     "1403636584813555591,",
+     "1403636584713555591,",
+     {"cam1/data.csv:3: ", "strictly increasing"}},
+    {"NoFileName",
+     "cam1/data.csv",
+     ",1403636584763555584.png",
+     ",",
+     {"cam1/data.csv:2: ", "file name"}},
+    {"GroundTruthColumns",
+     "state_groundtruth_estimate0/data.csv",
+     ",0.5,",
+     ",",
+     {"state_groundtruth_estimate0/data.csv:2: ", "17 columns", "or 8", "found 16"}},
+    {"GroundTruthQuaternion",
+     "state_groundtruth_estimate0/data.csv",
+     ",1.5,1.5,0.",
+     ",1.5,1.5,7.",
+     {"state_groundtruth_estimate0/data.csv:2: ", "unit quaternion"}},
+    {"NotYaml",
+     "cam0/sensor.yaml",
+     "resolution: [64, 48]",
+     "resolution: [64, 48",
+     {"cam0/sensor.yaml:", "expected YAML"}},
+    {"MissingIntrinsics",
+     "cam0/sensor.yaml",
+     "intrinsics:",
+     "intrinsic:",
+     {"cam0/sensor.yaml: ", "'intrinsics' is missing", "[fu, fv, cu, cv]"}},
+    {"MissingExtrinsics", "cam1/sensor.yaml", "T_BS:", "T_SB:", {"cam1/sensor.yaml: ", "'T_BS'"}},
+    {"MissingNoise",
+     "imu0/sensor.yaml",
+     "gyroscope_random_walk",
+     "gyro_walk",
+     {"imu0/sensor.yaml: ", "'gyroscope_random_walk' is missing", "rad/s^2/sqrt(Hz)"}},
+    {"NegativeNoise", "imu0/sensor.yaml", "density: 2", "density: -2", {"imu0/sensor.yaml:9: "}},
+    {"IntrinsicsCount",
+     "cam0/sensor.yaml",
+     "45.5, 45.25,",
+     "45.5,",
+     {"cam0/sensor.yaml:14: ", "found 3 numbers"}},
+    {"IntrinsicsNaN",
+     "cam0/sensor.yaml",
+     "45.5, 45.25,",
+     ".nan, 45.25,",
+     {"cam0/sensor.yaml:14: ", "'.nan'"}},
+    {"Fisheye",
+     "cam0/sensor.yaml",
+     "radial-tangential",
+     "equidistant",
+     {"cam0/sensor.yaml:15: ", "'equidistant' is not supported", "'radial-tangential'"}},
+    {"ThirdRadial",
+     "cam0/sensor.yaml",
+     "1.7e-05]",
+     "1.7e-05, 0.1]",
+     {"cam0/sensor.yaml:16: ", "k3"}},
+    {"ExtrinsicsCount",
+     "cam0/sensor.yaml",
+     "0.0, 0.0, 0.0, 1.0]",
+     "0.0, 0.0, 1.0]",
+     {"cam0/sensor.yaml:7: ", "found 15 numbers"}},
+    {"NoRotation",
+     "cam0/sensor.yaml",
+     "[0.0, -1.0,",
+     "[0.1, -1.0,",
+     {"cam0/sensor.yaml:7: ", "is no rotation", "determinant +1"}},
+    {"Mirrored",
+     "cam0/sensor.yaml",
+     "0.0, 0.0, 1.0, 0.01",
+     "0.0, 0.0, -1.0, 0.01",
+     {"cam0/sensor.yaml:7: ", "is no rotation"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(, EurocDefects, ::testing::ValuesIn(kDefects),
+                         [](const auto& test) { return test.param.name; });
+
+TEST_F(EurocSource, RepairsRoundedRotations) {
+  replaceInFile(mav0("cam0/sensor.yaml"), "[0.0, -1.0,", "[0.0005, -1.0,");
+  const auto source = open();
+  const Eigen::Matrix3d& R = source->calibration().cameras[0].T_BC.R;
+  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+  ASSERT_EQ(source->statistics().warnings.size(), 1u);
+  EXPECT_THAT(source->statistics().warnings[0],
+              AllOf(HasSubstr("cam0/sensor.yaml:7"), HasSubstr("nearest rotation")));
+}
+
+}  // namespace
+}  // namespace etalon::testing

@@ -1,0 +1,204 @@
+#include "etalon/datasets/recording_info.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "etalon/core/so3.h"
+#include "tiny_recording.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const Eigen::Matrix3d kR_CB = expSO3({0.4, -1.2, 0.7});
+
+/** Rates of a motion that does not repeat itself: incommensurable sines about all three axes. */
+Eigen::Vector3d exampleRate(double t) {
+  return {0.5 * std::sin(2.1 * t) + 0.3 * std::sin(5.3 * t), 0.4 * std::cos(3.7 * t),
+          0.3 * std::sin(1.3 * t + 1.0) + 0.2 * std::cos(4.1 * t)};
+}
+
+/** Gyro samples in units of `scale` rad/s; the camera's clock is `offset_s` behind the gyro's. */
+std::vector<ImuSample> exampleImu(double scale) {
+  std::vector<ImuSample> imu;
+  for (int i = -400; i < 2000; ++i)
+    imu.push_back({5'000'000LL * i,
+                   scale * (exampleRate(5e-3 * i) + Eigen::Vector3d(-0.01, 0.02, 0.08)),
+                   Eigen::Vector3d(0, 0, 9.81)});
+  return imu;
+}
+
+std::vector<RotationStep> exampleSteps(double offset_s, double noise_rad, int count = 120) {
+  std::mt19937 generator(5);
+  std::normal_distribution<double> noise(0, noise_rad);
+  std::vector<RotationStep> steps;
+  for (int i = 0; i < count; ++i) {
+    const double middle_s = 0.05 * i + 0.025 + offset_s;
+    Eigen::Vector3d rotation = kR_CB * (0.05 * exampleRate(middle_s));
+    for (int k = 0; k < 3; ++k) rotation[k] += noise(generator);
+    steps.push_back({50'000'000LL * i, 50'000'000LL * (i + 1), rotation});
+  }
+  return steps;
+}
+
+TEST(TimeOffset, IsFoundWithScaleAndRotation) {
+  for (const double offset_s : {0.0, 0.08, -0.113}) {
+    const auto estimate = estimateTimeOffset(exampleSteps(offset_s, 1e-3), exampleImu(1.0), 0.5);
+    ASSERT_TRUE(estimate.clear) << estimate.reason;
+    // The noise of 120 steps leaves about 1 ms.
+    EXPECT_NEAR(estimate.offset_s, offset_s, 3e-3);
+    EXPECT_GT(estimate.correlation, 0.97);
+    EXPECT_NEAR(estimate.gyro_scale, 1.0, 0.03);
+    ASSERT_TRUE(estimate.R_CB.has_value());
+    EXPECT_LT(logSO3(*estimate.R_CB * kR_CB.transpose()).norm(), 0.02);
+  }
+}
+
+TEST(TimeOffset, DoesNotDependOnTheGyrosUnit) {
+  const auto estimate = estimateTimeOffset(exampleSteps(0.02, 1e-3), exampleImu(180.0 / M_PI), 0.5);
+  ASSERT_TRUE(estimate.clear);
+  EXPECT_NEAR(estimate.offset_s, 0.02, 3e-3);
+  EXPECT_NEAR(estimate.gyro_scale, 57.3, 1.5);
+}
+
+TEST(TimeOffset, IsNotClearForRepetitiveMotion) {
+  std::vector<ImuSample> imu = exampleImu(1.0);
+  for (ImuSample& sample : imu)
+    sample.gyro =
+        Eigen::Vector3d(std::sin(2 * M_PI * 3.0 * 1e-9 * static_cast<double>(sample.t)), 0, 0);
+  std::vector<RotationStep> steps = exampleSteps(0, 0);
+  for (RotationStep& step : steps)
+    step.rotation = {
+        0.05 * std::sin(2 * M_PI * 3.0 * 0.5e-9 * static_cast<double>(step.t0 + step.t1)), 0, 0};
+  const auto estimate = estimateTimeOffset(steps, imu, 0.45);
+  EXPECT_FALSE(estimate.clear);
+  EXPECT_THAT(estimate.reason, HasSubstr("repetitive"));
+  EXPECT_FALSE(estimate.R_CB.has_value());
+}
+
+TEST(TimeOffset, IsNotClearForNoiseAndNotEstimatedAtRest) {
+  std::vector<RotationStep> noise = exampleSteps(0, 0.03);
+  for (size_t i = 0; i < noise.size(); ++i) noise[i].rotation -= exampleSteps(0, 0)[i].rotation;
+  EXPECT_FALSE(estimateTimeOffset(noise, exampleImu(1.0), 0.5).clear);
+  std::vector<RotationStep> rest = exampleSteps(0, 0);
+  for (RotationStep& step : rest) step.rotation *= 1e-3;
+  const auto estimate = estimateTimeOffset(rest, exampleImu(1e-3), 0.5);
+  EXPECT_FALSE(estimate.estimated);
+  EXPECT_THAT(estimate.reason, HasSubstr("hardly changes"));
+  EXPECT_FALSE(estimateTimeOffset(exampleSteps(0, 0, 20), exampleImu(1.0), 0.5).estimated);
+}
+
+TEST(StreamSummary, FindsRateAndGaps) {
+  const StreamSummary summary = summarize({0, 10'000'000, 20'000'000, 50'000'000, 60'000'000});
+  EXPECT_EQ(summary.count, 5u);
+  EXPECT_DOUBLE_EQ(summary.rate_hz, 100.0);
+  EXPECT_DOUBLE_EQ(summary.duration_s, 0.06);
+  ASSERT_EQ(summary.gaps.size(), 1u);
+  EXPECT_EQ(summary.gaps[0].after, 20'000'000);
+  EXPECT_DOUBLE_EQ(summary.gaps[0].length_s, 0.03);
+  EXPECT_EQ(summarize({}).count, 0u);
+  EXPECT_EQ(summarize({7}).rate_hz, 0);
+}
+
+class RecordingInfoOfFolder : public ::testing::Test {
+ protected:
+  RecordingInfoOfFolder() {
+    writeTinyRecording(folder.path());
+    writeImu(1.0, 9.81, 200);
+  }
+
+  /** At rest, with the data sheet's noise. */
+  void writeImu(double gyro_scale, double gravity, double rate_hz, double rate_rps = 0.05) {
+    std::mt19937 generator(1);
+    std::normal_distribution<double> noise;
+    std::ostringstream csv;
+    csv.precision(12);
+    for (int i = -20; i < 100; ++i) {
+      csv << kFirstStamp + std::llround(1e9 / rate_hz * i);
+      for (int k = 0; k < 3; ++k) csv << "," << gyro_scale * (rate_rps + 2.4e-3 * noise(generator));
+      for (int k = 0; k < 3; ++k)
+        csv << "," << (k == 2 ? gravity : 0.0) + 2.8e-2 * gravity / 9.81 * noise(generator);
+      csv << "\n";
+    }
+    writeText(imu_csv, csv.str());
+  }
+
+  std::vector<std::string> warnings() const {
+    return describeRecording(*openRecording(folder.path().string())).warnings;
+  }
+
+  TemporaryFolder folder;
+  const std::filesystem::path imu_csv = folder / "mav0/imu0/data.csv";
+  const std::filesystem::path imu_yaml = folder / "mav0/imu0/sensor.yaml";
+};
+
+TEST_F(RecordingInfoOfFolder, SoundDataGivesNoWarning) {
+  const RecordingInfo info = describeRecording(*openRecording(folder.path().string()));
+  EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
+  EXPECT_EQ(info.images.count, static_cast<size_t>(kFrames));
+  EXPECT_NEAR(info.imu.rate_hz, 200, 1e-3);
+  EXPECT_EQ(info.imu.count, 120u);  // the lead of a second included
+  EXPECT_TRUE(info.ground_truth_velocity);
+  EXPECT_NEAR(info.calibration.baseline(), 0.11, 1e-12);
+  EXPECT_NEAR(info.mean_accel_norm, 9.81, 0.02);
+  EXPECT_FALSE(info.time_offset.estimated);
+}
+
+TEST_F(RecordingInfoOfFolder, UnitMistakesAreNoticed) {
+  writeImu(1.0, 1.0, 200);
+  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("in g"), HasSubstr("m/s^2"))));
+  writeImu(1.0, 0.0, 200);
+  EXPECT_THAT(warnings(), Contains(HasSubstr("gravity (9.81) included")));
+  writeImu(180 / M_PI, 9.81, 200, 0.5);
+  EXPECT_THAT(warnings(), Contains(HasSubstr("deg/s")));
+}
+
+TEST_F(RecordingInfoOfFolder, NoiseMistakesAreNoticed) {
+  const auto withDensity = [this](const std::string& value) {
+    const std::string before = readText(imu_yaml);
+    replaceInFile(imu_yaml, "1.6968e-04", value);
+    const auto found = warnings();
+    writeText(imu_yaml, before);
+    return found;
+  };
+  EXPECT_THAT(withDensity("0"),
+              Contains(AllOf(HasSubstr("gyroscope_noise_density"), HasSubstr("zero"))));
+  EXPECT_THAT(withDensity("2.4e-3"), Contains(HasSubstr("discrete-time")));
+  // Below the absolute limit, but 9 times what the quietest half second shows.
+  EXPECT_THAT(withDensity("1.6e-3"), Contains(HasSubstr("quietest half second")));
+  EXPECT_THAT(withDensity("1e-9"), Contains(HasSubstr("implausibly small")));
+  EXPECT_THAT(withDensity("4e-4"), ::testing::IsEmpty());
+}
+
+TEST_F(RecordingInfoOfFolder, GapsRatesAndMissingFilesAreNoticed) {
+  replaceLine(imu_csv, 50, "");
+  replaceLine(imu_csv, 51, "");
+  std::filesystem::remove(folder / ("mav0/cam1/data/" + std::to_string(frameStamp(4)) + ".png"));
+  EXPECT_THAT(warnings(), AllOf(Contains(AllOf(HasSubstr("IMU: 1 gap"), HasSubstr("0.0150 s"))),
+                                Contains(HasSubstr("1 of 6 pairs do not exist"))));
+  writeImu(1.0, 9.81, 100);
+  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("says 200 Hz"), HasSubstr("say 100 Hz"))));
+}
+
+TEST_F(RecordingInfoOfFolder, ImagesOutsideTheImusTimeAreNoticed) {
+  std::string text = readText(imu_csv);
+  text.resize(text.find('\n', text.size() / 3) + 1);
+  writeText(imu_csv, text);
+  EXPECT_THAT(warnings(), Contains(HasSubstr("lie outside the IMU's time")));
+}
+
+TEST_F(RecordingInfoOfFolder, MillimetresAreNoticed) {
+  replaceInFile(folder / "mav0/cam1/sensor.yaml", "0.06,", "60.0,");
+  EXPECT_THAT(warnings(), Contains(HasSubstr("metres")));
+}
+
+}  // namespace
+}  // namespace etalon::testing

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "etalon/core/time.h"
+
+namespace etalon {
+
+struct KeyframeSelectorOptions {
+  double rate_hz = 4.0;
+};
+
+/**
+ * Chooses keyframes at a fixed rate: of the frames around a due instant the nearest that is not too
+ * early. The instants are counted from the first frame, so the rate does not drift.
+ */
+class KeyframeSelector {
+ public:
+  explicit KeyframeSelector(const KeyframeSelectorOptions& options) : options_(options) {}
+
+  /** Whether the frame at `t` is a keyframe; to be asked once a frame, in time order. */
+  bool isKeyframe(TimeNs t);
+
+ private:
+  KeyframeSelectorOptions options_;
+  bool started_ = false;
+  TimeNs first_ = 0;
+  TimeNs previous_ = 0;  ///< frame before
+  long long count_ = 0;  ///< keyframes so far
+};
+
+}  // namespace etalon

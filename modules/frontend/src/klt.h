@@ -1,0 +1,26 @@
+#pragma once
+
+// Pyramidal KLT with a forward-backward check. Private to the module.
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "etalon/frontend/stereo_tracker.h"
+
+namespace etalon {
+
+/** An image pyramid with derivatives, built once an image. */
+using Pyramid = std::vector<cv::Mat>;
+
+Pyramid buildPyramid(const cv::Mat& image, const StereoTrackerOptions& options);
+
+/**
+ * Follows `from` points into another image.
+ * @param to in: initial guesses; out: positions, subpixel
+ * @return one flag a point: found, and found back within options.forward_backward_px
+ */
+std::vector<char> followPoints(const Pyramid& from_image, const Pyramid& to_image,
+                               const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>* to,
+                               const StereoTrackerOptions& options);
+
+}  // namespace etalon

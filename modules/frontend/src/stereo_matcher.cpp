@@ -1,0 +1,129 @@
+#include "stereo_matcher.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace etalon {
+
+namespace {
+
+constexpr int kSearchLevel = 1;      // half resolution
+constexpr int kSearchRadius = 4;     // 9 x 9 patch
+constexpr double kSearchStep = 1.0;  // px at that level
+
+/** Copies the patch around `centre` (rounded) less its mean; false outside the image or without
+ * contrast. */
+bool normalizedPatch(const cv::Mat& image, const cv::Point2f& centre, float* patch) {
+  const int x0 = cvRound(centre.x) - kSearchRadius, y0 = cvRound(centre.y) - kSearchRadius;
+  constexpr int kSide = 2 * kSearchRadius + 1;
+  if (x0 < 0 || y0 < 0 || x0 + kSide > image.cols || y0 + kSide > image.rows) return false;
+  float sum = 0.0F;
+  for (int y = 0; y < kSide; ++y) {
+    const uchar* row = image.ptr<uchar>(y0 + y) + x0;
+    for (int x = 0; x < kSide; ++x) sum += patch[y * kSide + x] = row[x];
+  }
+  constexpr int kCount = kSide * kSide;
+  const float mean = sum / kCount;
+  float squares = 0.0F;
+  for (int i = 0; i < kCount; ++i) {
+    patch[i] -= mean;
+    squares += patch[i] * patch[i];
+  }
+  if (squares < kCount) return false;  // standard deviation under one gray level
+  const float scale = 1.0F / std::sqrt(squares);
+  for (int i = 0; i < kCount; ++i) patch[i] *= scale;
+  return true;
+}
+
+}  // namespace
+
+StereoMatcher::StereoMatcher(const StereoInertialCalibration& calibration,
+                             const StereoTrackerOptions& options)
+    : calibration_(calibration), options_(options), T_C1C0_(calibration.rightFromLeft()) {
+  focal_ = 0.5 * (calibration.cameras[1].model.fu + calibration.cameras[1].model.fv);
+}
+
+bool StereoMatcher::rightPixel(const Eigen::Vector2d& left_xy, double inverse_depth,
+                               cv::Point2f* right) const {
+  // Scaled by the inverse depth, so that infinity is a point like any other.
+  const Eigen::Vector3d p = T_C1C0_.R * left_xy.homogeneous() + inverse_depth * T_C1C0_.t;
+  const auto pixel = calibration_.cameras[1].model.project(p);
+  if (!pixel || !calibration_.cameras[1].model.inImage(*pixel)) return false;
+  *right = cv::Point2f(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()));
+  return true;
+}
+
+double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
+                                         const StereoQuery& query) const {
+  constexpr int kCount = (2 * kSearchRadius + 1) * (2 * kSearchRadius + 1);
+  constexpr float kScale = 1.0F / (1 << kSearchLevel);
+  float reference[kCount], candidate[kCount];
+  if (!normalizedPatch(left, query.left * kScale, reference)) return -1.0;
+  const double step =
+      kSearchStep * (1 << kSearchLevel) / (focal_ * calibration_.baseline());  // 1/m
+  double best = -1.0, best_correlation = options_.min_correlation;
+  for (double inverse_depth = 0.0; inverse_depth <= 1.0 / options_.min_depth_m;
+       inverse_depth += step) {
+    cv::Point2f pixel;
+    if (!rightPixel(query.left_xy, inverse_depth, &pixel) ||
+        !normalizedPatch(right, pixel * kScale, candidate))
+      continue;
+    float correlation = 0.0F;
+    for (int i = 0; i < kCount; ++i) correlation += reference[i] * candidate[i];
+    if (correlation > best_correlation) {
+      best_correlation = correlation;
+      best = inverse_depth;
+    }
+  }
+  return best;
+}
+
+StereoMatch StereoMatcher::check(const StereoQuery& query, const cv::Point2f& right) const {
+  StereoMatch match;
+  const PinholeRadtan& camera = calibration_.cameras[1].model;
+  const Eigen::Vector2d pixel(right.x, right.y);
+  if (!camera.inImage(pixel)) return match;
+  const auto right_xy = camera.pixelToNormalized(pixel);
+  if (!right_xy) return match;
+  const Eigen::Vector3d f0 = T_C1C0_.R * query.left_xy.homogeneous();
+  const Eigen::Vector3d f1 = right_xy->homogeneous();
+  // Distance from the epipolar line in the plane z = 1, in pixels.
+  const Eigen::Vector3d line = T_C1C0_.t.cross(f0);
+  const double distance_px = std::abs(line.dot(f1)) / line.head<2>().norm() * focal_;
+  if (distance_px > options_.epipolar_px) return match;
+  // f1 x (f0 + inverse_depth t) = 0, least squares.
+  const Eigen::Vector3d a = f1.cross(T_C1C0_.t), b = f1.cross(f0);
+  const double inverse_depth = -a.dot(b) / a.squaredNorm();
+  // Half a pixel of noise may put a landmark at great distance beyond infinity.
+  const double slack = 0.5 / (focal_ * calibration_.baseline());
+  if (inverse_depth < -slack || inverse_depth > 1.0 / options_.min_depth_m) return match;
+  match.found = true;
+  match.right = right;
+  match.inverse_depth = std::max(0.0, inverse_depth);
+  return match;
+}
+
+std::vector<StereoMatch> StereoMatcher::match(const Pyramid& left, const Pyramid& right,
+                                              const std::vector<StereoQuery>& queries) const {
+  // The pyramid holds image and derivatives in turn.
+  const size_t level = std::min<size_t>(2 * kSearchLevel, left.size() - 2);
+  std::vector<StereoMatch> matches(queries.size());
+  std::vector<cv::Point2f> from, to;
+  std::vector<size_t> index;
+  for (size_t i = 0; i < queries.size(); ++i) {
+    double inverse_depth = queries[i].inverse_depth;
+    if (inverse_depth < 0.0)
+      inverse_depth = searchInverseDepth(left[level], right[level], queries[i]);
+    cv::Point2f guess;
+    if (inverse_depth < 0.0 || !rightPixel(queries[i].left_xy, inverse_depth, &guess)) continue;
+    from.push_back(queries[i].left);
+    to.push_back(guess);
+    index.push_back(i);
+  }
+  const std::vector<char> good = followPoints(left, right, from, &to, options_);
+  for (size_t j = 0; j < index.size(); ++j)
+    if (good[j]) matches[index[j]] = check(queries[index[j]], to[j]);
+  return matches;
+}
+
+}  // namespace etalon

@@ -1,0 +1,53 @@
+#pragma once
+
+// From the left to the right image of a calibrated pair. Private to the module.
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "klt.h"
+
+namespace etalon {
+
+/** A left pixel to be found in the right image. */
+struct StereoQuery {
+  cv::Point2f left;
+  Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();  ///< undistorted, normalised
+  double inverse_depth = -1.0;  ///< 1/m, along the left camera's z; negative if unknown
+};
+
+struct StereoMatch {
+  bool found = false;
+  cv::Point2f right;
+  double inverse_depth = -1.0;
+};
+
+/**
+ * Right pixels by KLT. Where the depth is unknown, patches are first compared along the epipolar
+ * curve (half resolution, normalised cross-correlation), since near landmarks are displaced by more
+ * than a pyramid can bridge. A match must come back to its left pixel, lie on the epipolar line,
+ * and have a depth between min_depth_m and infinity.
+ */
+class StereoMatcher {
+ public:
+  StereoMatcher(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options);
+
+  std::vector<StereoMatch> match(const Pyramid& left, const Pyramid& right,
+                                 const std::vector<StereoQuery>& queries) const;
+
+ private:
+  /** The right pixel of a left one at an inverse depth; false outside the image. */
+  bool rightPixel(const Eigen::Vector2d& left_xy, double inverse_depth, cv::Point2f* right) const;
+  double searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
+                            const StereoQuery& query) const;
+  StereoMatch check(const StereoQuery& query, const cv::Point2f& right) const;
+
+  const StereoInertialCalibration& calibration_;
+  const StereoTrackerOptions& options_;
+  SE3 T_C1C0_;
+  double focal_ = 0.0;  ///< mean focal length of the right camera, px
+};
+
+}  // namespace etalon

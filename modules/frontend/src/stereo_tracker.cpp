@@ -1,0 +1,210 @@
+#include "etalon/frontend/stereo_tracker.h"
+
+#include <Eigen/Geometry>
+#include <opencv2/calib3d.hpp>
+
+#include "corner_grid.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/stopwatch.h"
+#include "klt.h"
+#include "stereo_matcher.h"
+
+namespace etalon {
+
+void StereoTrackerOptions::declare(ParameterSet& parameters) {
+  parameters.add("max_features", &max_features, {10, 5000}, "Landmarks followed at a time.");
+  parameters.add("klt_window_px", &klt_window_px, {5, 63}, "Side of the KLT patch, px (odd).");
+  parameters.add("klt_levels", &klt_levels, {1, 8}, "Pyramid levels above the full image.");
+  parameters.add("klt_iterations", &klt_iterations, {1, 1000}, "KLT iterations a level, at most.");
+  parameters.add("klt_epsilon_px", &klt_epsilon_px, {1e-6, 1.0},
+                 "A KLT iteration that moves less ends the level, px.");
+  parameters.add("forward_backward_px", &forward_backward_px, {0.01, 100.0},
+                 "A track followed back must end this near to where it started, px.");
+  parameters.add("epipolar_px", &epipolar_px, {0.01, 100.0},
+                 "Largest distance of a right pixel from its epipolar line, px.");
+  parameters.add("temporal_epipolar_px", &temporal_epipolar_px, {0.0, 100.0},
+                 "Largest distance of a track from the epipolar line of the motion between two "
+                 "frames (fundamental matrix by RANSAC), px; 0: no such check.");
+  parameters.add("min_distance_px", &min_distance_px, {1.0, 200.0},
+                 "Least distance between two landmarks, px.");
+  parameters.add("min_corner_response", &min_corner_response, {0.0, 1.0},
+                 "A corner's least eigenvalue of the structure tensor (OpenCV's "
+                 "cornerMinEigenVal, block 5) is at least this.");
+  parameters.add("min_depth_m", &min_depth_m, {0.01, 100.0},
+                 "Landmarks nearer to the camera are not matched between left and right, m.");
+  parameters.add("min_correlation", &min_correlation, {-1.0, 1.0},
+                 "Normalised cross-correlation that a patch along the epipolar line must reach.");
+  parameters.add("border_px", &border_px, {1, 200},
+                 "No landmark is nearer to the edge of the image, px.");
+}
+
+namespace {
+
+struct Track {
+  LandmarkId id = -1;
+  cv::Point2f pixel;
+  double inverse_depth = -1.0;  ///< 1/m when last matched with the right image; negative if never
+};
+
+}  // namespace
+
+class StereoTracker::Impl {
+ public:
+  Impl(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options)
+      : calibration_(calibration), options_(options), matcher_(calibration_, options_) {}
+
+  TrackedFrame track(TimeNs t, const cv::Mat& left, const cv::Mat& right,
+                     const Eigen::Matrix3d& R_prev_cur) {
+    Stopwatch watch;
+    statistics_ = TrackingStatistics();
+    checkImage(left, 0);
+    checkImage(right, 1);
+    Pyramid left_pyramid = buildPyramid(left, options_);
+    const Pyramid right_pyramid = buildPyramid(right, options_);
+    const int before = static_cast<int>(tracks_.size());
+    follow(left_pyramid, R_prev_cur);
+    CornerGrid grid(left.size(), options_);
+    keepApart(&grid);
+    statistics_.tracked = static_cast<int>(tracks_.size());
+    statistics_.lost = before - statistics_.tracked;
+    for (const cv::Point2f& corner :
+         grid.detect(left, options_.max_features - statistics_.tracked)) {
+      tracks_.push_back({next_id_++, corner, -1.0});
+      ++statistics_.added;
+    }
+    const TrackedFrame frame = observe(t, left_pyramid, right_pyramid);
+    previous_ = std::move(left_pyramid);
+    statistics_.milliseconds = watch.lapMilliseconds();
+    return frame;
+  }
+
+  const TrackingStatistics& statistics() const { return statistics_; }
+
+ private:
+  void checkImage(const cv::Mat& image, size_t camera) const {
+    const PinholeRadtan& model = calibration_.cameras[camera].model;
+    if (image.type() == CV_8UC1 && image.cols == model.width && image.rows == model.height) return;
+    throw DataError("", 0,
+                    "image of camera " + std::to_string(camera) + ": expected 8-bit gray of " +
+                        std::to_string(model.width) + " x " + std::to_string(model.height) +
+                        " px, got " + std::to_string(image.cols) + " x " +
+                        std::to_string(image.rows) + ", OpenCV type " +
+                        std::to_string(image.type()));
+  }
+
+  /** Where the rotation alone takes a pixel of the left image; the pixel itself if it leaves the
+   * image. */
+  cv::Point2f rotated(const cv::Point2f& pixel, const Eigen::Matrix3d& R_C0cur_C0prev) const {
+    const PinholeRadtan& camera = calibration_.cameras[0].model;
+    const auto xy = camera.pixelToNormalized({pixel.x, pixel.y});
+    const auto moved = xy ? camera.project(R_C0cur_C0prev * xy->homogeneous()) : xy;
+    if (!moved || !camera.inImage(*moved)) return pixel;
+    return {static_cast<float>(moved->x()), static_cast<float>(moved->y())};
+  }
+
+  /** KLT from the previous left image; tracks that fail are dropped. */
+  void follow(const Pyramid& left, const Eigen::Matrix3d& R_prev_cur) {
+    if (tracks_.empty()) return;
+    const Eigen::Matrix3d& R_BC0 = calibration_.cameras[0].T_BC.R;
+    const Eigen::Matrix3d R_C0cur_C0prev = R_BC0.transpose() * R_prev_cur.transpose() * R_BC0;
+    std::vector<cv::Point2f> from, to;
+    for (const Track& track : tracks_) {
+      from.push_back(track.pixel);
+      to.push_back(rotated(track.pixel, R_C0cur_C0prev));
+    }
+    std::vector<char> good = followPoints(previous_, left, from, &to, options_);
+    for (size_t i = 0; i < good.size(); ++i)
+      good[i] =
+          good[i] && calibration_.cameras[0].model.inImage({to[i].x, to[i].y}, options_.border_px);
+    rejectByMotion(from, to, &good);
+    std::vector<Track> kept;
+    for (size_t i = 0; i < tracks_.size(); ++i)
+      if (good[i]) kept.push_back({tracks_[i].id, to[i], tracks_[i].inverse_depth});
+    tracks_.swap(kept);
+  }
+
+  /** Drops tracks off the epipolar geometry between the two frames. OpenCV's RANSAC has a fixed
+   * seed. */
+  void rejectByMotion(const std::vector<cv::Point2f>& from, const std::vector<cv::Point2f>& to,
+                      std::vector<char>* good) const {
+    if (options_.temporal_epipolar_px <= 0.0) return;
+    const PinholeRadtan& camera = calibration_.cameras[0].model;
+    const double focal = 0.5 * (camera.fu + camera.fv);
+    std::vector<cv::Point2f> a, b;
+    std::vector<size_t> index;
+    for (size_t i = 0; i < from.size(); ++i) {
+      if (!(*good)[i]) continue;
+      const auto xy_a = camera.pixelToNormalized({from[i].x, from[i].y});
+      const auto xy_b = camera.pixelToNormalized({to[i].x, to[i].y});
+      if (!xy_a || !xy_b) continue;
+      a.emplace_back(static_cast<float>(focal * xy_a->x()), static_cast<float>(focal * xy_a->y()));
+      b.emplace_back(static_cast<float>(focal * xy_b->x()), static_cast<float>(focal * xy_b->y()));
+      index.push_back(i);
+    }
+    constexpr size_t kEnough = 20;  // fewer are better judged by the estimator
+    if (a.size() < kEnough) return;
+    std::vector<uchar> inlier;
+    cv::findFundamentalMat(a, b, cv::FM_RANSAC, options_.temporal_epipolar_px, 0.99, inlier);
+    if (inlier.size() != a.size()) return;
+    for (size_t j = 0; j < index.size(); ++j)
+      if (!inlier[j]) (*good)[index[j]] = 0;
+  }
+
+  /** Of tracks that have run into each other the oldest survives. */
+  void keepApart(CornerGrid* grid) {
+    std::vector<Track> kept;
+    for (const Track& track : tracks_)  // in the order of their ids
+      if (grid->claim(track.pixel)) kept.push_back(track);
+    tracks_.swap(kept);
+  }
+
+  TrackedFrame observe(TimeNs t, const Pyramid& left, const Pyramid& right) {
+    std::vector<StereoQuery> queries;
+    for (const Track& track : tracks_) {
+      StereoQuery query;
+      query.left = track.pixel;
+      query.inverse_depth = track.inverse_depth;
+      const auto xy =
+          calibration_.cameras[0].model.pixelToNormalized({track.pixel.x, track.pixel.y});
+      if (xy) query.left_xy = *xy;
+      queries.push_back(query);
+    }
+    const std::vector<StereoMatch> matches = matcher_.match(left, right, queries);
+    TrackedFrame frame;
+    frame.t = t;
+    for (size_t i = 0; i < tracks_.size(); ++i) {
+      Observation o;
+      o.id = tracks_[i].id;
+      o.left = {tracks_[i].pixel.x, tracks_[i].pixel.y};
+      o.has_right = matches[i].found;
+      if (o.has_right) o.right = {matches[i].right.x, matches[i].right.y};
+      tracks_[i].inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
+      statistics_.with_stereo += o.has_right;
+      frame.observations.push_back(o);
+    }
+    return frame;
+  }
+
+  StereoInertialCalibration calibration_;
+  StereoTrackerOptions options_;
+  StereoMatcher matcher_;
+  TrackingStatistics statistics_;
+  Pyramid previous_;
+  std::vector<Track> tracks_;  ///< in increasing order of id
+  LandmarkId next_id_ = 0;
+};
+
+StereoTracker::StereoTracker(const StereoInertialCalibration& calibration,
+                             const StereoTrackerOptions& options)
+    : impl_(std::make_unique<Impl>(calibration, options)) {}
+
+StereoTracker::~StereoTracker() = default;
+
+TrackedFrame StereoTracker::track(TimeNs t, const cv::Mat& left, const cv::Mat& right,
+                                  const Eigen::Matrix3d& R_prev_cur) {
+  return impl_->track(t, left, right, R_prev_cur);
+}
+
+const TrackingStatistics& StereoTracker::statistics() const { return impl_->statistics(); }
+
+}  // namespace etalon

@@ -1,0 +1,73 @@
+#include "etalon/initialization/initialization_problem.h"
+
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/stopwatch.h"
+
+namespace etalon {
+
+struct InitializationProblem::Lazy {
+  VisualSolver solver;
+  std::once_flag once;
+  std::atomic<bool> computed{false};
+  VisualSolution solution;
+  std::exception_ptr error;
+  double milliseconds = 0.0;
+};
+
+static void checkKeyframeIndices(const InitializationProblem::Data& data) {
+  int previous = -1;
+  for (const int index : data.keyframe_indices) {
+    if (index <= previous || index >= static_cast<int>(data.frames.size())) {
+      throw DataError("initialization problem", 0,
+                      "keyframe index " + std::to_string(index) + " after " +
+                          std::to_string(previous) + ": expected increasing indices into " +
+                          std::to_string(data.frames.size()) + " frames");
+    }
+    previous = index;
+  }
+}
+
+InitializationProblem::InitializationProblem(Data data, VisualSolver visual_solver) {
+  checkKeyframeIndices(data);
+  data_ = std::make_shared<const Data>(std::move(data));
+  lazy_ = std::make_shared<Lazy>();
+  lazy_->solver = std::move(visual_solver);
+}
+
+std::vector<Preintegration> InitializationProblem::preintegrate(const ImuBias& bias) const {
+  std::vector<Preintegration> result;
+  for (int k = 1; k < keyframeCount(); ++k) {
+    result.emplace_back(imu().between(keyframe(k - 1).t, keyframe(k).t), bias, imuNoise());
+  }
+  return result;
+}
+
+const VisualSolution& InitializationProblem::visualSolution() const {
+  std::call_once(lazy_->once, [this] {
+    Stopwatch watch;
+    try {
+      if (!lazy_->solver) throw ConfigError("this problem comes without stereo odometry");
+      lazy_->solution = lazy_->solver();
+    } catch (...) {
+      lazy_->error = std::current_exception();
+    }
+    lazy_->milliseconds = watch.lapMilliseconds();
+    lazy_->computed = true;
+  });
+  if (lazy_->error) std::rethrow_exception(lazy_->error);
+  return lazy_->solution;
+}
+
+bool InitializationProblem::visualSolutionComputed() const { return lazy_->computed; }
+
+double InitializationProblem::visualSolutionMilliseconds() const {
+  return lazy_->computed ? lazy_->milliseconds : 0.0;
+}
+
+}  // namespace etalon

@@ -1,0 +1,180 @@
+#include "etalon/initialization/initializer.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <optional>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+IMPLEMENTS_VIRTUAL_MRPT_OBJECT(Initializer, mrpt::rtti::CObject, etalon)
+
+namespace {
+
+using Status = InitializationStatus;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g", value);
+  return text;
+}
+
+InitializationResult refuse(Status status, const std::string& reason, double value) {
+  return InitializationResult::refusal(status, reason, value);
+}
+
+std::optional<InitializationResult> checkFrames(const InitializationProblem& problem) {
+  const auto& frames = problem.frames();
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (i > 0 && frames[i].t <= frames[i - 1].t) {
+      return refuse(
+          Status::kInvalidInput,
+          "frame " + std::to_string(i) + " of the window is not later than the one before",
+          static_cast<double>(i));
+    }
+    for (const Observation& o : frames[i].observations) {
+      if (!o.left.allFinite() || (o.has_right && !o.right.allFinite())) {
+        return refuse(Status::kInvalidInput,
+                      "landmark " + std::to_string(o.id) + " in frame " + std::to_string(i) +
+                          " of the window has a pixel that is not finite",
+                      static_cast<double>(i));
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+/** Seconds of [t0, t1] at its ends that the samples leave out; the whole if there are none. */
+double secondsNotCovered(const ImuBuffer& imu, TimeNs t0, TimeNs t1) {
+  if (imu.empty()) return secondsBetween(t0, t1);
+  return std::max(0.0, secondsBetween(t0, imu.samples().front().t)) +
+         std::max(0.0, secondsBetween(imu.samples().back().t, t1));
+}
+
+std::optional<InitializationResult> checkImu(const InitializationProblem& problem) {
+  const ImuBuffer& imu = problem.imu();
+  const TimeNs t0 = problem.keyframe(0).t;
+  const TimeNs t1 = problem.keyframe(problem.keyframeCount() - 1).t;
+  if (!imu.covers(t0, t1)) {
+    const double missing = secondsNotCovered(imu, t0, t1);
+    return refuse(Status::kImuGap,
+                  "the IMU leaves " + number(missing) + " s of the window's " +
+                      number(secondsBetween(t0, t1)) + " s uncovered",
+                  missing);
+  }
+  for (size_t i = 0; i < imu.samples().size(); ++i) {
+    const ImuSample& sample = imu.samples()[i];
+    if (!sample.gyro.allFinite() || !sample.accel.allFinite()) {
+      return refuse(Status::kInvalidInput, "IMU sample " + std::to_string(i) + " is not finite",
+                    static_cast<double>(i));
+    }
+  }
+  const double rate_hz = problem.calibration().imu.rate_hz;
+  if (!std::isfinite(rate_hz) || rate_hz <= 0.0) {
+    return refuse(Status::kInvalidInput,
+                  "the calibration's nominal IMU rate is " + number(rate_hz) + " Hz", rate_hz);
+  }
+  const double gap = imu.longestGap(t0, t1);
+  const double allowed = Initializer::kMaxGapInSamples / rate_hz;
+  if (gap > allowed) {
+    return refuse(Status::kImuGap,
+                  "the IMU has a gap of " + number(gap) + " s, at most " + number(allowed) +
+                      " s (" + number(Initializer::kMaxGapInSamples) +
+                      " nominal intervals) can be bridged",
+                  gap);
+  }
+  return std::nullopt;
+}
+
+std::optional<InitializationResult> checkProblem(const InitializationProblem& problem) {
+  if (problem.keyframeCount() < 2) {
+    return refuse(Status::kTooFewKeyframes,
+                  "the window has " + std::to_string(problem.keyframeCount()) +
+                      " keyframes, at least 2 are needed",
+                  problem.keyframeCount());
+  }
+  if (auto refusal = checkFrames(problem)) return refusal;
+  return checkImu(problem);
+}
+
+/** A rotation within what a long product of rotations in double precision loses. */
+bool isRotation(const Eigen::Matrix3d& R) {
+  constexpr double kTolerance = 1e-6;
+  return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
+         R.determinant() > 0.0;
+}
+
+/** Empty if `result` keeps what a success promises. */
+std::string brokenPromise(const InitializationProblem& problem,
+                          const InitializationResult& result) {
+  if (static_cast<int>(result.states.size()) != problem.keyframeCount()) {
+    return std::to_string(result.states.size()) + " states for " +
+           std::to_string(problem.keyframeCount()) + " keyframes";
+  }
+  for (int k = 0; k < problem.keyframeCount(); ++k) {
+    const KeyframeState& state = result.states[static_cast<size_t>(k)];
+    const std::string where = " at keyframe " + std::to_string(k);
+    if (state.t != problem.keyframe(k).t) return "another stamp than the keyframe's" + where;
+    if (!state.T_WB.R.allFinite() || !state.T_WB.t.allFinite()) return "a T_WB not finite" + where;
+    if (!state.v_WB.allFinite()) return "a v_WB not finite" + where;
+    if (!isRotation(state.T_WB.R)) return "a T_WB that is no rigid transform" + where;
+  }
+  if (!result.bias.gyro.allFinite()) return "a gyro bias not finite";
+  if (!result.bias.accel.allFinite()) return "an accelerometer bias not finite";
+  for (const auto& [id, p_W] : result.landmarks) {
+    if (!p_W.allFinite()) return "a position not finite for landmark " + std::to_string(id);
+  }
+  if (result.covariance.size() > 0 &&
+      (result.covariance.rows() != 11 || result.covariance.cols() != 11)) {
+    return "a covariance that is not 11 x 11";
+  }
+  if (!result.covariance.allFinite()) return "a covariance not finite";
+  return "";
+}
+
+InitializationResult checkedResult(const InitializationProblem& problem,
+                                   InitializationResult result) {
+  if (!result.ok()) {
+    if (result.reason.empty()) {
+      result.reason = std::string("refused without a reason (") + toString(result.status) + ")";
+    }
+    return result;
+  }
+  const std::string broken = brokenPromise(problem, result);
+  if (broken.empty()) return result;
+  InitializationResult refusal =
+      refuse(Status::kNotConverged, "the initializer reports success with " + broken, 0.0);
+  refusal.timings = result.timings;
+  return refusal;
+}
+
+}  // namespace
+
+inline namespace abi_v1 {
+
+InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
+  if (auto refusal = checkProblem(problem)) return *refusal;
+  try {
+    return checkedResult(problem, solve(problem));
+  } catch (const DataError& e) {
+    return refuse(Status::kInvalidInput, e.what(), 0.0);
+  } catch (const std::exception& e) {
+    return refuse(Status::kNotConverged, e.what(), 0.0);
+  } catch (...) {
+    return refuse(Status::kNotConverged, "the initializer threw what is no std::exception", 0.0);
+  }
+}
+
+}  // namespace abi_v1
+
+void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
+  if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {
+    mrpt::rtti::registerClass(class_id);
+  }
+}
+
+}  // namespace etalon

@@ -1,0 +1,157 @@
+#include "etalon/initialization/initializer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "plugins/test_initializer.h"
+
+ETALON_TEST_INITIALIZER(Linked)
+
+namespace etalon {
+namespace {
+
+using testing::HasSubstr;
+using Data = InitializationProblem::Data;
+
+constexpr TimeNs kStep = 5'000'000;  // 200 Hz
+
+/** Three keyframes 0.1 s apart with two landmarks, IMU at 200 Hz from 0 to 0.2 s. */
+Data goodData() {
+  Data data;
+  for (int k = 0; k < 3; ++k) {
+    Observation a, b;
+    a.id = 1;
+    a.left = {10.0, 20.0};
+    b.id = 2;
+    b.left = {30.0, 40.0};
+    b.right = {25.0, 40.0};
+    b.has_right = true;
+    data.frames.push_back({k * 100'000'000, {a, b}});
+    data.keyframe_indices.push_back(k);
+  }
+  std::vector<ImuSample> samples;
+  for (TimeNs t = 0; t <= 200'000'000; t += kStep) {
+    samples.push_back({t, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+  }
+  data.imu = ImuBuffer(samples);
+  return data;
+}
+
+InitializationResult solveWith(const std::string& answer, const Data& data) {
+  test_plugins::Linked initializer;
+  ParameterSet parameters("test");
+  initializer.declareParameters(parameters);
+  parameters.read(IniFile::fromText("[test]\nanswer = " + answer + "\n", "test.ini"));
+  return initializer.initialize(InitializationProblem(data, nullptr));
+}
+
+InitializationResult solveAfter(const std::function<void(Data*)>& change) {
+  Data data = goodData();
+  change(&data);
+  return solveWith("rest", data);
+}
+
+std::vector<ImuSample> without(const std::vector<ImuSample>& samples, size_t first, size_t last) {
+  std::vector<ImuSample> kept = samples;
+  kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(first),
+             kept.begin() + static_cast<std::ptrdiff_t>(last));
+  return kept;
+}
+
+TEST(Initializer, PassesAGoodProblemAndAGoodAnswer) {
+  const InitializationResult result = solveWith("rest", goodData());
+  EXPECT_TRUE(result.ok()) << result.reason;
+  EXPECT_EQ(result.states.size(), 3U);
+}
+
+TEST(Initializer, RefusesFewerThanTwoKeyframes) {
+  const auto result = solveAfter([](Data* data) { data->keyframe_indices = {1}; });
+  EXPECT_EQ(result.status, InitializationStatus::kTooFewKeyframes);
+  EXPECT_EQ(result.reason_value, 1.0);
+  EXPECT_THAT(result.reason, HasSubstr("1 keyframe"));
+  EXPECT_EQ(solveAfter([](Data* data) { data->keyframe_indices.clear(); }).status,
+            InitializationStatus::kTooFewKeyframes);
+}
+
+TEST(Initializer, RefusesFramesOutOfOrderAndPixelsNotFinite) {
+  const auto order = solveAfter([](Data* data) { data->frames[2].t = data->frames[1].t; });
+  EXPECT_EQ(order.status, InitializationStatus::kInvalidInput);
+  EXPECT_THAT(order.reason, HasSubstr("frame 2"));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto left = solveAfter([&](Data* data) { data->frames[1].observations[0].left.x() = nan; });
+  EXPECT_EQ(left.status, InitializationStatus::kInvalidInput);
+  EXPECT_THAT(left.reason, HasSubstr("landmark 1 in frame 1"));
+  const auto right =
+      solveAfter([&](Data* data) { data->frames[1].observations[1].right.y() = nan; });
+  EXPECT_EQ(right.status, InitializationStatus::kInvalidInput);
+  // Without has_right the right pixel means nothing.
+  EXPECT_TRUE(
+      solveAfter([&](Data* data) { data->frames[1].observations[0].right.x() = nan; }).ok());
+}
+
+TEST(Initializer, RefusesImuNotFinite) {
+  const auto result = solveAfter([](Data* data) {
+    std::vector<ImuSample> samples = data->imu.samples();
+    samples[4].accel.z() = std::numeric_limits<double>::infinity();
+    data->imu = ImuBuffer(samples);
+  });
+  EXPECT_EQ(result.status, InitializationStatus::kInvalidInput);
+  EXPECT_THAT(result.reason, HasSubstr("IMU sample 4"));
+}
+
+TEST(Initializer, RefusesAnImuThatDoesNotCoverTheWindow) {
+  const auto late =
+      solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 0, 10)); });
+  EXPECT_EQ(late.status, InitializationStatus::kImuGap);
+  EXPECT_NEAR(late.reason_value, 0.05, 1e-12);  // rounding of one division
+  const auto none = solveAfter([](Data* data) { data->imu = ImuBuffer(); });
+  EXPECT_EQ(none.status, InitializationStatus::kImuGap);
+  EXPECT_NEAR(none.reason_value, 0.2, 1e-12);
+}
+
+TEST(Initializer, RefusesAGapLongerThanFiveNominalIntervals) {
+  // Taking out 4 samples leaves a step of 5 intervals, the longest allowed; 5 leave 6.
+  EXPECT_TRUE(solveAfter([](Data* data) {
+                data->imu = ImuBuffer(without(data->imu.samples(), 10, 14));
+              }).ok());
+  const auto result =
+      solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 10, 15)); });
+  EXPECT_EQ(result.status, InitializationStatus::kImuGap);
+  EXPECT_NEAR(result.reason_value, 0.03, 1e-12);
+  EXPECT_THAT(result.reason, HasSubstr("gap of 0.03 s"));
+}
+
+TEST(Initializer, TurnsWhatSolveThrowsIntoARefusal) {
+  const auto error = solveWith("error", goodData());
+  EXPECT_EQ(error.status, InitializationStatus::kNotConverged);
+  EXPECT_THAT(error.reason, HasSubstr("a refusal thrown by the plugin"));
+  const auto data_error = solveWith("data_error", goodData());
+  EXPECT_EQ(data_error.status, InitializationStatus::kInvalidInput);
+  EXPECT_THAT(data_error.reason, HasSubstr("imu.csv:7"));
+  const auto exception = solveWith("exception", goodData());
+  EXPECT_EQ(exception.status, InitializationStatus::kNotConverged);
+  EXPECT_THAT(exception.reason, HasSubstr("an exception of the plugin"));
+  EXPECT_EQ(solveWith("integer", goodData()).status, InitializationStatus::kNotConverged);
+}
+
+TEST(Initializer, RefusesASuccessThatIsNone) {
+  const auto nan = solveWith("nan", goodData());
+  EXPECT_EQ(nan.status, InitializationStatus::kNotConverged);
+  EXPECT_THAT(nan.reason, HasSubstr("v_WB not finite at keyframe 2"));
+  const auto few = solveWith("few_states", goodData());
+  EXPECT_EQ(few.status, InitializationStatus::kNotConverged);
+  EXPECT_THAT(few.reason, HasSubstr("2 states for 3 keyframes"));
+  EXPECT_THAT(solveWith("skewed", goodData()).reason, HasSubstr("no rigid transform"));
+}
+
+TEST(Initializer, GivesASilentRefusalAReason) {
+  const auto result = solveWith("silent", goodData());
+  EXPECT_EQ(result.status, InitializationStatus::kTooLittleMotion);
+  EXPECT_THAT(result.reason, HasSubstr("too_little_motion"));
+}
+
+}  // namespace
+}  // namespace etalon

@@ -1,0 +1,3 @@
+#include "etalon/initialization/initializer.h"
+
+extern "C" const etalon::InitializerDescriptor* etalon_initializer_descriptor() { return nullptr; }

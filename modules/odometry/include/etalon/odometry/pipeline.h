@@ -1,0 +1,97 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "etalon/core/trajectory.h"
+#include "etalon/datasets/sensor_source.h"
+#include "etalon/frontend/keyframe_selector.h"
+#include "etalon/frontend/stereo_tracker.h"
+#include "etalon/imu/imu_noise.h"
+#include "etalon/odometry/window_initialization.h"
+
+namespace etalon {
+
+/** Everything that a run needs to know; one INI section a member (see PipelineOptions::sections).
+ */
+struct PipelineOptions {
+  std::string initializer = "eta";  ///< name of the plugin
+  int keyframes = 10;               ///< in the initialization window
+  double keyframe_rate_hz = 4.0;    ///< until initialised
+  WindowOptions window;
+  ImuNoiseOptions imu_noise;
+  StereoTrackerOptions frontend;
+
+  /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
+   * [frontend], ... */
+  std::vector<ParameterSet> sections();
+};
+
+enum class PipelineState { kCollecting, kInitialized };
+
+/** Milliseconds of the stages of one frame. */
+struct FrameTiming {
+  double frontend_ms = 0.0;
+  double odometry_ms = 0.0;
+  double initialization_ms = 0.0;
+};
+
+/**
+ * The stages tied together: measurements in, in time order; trajectory and initialization attempts
+ * out. All stamps are cut to MRPT's tick of 100 ns on entry, so that a folder and the rawlog made
+ * from it are the same input bit for bit.
+ */
+class Pipeline {
+ public:
+  Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
+           std::shared_ptr<const Initializer> initializer);
+  ~Pipeline();
+
+  void add(const ImuSample& sample);
+  /** Processed as soon as the IMU has reached its stamp. */
+  void add(const StereoFrame& frame);
+  /** Processes what still waits. */
+  void finish();
+
+  PipelineState state() const { return state_; }
+  /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
+  const Trajectory& trajectory() const { return trajectory_; }
+  const std::vector<InitializationAttempt>& attempts() const { return attempts_; }
+  /** One a processed frame. */
+  const std::vector<FrameTiming>& timings() const { return timings_; }
+  int keyframesCollected() const { return static_cast<int>(window_keyframes_.size()); }
+  int framesNotLocated() const { return frames_not_located_; }
+  /** Biases in use: the prior's mean until initialised. */
+  const ImuBias& bias() const { return bias_; }
+  TimeNs initializedAt() const { return initialized_at_; }
+
+ private:
+  void process(const StereoFrame& frame);
+  void tryInitialize();
+  void start(const InitializationAttempt& attempt);
+  void dropBeforeWindow();
+
+  StereoInertialCalibration calibration_;
+  PipelineOptions options_;
+  std::shared_ptr<const Initializer> initializer_;
+  ImuNoiseDensities noise_;
+  StereoTracker tracker_;
+  KeyframeSelector selector_;
+  StereoOdometry odometry_;
+  ImuBuffer imu_;
+  std::deque<StereoFrame> waiting_;
+  std::deque<TrackedFrame> window_frames_;  ///< since the first keyframe of the window
+  std::deque<TimeNs> window_keyframes_;
+  TimeNs previous_frame_ = 0;
+  bool has_previous_frame_ = false;
+  PipelineState state_ = PipelineState::kCollecting;
+  TimeNs initialized_at_ = 0;
+  ImuBias bias_;
+  Trajectory trajectory_;
+  std::vector<InitializationAttempt> attempts_;
+  std::vector<FrameTiming> timings_;
+  int frames_not_located_ = 0;
+};
+
+}  // namespace etalon

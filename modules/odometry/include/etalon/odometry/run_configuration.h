@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "etalon/core/ini_file.h"
+#include "etalon/initialization/plugin_loader.h"
+#include "etalon/odometry/pipeline.h"
+
+namespace etalon {
+
+/** A run as configured: every option resolved, the initializer loaded. */
+struct RunConfiguration {
+  PipelineOptions pipeline;
+  PluginInfo plugin;
+  Initializer::Ptr initializer;
+  /** All sections with documentation and the values in use; reading it gives the same run. */
+  std::string effective_ini;
+};
+
+/**
+ * Reads the sections of the pipeline, [plugins] and one section a plugin, strictly: unknown
+ * sections and keys, unparsable and out-of-range values are ConfigErrors. Sections of plugins that
+ * are not chosen are checked too.
+ *
+ * @param plugin_path folders or libraries searched before those that [plugins] names
+ */
+RunConfiguration loadRunConfiguration(const IniFile& ini,
+                                      const std::vector<std::string>& plugin_path);
+
+}  // namespace etalon

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/parameters.h"
+#include "etalon/core/trajectory.h"
+#include "etalon/frontend/tracked_frame.h"
+#include "etalon/optimization/stereo_ba.h"
+#include "etalon/optimization/visual_solution.h"
+
+namespace etalon {
+
+/** Section [odometry]. */
+struct StereoOdometryOptions {
+  double sigma_px = 1.0;
+  double pose_chi2 = 16.0;
+  int min_pose_inliers = 12;
+  int window_keyframes = 10;
+  int ba_rounds = 1;
+  int ba_iterations = 5;
+
+  void declare(ParameterSet& parameters);
+};
+
+/**
+ * Stereo visual odometry: every frame's pose from the landmarks known so far (PnP), and bundle
+ * adjustment over a window of keyframes. Its frame V starts at the first frame's body.
+ */
+class StereoOdometry {
+ public:
+  StereoOdometry(const StereoInertialCalibration& calibration,
+                 const StereoOdometryOptions& options);
+
+  struct FrameResult {
+    SE3 T_VB;
+    int inliers = 0;
+    bool located = false;  ///< false: too few landmarks agreed, the pose is the prediction
+  };
+
+  /**
+   * @param R_prev_cur rotation of the body since the previous frame as the gyro saw it
+   * @param keyframe whether the frame joins the window: its new landmarks are triangulated
+   */
+  FrameResult track(const TrackedFrame& frame, const Eigen::Matrix3d& R_prev_cur, bool keyframe);
+
+  /** Bundle adjustment over the window; the first keyframe is fixed. Updates poses and landmarks.
+   */
+  StereoBaResult bundleAdjust(const StereoBaOptions& options);
+
+  /** Re-expresses everything in another frame: T_WV is applied from the left. */
+  void transform(const SE3& T_WV);
+
+  /** Replaces what is known by better estimates in the same frame: keyframes by stamp, landmarks by
+   * id. */
+  void adopt(const Trajectory& keyframes, const std::map<LandmarkId, Eigen::Vector3d>& landmarks);
+
+  const SE3& pose() const { return T_VB_; }
+  std::vector<SE3> keyframePoses() const;
+  const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
+  /** Ids of the window's landmarks as bundleAdjust() orders them. */
+  const std::vector<LandmarkId>& windowLandmarkIds() const { return window_.landmark_ids; }
+
+ private:
+  struct WindowKeyframe {
+    TrackedFrame frame;
+    SE3 T_VB;
+  };
+  SE3 predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const;
+  void addKeyframe(const TrackedFrame& frame);
+  void triangulateNewLandmarks(const TrackedFrame& frame);
+
+  StereoInertialCalibration calibration_;
+  StereoOdometryOptions options_;
+  std::array<SE3, 2> T_CB_;
+  bool started_ = false;
+  TimeNs t_ = 0;
+  SE3 T_VB_;
+  Eigen::Vector3d v_VB_ = Eigen::Vector3d::Zero();  ///< from the last two poses, for the prediction
+  std::deque<WindowKeyframe> keyframes_;
+  std::map<LandmarkId, Eigen::Vector3d> landmarks_;
+  VisualWindow window_;
+};
+
+/**
+ * Step 1 of the disjoint initializers, from the tracks of a window alone: PnP from keyframe to
+ * keyframe (rotation predicted by the gyro, bias assumed zero), then bundle adjustment to
+ * convergence, with covariance.
+ * @throws DataError if a keyframe cannot be located
+ */
+VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
+                                   const std::vector<const TrackedFrame*>& keyframes,
+                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
+                                   const StereoOdometryOptions& options);
+
+}  // namespace etalon

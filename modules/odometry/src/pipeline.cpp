@@ -1,0 +1,150 @@
+#include "etalon/odometry/pipeline.h"
+
+#include <algorithm>
+
+#include "etalon/core/stopwatch.h"
+
+namespace etalon {
+
+std::vector<ParameterSet> PipelineOptions::sections() {
+  std::vector<ParameterSet> sets;
+  ParameterSet pipeline("pipeline");
+  pipeline.add("initializer", &initializer, "Name of the initializer plugin (etalon plugins).");
+  pipeline.add("keyframes", &keyframes, {2, 200}, "Keyframes in the initialization window.");
+  pipeline.add("keyframe_rate_hz", &keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
+  pipeline.add("gravity_mps2", &window.gravity_mps2, {0.1, 100.0}, "Magnitude of gravity, m/s^2.");
+  sets.push_back(pipeline);
+
+  ParameterSet priors("priors");
+  const char* axes[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i)
+    priors.add(std::string("gyro_bias_mean_") + axes[i] + "_rps", &window.priors.mean.gyro[i],
+               {-10.0, 10.0}, "Mean of the gyro bias before any measurement, rad/s.");
+  priors.add("gyro_bias_sigma_rps", &window.priors.sigma_gyro_rps, {1e-9, 1e9},
+             "Its standard deviation per axis, rad/s.");
+  for (int i = 0; i < 3; ++i)
+    priors.add(std::string("accel_bias_mean_") + axes[i] + "_mps2", &window.priors.mean.accel[i],
+               {-100.0, 100.0}, "Mean of the accelerometer bias before any measurement, m/s^2.");
+  priors.add("accel_bias_sigma_mps2", &window.priors.sigma_accel_mps2, {1e-9, 1e9},
+             "Its standard deviation per axis, m/s^2.");
+  sets.push_back(priors);
+
+  const auto declared = [&sets](const char* name, auto& options) {
+    ParameterSet set(name);
+    options.declare(set);
+    sets.push_back(set);
+  };
+  declared("imu_noise", imu_noise);
+  declared("frontend", frontend);
+  declared("odometry", window.odometry);
+  declared("vi_ba", window.vi_ba);
+  declared("acceptance", window.acceptance);
+  return sets;
+}
+
+Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
+                   std::shared_ptr<const Initializer> initializer)
+    : calibration_(calibration),
+      options_(options),
+      initializer_(std::move(initializer)),
+      noise_(options.imu_noise.apply(calibration.imu.noise)),
+      tracker_(calibration, options.frontend),
+      selector_(KeyframeSelectorOptions{options.keyframe_rate_hz}),
+      odometry_(calibration, options.window.odometry),
+      bias_(options.window.priors.mean) {}
+
+Pipeline::~Pipeline() = default;
+
+void Pipeline::add(const ImuSample& sample) {
+  ImuSample on_tick = sample;
+  on_tick.t = truncateToMrptTick(sample.t);
+  imu_.add(on_tick);
+  while (!waiting_.empty() && waiting_.front().t <= on_tick.t) {
+    const StereoFrame frame = std::move(waiting_.front());
+    waiting_.pop_front();
+    process(frame);
+  }
+}
+
+void Pipeline::add(const StereoFrame& frame) {
+  StereoFrame on_tick = frame;
+  on_tick.t = truncateToMrptTick(frame.t);
+  if (!imu_.empty() && imu_.samples().back().t >= on_tick.t)
+    process(on_tick);
+  else
+    waiting_.push_back(on_tick);
+}
+
+void Pipeline::finish() {
+  for (const StereoFrame& frame : waiting_) process(frame);
+  waiting_.clear();
+}
+
+void Pipeline::process(const StereoFrame& frame) {
+  FrameTiming timing;
+  Stopwatch watch;
+  Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
+  if (has_previous_frame_ && imu_.covers(previous_frame_, frame.t))
+    R_prev_cur = Preintegration(imu_.between(previous_frame_, frame.t), bias_, noise_).deltas().dR;
+  const TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
+  timing.frontend_ms = watch.lapMilliseconds();
+
+  const bool keyframe = selector_.isKeyframe(frame.t);
+  const StereoOdometry::FrameResult pose = odometry_.track(tracked, R_prev_cur, keyframe);
+  if (!pose.located) ++frames_not_located_;
+  trajectory_.push_back({frame.t, pose.T_VB});
+  previous_frame_ = frame.t;
+  has_previous_frame_ = true;
+  timing.odometry_ms = watch.lapMilliseconds();
+
+  if (state_ == PipelineState::kCollecting) {
+    if (keyframe) window_keyframes_.push_back(frame.t);
+    if (!window_keyframes_.empty()) window_frames_.push_back(tracked);
+    if (keyframe) tryInitialize();
+    timing.initialization_ms = watch.lapMilliseconds();
+  } else {
+    imu_.dropBefore(frame.t);
+  }
+  timings_.push_back(timing);
+}
+
+void Pipeline::dropBeforeWindow() {
+  while (static_cast<int>(window_keyframes_.size()) > options_.keyframes)
+    window_keyframes_.pop_front();
+  while (!window_frames_.empty() && window_frames_.front().t < window_keyframes_.front())
+    window_frames_.pop_front();
+  imu_.dropBefore(window_keyframes_.front());
+}
+
+void Pipeline::tryInitialize() {
+  dropBeforeWindow();
+  if (static_cast<int>(window_keyframes_.size()) < options_.keyframes) return;
+  std::vector<TrackedFrame> frames(window_frames_.begin(), window_frames_.end());
+  std::vector<int> indices;
+  for (size_t i = 0; i < frames.size(); ++i)
+    if (std::binary_search(window_keyframes_.begin(), window_keyframes_.end(), frames[i].t))
+      indices.push_back(static_cast<int>(i));
+  const InitializationProblem problem =
+      makeProblem(calibration_, noise_, options_.window, std::move(frames), std::move(indices),
+                  ImuBuffer(imu_.between(window_keyframes_.front(), window_keyframes_.back())));
+  attempts_.push_back(attemptInitialization(problem, *initializer_, options_.window));
+  if (attempts_.back().decision.accepted) start(attempts_.back());
+}
+
+void Pipeline::start(const InitializationAttempt& attempt) {
+  // The last keyframe is the current frame: there the visual frame is tied to the world.
+  const SE3 T_WV = attempt.vi_ba.states.back().T_WB * odometry_.pose().inverse();
+  odometry_.transform(T_WV);
+  Trajectory keyframes;
+  for (size_t k = 0; k < attempt.keyframes.size(); ++k)
+    keyframes.push_back({attempt.keyframes[k], attempt.vi_ba.states[k].T_WB});
+  odometry_.adopt(keyframes, attempt.landmarks);
+  for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
+  bias_ = attempt.vi_ba.bias;
+  state_ = PipelineState::kInitialized;
+  initialized_at_ = attempt.t;
+  window_frames_.clear();
+  window_keyframes_.clear();
+}
+
+}  // namespace etalon

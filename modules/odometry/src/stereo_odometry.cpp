@@ -1,0 +1,187 @@
+#include "etalon/odometry/stereo_odometry.h"
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+#include "etalon/optimization/pose_only.h"
+
+namespace etalon {
+
+void StereoOdometryOptions::declare(ParameterSet& parameters) {
+  parameters.add("sigma_px", &sigma_px, {0.01, 100.0},
+                 "Standard deviation of a tracked pixel coordinate, px.");
+  parameters.add("pose_chi2", &pose_chi2, {0.1, 1e9},
+                 "Squared residual (in sigma_px) above which a landmark is an outlier of a frame's "
+                 "pose; wider than the 95 % of 5.991, because the landmarks are not exact either.");
+  parameters.add("min_pose_inliers", &min_pose_inliers, {6, 10000},
+                 "A frame that fewer measurements agree on is not located: its pose is predicted.");
+  parameters.add("window_keyframes", &window_keyframes, {2, 100},
+                 "Keyframes in the window of the odometry's bundle adjustment.");
+  parameters.add("ba_rounds", &ba_rounds, {0, 10},
+                 "Rounds of bundle adjustment at every keyframe of the running odometry; 0: none.");
+  parameters.add("ba_iterations", &ba_iterations, {1, 200}, "Iterations of such a round, at most.");
+}
+
+StereoOdometry::StereoOdometry(const StereoInertialCalibration& calibration,
+                               const StereoOdometryOptions& options)
+    : calibration_(calibration), options_(options) {
+  for (size_t c = 0; c < 2; ++c) T_CB_[c] = calibration.cameras[c].T_BC.inverse();
+}
+
+SE3 StereoOdometry::predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const {
+  return {T_VB_.R * R_prev_cur, T_VB_.t + v_VB_ * secondsBetween(t_, t)};
+}
+
+StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
+                                                  const Eigen::Matrix3d& R_prev_cur,
+                                                  bool keyframe) {
+  FrameResult result;
+  if (!started_) {
+    started_ = true;
+    result.located = true;
+  } else {
+    std::vector<PointMeasurement> measurements;
+    measurements.reserve(2 * frame.observations.size());
+    for (const Observation& o : frame.observations) {
+      const auto landmark = landmarks_.find(o.id);
+      if (landmark == landmarks_.end()) continue;
+      for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
+        if (const auto m = makeMeasurement(calibration_.cameras[static_cast<size_t>(camera)].model,
+                                           camera == 0 ? o.left : o.right, options_.sigma_px))
+          measurements.push_back({landmark->second, camera, *m});
+    }
+    const SE3 predicted = predict(frame.t, R_prev_cur);
+    PoseOnlyOptions pose_options;
+    pose_options.chi2_threshold = options_.pose_chi2;
+    const PoseOnlyResult pose = solvePoseOnly(T_CB_, measurements, predicted, pose_options);
+    result.inliers = pose.inliers;
+    result.located = pose.converged && pose.inliers >= options_.min_pose_inliers;
+    const SE3 T_VB = result.located ? pose.T_WB : predicted;
+    const double dt = secondsBetween(t_, frame.t);
+    if (result.located && dt > 0) v_VB_ = (T_VB.t - T_VB_.t) / dt;
+    T_VB_ = T_VB;
+  }
+  t_ = frame.t;
+  // A frame that could not be located starts the map anew from its predicted pose.
+  if (keyframe || !result.located) addKeyframe(frame);
+  result.T_VB = T_VB_;
+  return result;
+}
+
+void StereoOdometry::addKeyframe(const TrackedFrame& frame) {
+  keyframes_.push_back({frame, T_VB_});
+  while (static_cast<int>(keyframes_.size()) > options_.window_keyframes) keyframes_.pop_front();
+  triangulateNewLandmarks(frame);
+  if (options_.ba_rounds > 0 && keyframes_.size() > 1) {
+    StereoBaOptions ba;
+    ba.rounds = options_.ba_rounds;
+    ba.iterations_per_round = options_.ba_iterations;
+    bundleAdjust(ba);
+  }
+}
+
+void StereoOdometry::triangulateNewLandmarks(const TrackedFrame& frame) {
+  TrackedFrame unknown;
+  unknown.t = frame.t;
+  for (const Observation& o : frame.observations)
+    if (o.has_right && landmarks_.count(o.id) == 0) unknown.observations.push_back(o);
+  const VisualWindow window = buildVisualWindow(calibration_, {&unknown}, options_.sigma_px);
+  for (int l = 0; l < window.landmarkCount(); ++l)
+    if (const auto p_V = triangulate(window, l, {T_VB_}))
+      landmarks_[window.landmark_ids[static_cast<size_t>(l)]] = *p_V;
+}
+
+StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
+  std::vector<const TrackedFrame*> frames;
+  std::vector<SE3> poses;
+  for (const WindowKeyframe& k : keyframes_) {
+    frames.push_back(&k.frame);
+    poses.push_back(k.T_VB);
+  }
+  window_ = buildVisualWindow(calibration_, frames, options_.sigma_px);
+  std::vector<Eigen::Vector3d> points(static_cast<size_t>(window_.landmarkCount()),
+                                      Eigen::Vector3d::Zero());
+  std::vector<char> valid(points.size(), 0);
+  for (size_t l = 0; l < points.size(); ++l) {
+    const auto known = landmarks_.find(window_.landmark_ids[l]);
+    if (known != landmarks_.end()) {
+      points[l] = known->second;
+      valid[l] = 1;
+    } else if (const auto p_V = triangulate(window_, static_cast<int>(l), poses, 0.01)) {
+      points[l] = *p_V;
+      valid[l] = 1;
+    }
+  }
+  StereoBaResult result = solveStereoBa(window_, poses, points, valid, options);
+  for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
+  T_VB_ = keyframes_.back().T_VB;
+  // Keep the landmarks of the window only: what it no longer sees cannot be observed again.
+  std::map<LandmarkId, Eigen::Vector3d> kept;
+  for (const Observation& o : keyframes_.back().frame.observations)
+    if (const auto known = landmarks_.find(o.id); known != landmarks_.end()) kept.insert(*known);
+  for (size_t l = 0; l < points.size(); ++l) {
+    const LandmarkId id = window_.landmark_ids[l];
+    if (result.landmark_valid[l])
+      kept[id] = result.landmarks[l];
+    else
+      kept.erase(id);
+  }
+  landmarks_ = std::move(kept);
+  return result;
+}
+
+void StereoOdometry::transform(const SE3& T_WV) {
+  T_VB_ = T_WV * T_VB_;
+  v_VB_ = T_WV.R * v_VB_;
+  for (WindowKeyframe& k : keyframes_) k.T_VB = T_WV * k.T_VB;
+  for (auto& [id, p] : landmarks_) p = T_WV * p;
+}
+
+void StereoOdometry::adopt(const Trajectory& keyframes,
+                           const std::map<LandmarkId, Eigen::Vector3d>& landmarks) {
+  for (const StampedPose& better : keyframes) {
+    for (WindowKeyframe& k : keyframes_)
+      if (k.frame.t == better.t) k.T_VB = better.T_WB;
+    if (better.t == t_) T_VB_ = better.T_WB;
+  }
+  for (const auto& [id, p] : landmarks)
+    if (const auto known = landmarks_.find(id); known != landmarks_.end()) known->second = p;
+}
+
+std::vector<SE3> StereoOdometry::keyframePoses() const {
+  std::vector<SE3> poses;
+  for (const WindowKeyframe& k : keyframes_) poses.push_back(k.T_VB);
+  return poses;
+}
+
+VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
+                                   const std::vector<const TrackedFrame*>& keyframes,
+                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
+                                   const StereoOdometryOptions& options) {
+  StereoOdometryOptions window_options = options;
+  window_options.window_keyframes = static_cast<int>(keyframes.size());
+  window_options.ba_rounds = 0;
+  StereoOdometry odometry(calibration, window_options);
+  for (size_t k = 0; k < keyframes.size(); ++k) {
+    const auto frame = odometry.track(
+        *keyframes[k], k == 0 ? Eigen::Matrix3d::Identity() : R_prev_cur[k - 1], true);
+    if (!frame.located)
+      throw DataError("", 0,
+                      "stereo odometry lost its way at keyframe " + std::to_string(k) + ": " +
+                          std::to_string(frame.inliers) + " measurements agree, at least " +
+                          std::to_string(options.min_pose_inliers) + " are wanted");
+  }
+  StereoBaOptions ba;
+  ba.compute_covariance = true;
+  const StereoBaResult result = odometry.bundleAdjust(ba);
+  VisualSolution solution;
+  solution.T_VB = result.T_VB;
+  solution.covariance = result.covariance;
+  solution.rms_px = result.rms_px_over_sigma * options.sigma_px;
+  for (const char inlier : result.inlier) ++(inlier ? solution.inliers : solution.outliers);
+  for (size_t l = 0; l < result.landmarks.size(); ++l)
+    if (result.landmark_valid[l])
+      solution.landmarks[odometry.windowLandmarkIds()[l]] = result.landmarks[l];
+  return solution;
+}
+
+}  // namespace etalon

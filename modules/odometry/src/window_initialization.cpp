@@ -1,0 +1,107 @@
+#include "etalon/odometry/window_initialization.h"
+
+#include "etalon/core/stopwatch.h"
+
+namespace etalon {
+
+InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
+                                  const ImuNoiseDensities& noise, const WindowOptions& options,
+                                  std::vector<TrackedFrame> frames,
+                                  std::vector<int> keyframe_indices, ImuBuffer imu) {
+  InitializationProblem::Data data;
+  data.calibration = calibration;
+  data.imu_noise = noise;
+  data.gravity_mps2 = options.gravity_mps2;
+  data.sigma_px = options.odometry.sigma_px;
+  data.priors = options.priors;
+  data.frames = std::move(frames);
+  data.keyframe_indices = std::move(keyframe_indices);
+  data.imu = std::move(imu);
+  // The solver gets its own copy of what it needs: the problem is a value and may outlive this
+  // window.
+  const InitializationProblem without_vision(data, nullptr);
+  const StereoOdometryOptions odometry = options.odometry;
+  auto solver = [without_vision, odometry]() {
+    std::vector<const TrackedFrame*> keyframes;
+    for (int k = 0; k < without_vision.keyframeCount(); ++k)
+      keyframes.push_back(&without_vision.keyframe(k));
+    std::vector<Eigen::Matrix3d> rotations;
+    for (const Preintegration& p : without_vision.preintegrate(without_vision.priors().mean))
+      rotations.push_back(p.deltas().dR);
+    return solveVisualOdometry(without_vision.calibration(), keyframes, rotations, odometry);
+  };
+  return InitializationProblem(std::move(data), solver);
+}
+
+VisualInertialBaResult refine(const InitializationProblem& problem,
+                              const InitializationResult& result,
+                              const VisualInertialBaOptions& options,
+                              std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
+  std::vector<const TrackedFrame*> keyframes;
+  for (int k = 0; k < problem.keyframeCount(); ++k) keyframes.push_back(&problem.keyframe(k));
+  const VisualWindow window =
+      buildVisualWindow(problem.calibration(), keyframes, problem.sigmaPx());
+  std::vector<VisualInertialState> states;
+  std::vector<SE3> poses;
+  for (const KeyframeState& s : result.states) {
+    states.push_back({s.T_WB, s.v_WB});
+    poses.push_back(s.T_WB);
+  }
+  std::vector<Eigen::Vector3d> points(static_cast<size_t>(window.landmarkCount()),
+                                      Eigen::Vector3d::Zero());
+  std::vector<char> valid(points.size(), 0);
+  for (size_t l = 0; l < points.size(); ++l) {
+    const auto known = result.landmarks.find(window.landmark_ids[l]);
+    if (known != result.landmarks.end()) {
+      points[l] = known->second;
+      valid[l] = 1;
+    } else if (const auto p_W = triangulate(window, static_cast<int>(l), poses)) {
+      points[l] = *p_W;
+      valid[l] = 1;
+    }
+  }
+  VisualInertialBaResult refined = solveVisualInertialBa(
+      window, problem.preintegrate(result.bias), states, result.bias, points, valid, options);
+  if (landmarks)
+    for (size_t l = 0; l < points.size(); ++l)
+      if (refined.landmark_valid[l]) (*landmarks)[window.landmark_ids[l]] = refined.landmarks[l];
+  return refined;
+}
+
+InitializationAttempt attemptInitialization(const InitializationProblem& problem,
+                                            const Initializer& initializer,
+                                            const WindowOptions& options) {
+  InitializationAttempt attempt;
+  for (int k = 0; k < problem.keyframeCount(); ++k)
+    attempt.keyframes.push_back(problem.keyframe(k).t);
+  if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
+
+  Stopwatch watch;
+  attempt.init = initializer.initialize(problem);
+  attempt.initialize_ms = watch.lapMilliseconds();
+  attempt.used_visual_odometry = problem.visualSolutionComputed();
+  if (attempt.used_visual_odometry) {
+    attempt.visual_odometry_ms = problem.visualSolutionMilliseconds();
+    attempt.initialize_ms -= attempt.visual_odometry_ms;
+    attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
+  }
+  if (!attempt.init.ok()) {
+    attempt.decision.status = attempt.init.status;
+    attempt.decision.reason = attempt.init.reason;
+    attempt.decision.value = attempt.init.reason_value;
+    return attempt;
+  }
+  VisualInertialBaOptions vi_ba = options.vi_ba;
+  vi_ba.prior_mean = options.priors.mean;
+  vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;
+  vi_ba.prior_sigma_accel_mps2 = options.priors.sigma_accel_mps2;
+  vi_ba.gravity_mps2 = options.gravity_mps2;
+  watch.lapMilliseconds();
+  attempt.vi_ba = refine(problem, attempt.init, vi_ba, &attempt.landmarks);
+  attempt.vi_ba_ms = watch.lapMilliseconds();
+  attempt.has_vi_ba = true;
+  attempt.decision = judge(attempt.vi_ba, options.acceptance);
+  return attempt;
+}
+
+}  // namespace etalon

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "etalon/core/se3.h"
+#include "etalon/imu/preintegration.h"
+
+namespace etalon {
+
+struct InertialOnlyOptions {
+  double prior_gyro_information = 1e2;   ///< 1/(rad/s)^2: sigma 0.1 rad/s
+  double prior_accel_information = 1e5;  ///< 1/(m/s^2)^2: sigma 3.2e-3 m/s^2
+  ImuBias prior_mean;
+  double gravity_mps2 = 9.81;
+  int max_iterations = 200;
+};
+
+struct InertialOnlyResult {
+  bool converged = false;
+  int iterations = 0;
+  double cost = 0.0;                  ///< half the sum of squared whitened residuals and priors
+  Eigen::Vector3d g_V;                ///< gravity in the poses' frame, m/s^2
+  std::vector<Eigen::Vector3d> v_VB;  ///< one a keyframe, in V, m/s
+  ImuBias bias;
+  /** Covariance of [b_g, b_a, gravity direction (2)], 8x8, from the Gauss-Newton information; empty
+   * if singular. */
+  Eigen::MatrixXd covariance;
+  double smallest_eigenvalue_gravity =
+      0.0;  ///< of the gravity direction's information (marginal), 1/rad^2
+};
+
+/**
+ * The inertial-only MAP (Campos et al., ICRA 2020, with scale 1 for stereo): poses fixed;
+ * velocities, one gyro and one accelerometer bias and the direction of gravity are found from the
+ * preintegrated measurements and Gaussian bias priors.
+ *
+ * Residual per pair: PreintegrationResidual whitened by its 9x9 covariance; no robust loss.
+ * Levenberg-Marquardt on dense normal equations; gravity moves on the sphere of radius
+ * `gravity_mps2`. Seeds: gravity along minus the sum of R_VB(k-1) dv_k, velocities from finite
+ * differences, biases from the prior mean.
+ *
+ * @param T_VB poses of N >= 2 keyframes
+ * @param preintegrations N-1, between neighbours
+ */
+InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
+                                        const std::vector<Preintegration>& preintegrations,
+                                        const InertialOnlyOptions& options = {});
+
+/** What a linear re-estimation of velocities and gravity returns. */
+struct LinearAlignmentResult {
+  bool ok = false;
+  Eigen::Vector3d g_V;
+  std::vector<Eigen::Vector3d> v_VB;
+};
+
+/**
+ * Velocities and gravity from fixed poses and fixed biases: weighted linear least squares on the
+ * position and velocity residuals, gravity refined on the sphere of radius `gravity_mps2` (four
+ * iterations, as VINS-Mono).
+ */
+LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
+                                                const std::vector<Preintegration>& preintegrations,
+                                                const ImuBias& bias, double gravity_mps2,
+                                                const Eigen::Vector3d& g_seed);
+
+}  // namespace etalon

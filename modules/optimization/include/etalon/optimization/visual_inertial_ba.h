@@ -1,0 +1,76 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "etalon/core/parameters.h"
+#include "etalon/imu/preintegration.h"
+#include "etalon/optimization/visual_window.h"
+
+namespace etalon {
+
+/** Section [vi_ba]. */
+struct VisualInertialBaOptions {
+  int rounds = 2;  ///< optimise, relabel outliers and re-integrate, optimise again
+  int iterations_per_round = 8;
+  double huber_inertial = 16.92;  ///< chi-square, 9 degrees of freedom; its root is the Huber width
+  double huber_pixel = kChi2Pixel;
+  ImuBias prior_mean;
+  double prior_sigma_gyro_rps = 0.1;
+  double prior_sigma_accel_mps2 = 0.1;
+  double gravity_mps2 = 9.81;
+  double reintegrate_gyro_rps = 0.01;   ///< re-integrate the raw samples if b_g moved farther
+  double reintegrate_accel_mps2 = 0.1;  ///< the same for b_a
+  bool compute_covariance = true;
+
+  void declare(ParameterSet& parameters);
+};
+
+struct VisualInertialState {
+  SE3 T_WB;
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();
+};
+
+struct VisualInertialBaResult {
+  bool converged = false;
+  std::string message;  ///< why it failed; empty otherwise
+  std::vector<VisualInertialState> states;
+  ImuBias bias;
+  std::vector<Eigen::Vector3d> landmarks;
+  std::vector<char> landmark_valid;
+  std::vector<char> inlier;
+  int iterations = 0;
+  double chi2_inertial = 0.0;  ///< sum of squared whitened inertial residuals
+  int dof_inertial = 0;        ///< number of them
+  double chi2_visual = 0.0;    ///< over the inliers
+  int dof_visual = 0;          ///< their number less three a landmark
+  int inlier_measurements = 0, measurements = 0;
+  /**
+   * Covariance of every keyframe's [rotation, position, velocity] and then [b_g, b_a]: (9N+6)
+   * square, gauge (position and yaw of the first keyframe) fixed. Empty if not computed or
+   * singular.
+   */
+  Eigen::MatrixXd covariance;
+
+  /** Standard deviation of the tilt of the first keyframe, the larger of the two axes, rad;
+   * infinite without covariance. */
+  double sigmaTilt() const;
+  /** Largest standard deviation of a component of the last keyframe's velocity, m/s; infinite
+   * without covariance. */
+  double sigmaVelocity() const;
+};
+
+/**
+ * Visual-inertial bundle adjustment over a window, step 4: keyframe poses, velocities, one b_g, one
+ * b_a, landmarks. W is gravity-aligned; gauge: position and yaw of the first keyframe. Ceres,
+ * Levenberg-Marquardt, dense Schur complement, one thread, bit-identical from run to run.
+ */
+VisualInertialBaResult solveVisualInertialBa(const VisualWindow& window,
+                                             const std::vector<Preintegration>& preintegrations,
+                                             const std::vector<VisualInertialState>& states,
+                                             const ImuBias& bias,
+                                             const std::vector<Eigen::Vector3d>& landmarks,
+                                             const std::vector<char>& landmark_valid,
+                                             const VisualInertialBaOptions& options = {});
+
+}  // namespace etalon

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/frontend/tracked_frame.h"
+#include "etalon/optimization/reprojection_residual.h"
+
+namespace etalon {
+
+/** One landmark in one camera of one keyframe; indices into the window. */
+struct VisualMeasurement {
+  int keyframe = 0;
+  int landmark = 0;
+  int camera = 0;
+  ReprojectionMeasurement measurement;
+};
+
+/** The visual measurements of a window of keyframes, landmark by landmark. */
+struct VisualWindow {
+  std::array<SE3, 2> T_CB;
+  int keyframe_count = 0;
+  std::vector<LandmarkId> landmark_ids;         ///< increasing
+  std::vector<VisualMeasurement> measurements;  ///< sorted by landmark, keyframe, camera
+  /** measurements of landmark l: [first[l], first[l + 1]) */
+  std::vector<int> first;
+
+  int landmarkCount() const { return static_cast<int>(landmark_ids.size()); }
+};
+
+/** chi-square thresholds at 95 % for 2 degrees of freedom: one camera's pixel. */
+constexpr double kChi2Pixel = 5.991;
+
+/**
+ * Collects what `keyframes` see. A landmark is kept if at least `min_keyframes` keyframes see it,
+ * or with one keyframe less if one of them has both cameras.
+ */
+VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
+                               const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
+                               int min_keyframes = 2);
+
+/**
+ * Linear (DLT with unit rows) then Gauss-Newton triangulation of landmark `l` of `window` from the
+ * poses T_WB.
+ * @return nothing if the rays do not meet in front of all cameras or are parallel (less than
+ * `min_parallax_rad`)
+ */
+std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
+                                           const std::vector<SE3>& T_WB,
+                                           double min_parallax_rad = 1e-3);
+
+}  // namespace etalon

@@ -1,0 +1,92 @@
+#pragma once
+
+// Adapters from this module's residuals to Ceres. Private to the module.
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Geometry>
+#include <array>
+
+#include "etalon/core/se3.h"
+#include "etalon/optimization/preintegration_residual.h"
+#include "etalon/optimization/reprojection_residual.h"
+
+namespace etalon {
+
+/** A pose as Ceres sees it: quaternion (x, y, z, w), position. */
+using PoseBlock = std::array<double, 7>;
+
+PoseBlock toBlock(const SE3& T_WB);
+SE3 fromBlock(const double* block);
+
+/**
+ * Right perturbation of a PoseBlock: R Exp(d), p + t; tangent 6. The cost functions below write
+ * their Jacobians with respect to the tangent into the first six of the seven ambient columns;
+ * PlusJacobian is therefore [I; 0].
+ */
+class PoseManifold : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+/** reprojectionResidual with blocks (pose 7, landmark 3). */
+class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
+ public:
+  ReprojectionCost(const SE3& T_CB, const ReprojectionMeasurement& measurement)
+      : T_CB_(T_CB), measurement_(measurement) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const SE3& T_CB_;
+  const ReprojectionMeasurement& measurement_;
+};
+
+/** Whitened preintegrationResidual with blocks (pose_i 7, v_i 3, pose_j 7, v_j 3, [b_g, b_a] 6);
+ * gravity fixed. */
+class PreintegrationCost : public ceres::SizedCostFunction<9, 7, 3, 7, 3, 6> {
+ public:
+  PreintegrationCost(const Preintegration& preintegration, const Eigen::Vector3d& g_W)
+      : preintegration_(preintegration), L_(sqrtInformation(preintegration)), g_W_(g_W) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const Preintegration& preintegration_;
+  Eigen::Matrix<double, 9, 9> L_;
+  Eigen::Vector3d g_W_;
+};
+
+/** Gaussian prior on [b_g, b_a], diagonal. */
+class BiasPriorCost : public ceres::SizedCostFunction<6, 6> {
+ public:
+  BiasPriorCost(const ImuBias& mean, double sigma_gyro_rps, double sigma_accel_mps2);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  Eigen::Matrix<double, 6, 1> mean_, inverse_sigma_;
+};
+
+/**
+ * Holds the gauge: position and yaw of one pose. A free gauge costs nothing, so any weight gives
+ * the same minimum; this one keeps the normal equations well conditioned beside pixel residuals.
+ */
+class GaugeCost : public ceres::SizedCostFunction<4, 7> {
+ public:
+  explicit GaugeCost(const SE3& T_WB) : T_WB_(T_WB) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+  static constexpr double kInverseSigma = 1e5;  ///< 1/m and 1/rad
+
+ private:
+  SE3 T_WB_;
+};
+
+}  // namespace etalon

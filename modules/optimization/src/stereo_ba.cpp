@@ -1,0 +1,50 @@
+#include "etalon/optimization/stereo_ba.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "schur.h"
+#include "visual_problem.h"
+
+namespace etalon {
+
+StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>& T_VB,
+                             const std::vector<Eigen::Vector3d>& landmarks,
+                             const std::vector<char>& landmark_valid,
+                             const StereoBaOptions& options) {
+  StereoBaResult result;
+  result.landmark_valid = landmark_valid;
+  result.T_VB = T_VB;
+  result.landmarks = landmarks;
+  // First round: all but gross outliers (30 sigma), the kernel does the rest.
+  double sum =
+      relabelMeasurements(window, T_VB, landmarks, 900.0, &result.landmark_valid, &result.inlier);
+  if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) return result;
+  VisualProblem visual(window, T_VB, landmarks);
+  for (int round = 0; round < options.rounds; ++round) {
+    const auto problem = visual.makeProblem(result.inlier, options.chi2_threshold);
+    problem->SetParameterBlockConstant(visual.pose(0));
+    ceres::Solver::Summary summary;
+    ceres::Solve(visual.solverOptions(problem.get(), options.iterations_per_round), problem.get(),
+                 &summary);
+    result.iterations += static_cast<int>(summary.iterations.size());
+    result.T_VB = visual.poses();
+    result.landmarks = visual.landmarks();
+    result.landmark_valid = landmark_valid;
+    sum = relabelMeasurements(window, result.T_VB, result.landmarks, options.chi2_threshold,
+                              &result.landmark_valid, &result.inlier);
+    if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) return result;
+  }
+  const auto inliers = std::count(result.inlier.begin(), result.inlier.end(), 1);
+  result.rms_px_over_sigma = std::sqrt(sum / (2.0 * static_cast<double>(inliers)));
+  if (options.compute_covariance && window.keyframe_count > 1) {
+    const Eigen::Index n = 6 * window.keyframe_count;
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+    addReducedVisualInformation(window, result.T_VB, result.landmarks, result.inlier,
+                                options.chi2_threshold, 6, &H);
+    result.covariance = inverseOrEmpty(H.bottomRightCorner(n - 6, n - 6));
+  }
+  return result;
+}
+
+}  // namespace etalon

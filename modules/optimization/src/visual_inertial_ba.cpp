@@ -1,0 +1,229 @@
+#include "etalon/optimization/visual_inertial_ba.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+
+#include "etalon/core/so3.h"
+#include "schur.h"
+#include "visual_problem.h"
+
+namespace etalon {
+
+void VisualInertialBaOptions::declare(ParameterSet& parameters) {
+  parameters.add("rounds", &rounds, {1, 10},
+                 "Rounds of optimisation; between two, outliers are relabelled and the IMU is "
+                 "re-integrated where the bias moved far.");
+  parameters.add("iterations_per_round", &iterations_per_round, {1, 200},
+                 "Levenberg-Marquardt iterations of a round, at most.");
+  parameters.add(
+      "chi2_inertial", &huber_inertial, {0.1, 1e9},
+      "Squared Huber width of an inertial residual (9 degrees of freedom, 95 %: 16.92).");
+  parameters.add(
+      "chi2_pixel", &huber_pixel, {0.1, 1e9},
+      "Squared Huber width of a pixel, and the threshold above which it is an outlier (2 "
+      "degrees of freedom, 95 %: 5.991).");
+  parameters.add("reintegrate_gyro_rps", &reintegrate_gyro_rps, {0.0, 10.0},
+                 "Re-integrate the raw IMU if b_g moved farther than this, rad/s.");
+  parameters.add("reintegrate_accel_mps2", &reintegrate_accel_mps2, {0.0, 100.0},
+                 "Re-integrate the raw IMU if b_a moved farther than this, m/s^2.");
+}
+
+double VisualInertialBaResult::sigmaTilt() const {
+  if (covariance.size() == 0) return std::numeric_limits<double>::infinity();
+  // Rotation covariance of the first keyframe, from the body to the world, where tilt is about x
+  // and y.
+  const Eigen::Matrix3d R = states.front().T_WB.R;
+  const Eigen::Matrix2d tilt =
+      (R * covariance.topLeftCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
+  return std::sqrt(
+      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tilt).eigenvalues()(1)));
+}
+
+double VisualInertialBaResult::sigmaVelocity() const {
+  if (covariance.size() == 0) return std::numeric_limits<double>::infinity();
+  const Eigen::Index v = 9 * (static_cast<Eigen::Index>(states.size()) - 1) + 6;
+  return std::sqrt(std::max(0.0, covariance.diagonal().segment<3>(v).maxCoeff()));
+}
+
+namespace {
+
+/** State, costs and solution of one visual-inertial BA. */
+class VisualInertialSolver {
+ public:
+  VisualInertialSolver(const VisualWindow& window, std::vector<Preintegration> preintegrations,
+                       const std::vector<VisualInertialState>& states, const ImuBias& bias,
+                       const std::vector<Eigen::Vector3d>& landmarks,
+                       const VisualInertialBaOptions& options)
+      : window_(window),
+        options_(options),
+        preintegrations_(std::move(preintegrations)),
+        g_W_(0.0, 0.0, -options.gravity_mps2),
+        visual_(window, poses(states), landmarks),
+        gauge_(states.front().T_WB),
+        prior_(options.prior_mean, options.prior_sigma_gyro_rps, options.prior_sigma_accel_mps2),
+        inertial_loss_(std::sqrt(options.huber_inertial)) {
+    for (const VisualInertialState& s : states) velocities_.push_back(s.v_WB);
+    bias_ << bias.gyro, bias.accel;
+  }
+
+  /** One Ceres run; false if it failed numerically. */
+  bool solve(const std::vector<char>& inlier, VisualInertialBaResult* result) {
+    reintegrate();
+    inertial_costs_.clear();
+    for (const Preintegration& p : preintegrations_) inertial_costs_.emplace_back(p, g_W_);
+    const auto problem = visual_.makeProblem(inlier, options_.huber_pixel);
+    for (size_t k = 0; k < inertial_costs_.size(); ++k)
+      problem->AddResidualBlock(&inertial_costs_[k], &inertial_loss_,
+                                visual_.pose(static_cast<int>(k)), velocities_[k].data(),
+                                visual_.pose(static_cast<int>(k) + 1), velocities_[k + 1].data(),
+                                bias_.data());
+    problem->AddResidualBlock(&prior_, nullptr, bias_.data());
+    problem->AddResidualBlock(&gauge_, nullptr, visual_.pose(0));
+    ceres::Solver::Summary summary;
+    ceres::Solve(visual_.solverOptions(problem.get(), options_.iterations_per_round), problem.get(),
+                 &summary);
+    result->iterations += static_cast<int>(summary.iterations.size());
+    result->converged = summary.termination_type == ceres::CONVERGENCE;
+    result->message = summary.message;
+    return summary.IsSolutionUsable();
+  }
+
+  void store(VisualInertialBaResult* result) const {
+    const std::vector<SE3> T_WB = visual_.poses();
+    for (size_t k = 0; k < T_WB.size(); ++k) {
+      result->states[k].T_WB = T_WB[k];
+      result->states[k].v_WB = velocities_[k];
+    }
+    result->bias = bias();
+    result->landmarks = visual_.landmarks();
+  }
+
+  void statistics(VisualInertialBaResult* result) const {
+    result->chi2_inertial = 0.0;
+    for (size_t k = 0; k < preintegrations_.size(); ++k)
+      result->chi2_inertial += whitened(*result, k, nullptr).squaredNorm();
+    result->dof_inertial = 9 * static_cast<int>(preintegrations_.size());
+    int landmark_count = 0;
+    for (const char valid : result->landmark_valid) landmark_count += valid;
+    result->inlier_measurements =
+        static_cast<int>(std::count(result->inlier.begin(), result->inlier.end(), 1));
+    result->measurements = static_cast<int>(result->inlier.size());
+    result->dof_visual = 2 * result->inlier_measurements - 3 * landmark_count;
+  }
+
+  /** Gauss-Newton information of [pose, velocity] of every keyframe and the biases, inverted. */
+  Eigen::MatrixXd covariance(const VisualInertialBaResult& result) const {
+    const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
+    const Eigen::Index bias = 9 * n;
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(bias + 6, bias + 6);
+    addReducedVisualInformation(window_, poses(result.states), result.landmarks, result.inlier,
+                                options_.huber_pixel, 9, &H);
+    for (size_t k = 0; k < preintegrations_.size(); ++k) {
+      Eigen::Matrix<double, 9, 24> A;  // state k, state k+1, biases
+      const double norm = whitened(result, k, &A).norm();
+      const double huber = std::sqrt(options_.huber_inertial);
+      const double weight = norm > huber ? huber / norm : 1.0;
+      const Eigen::Matrix<double, 24, 24> AtA = weight * A.transpose() * A;
+      const Eigen::Index i = 9 * static_cast<Eigen::Index>(k);
+      H.block<18, 18>(i, i) += AtA.topLeftCorner<18, 18>();
+      H.block<18, 6>(i, bias) += AtA.topRightCorner<18, 6>();
+      H.block<6, 18>(bias, i) += AtA.bottomLeftCorner<6, 18>();
+      H.block<6, 6>(bias, bias) += AtA.bottomRightCorner<6, 6>();
+    }
+    H.diagonal().segment<3>(bias).array() += std::pow(options_.prior_sigma_gyro_rps, -2);
+    H.diagonal().segment<3>(bias + 3).array() += std::pow(options_.prior_sigma_accel_mps2, -2);
+    const Eigen::RowVector3d yaw = GaugeCost::kInverseSigma * result.states[0].T_WB.R.row(2);
+    H.topLeftCorner<3, 3>() += yaw.transpose() * yaw;
+    H.diagonal().segment<3>(3).array() += GaugeCost::kInverseSigma * GaugeCost::kInverseSigma;
+    return inverseOrEmpty(H);
+  }
+
+ private:
+  static std::vector<SE3> poses(const std::vector<VisualInertialState>& states) {
+    std::vector<SE3> T_WB;
+    for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
+    return T_WB;
+  }
+
+  ImuBias bias() const { return {bias_.head<3>(), bias_.tail<3>()}; }
+
+  void reintegrate() {
+    for (Preintegration& p : preintegrations_)
+      if ((p.bias().gyro - bias().gyro).norm() > options_.reintegrate_gyro_rps ||
+          (p.bias().accel - bias().accel).norm() > options_.reintegrate_accel_mps2)
+        p = p.reintegrated(bias());
+  }
+
+  Eigen::Matrix<double, 9, 1> whitened(const VisualInertialBaResult& result, size_t k,
+                                       Eigen::Matrix<double, 9, 24>* A) const {
+    const VisualInertialState &i = result.states[k], &j = result.states[k + 1];
+    PreintegrationJacobians J;
+    const Eigen::Matrix<double, 9, 1> r = preintegrationResidual(
+        preintegrations_[k], i.T_WB, i.v_WB, j.T_WB, j.v_WB, result.bias, g_W_, A ? &J : nullptr);
+    const Eigen::Matrix<double, 9, 9> L = sqrtInformation(preintegrations_[k]);
+    if (A) {
+      *A << J.pose_i, J.velocity_i, J.pose_j, J.velocity_j, J.bias_gyro, J.bias_accel;
+      *A = L * *A;
+    }
+    return L * r;
+  }
+
+  const VisualWindow& window_;
+  const VisualInertialBaOptions& options_;
+  std::vector<Preintegration> preintegrations_;
+  Eigen::Vector3d g_W_;
+  VisualProblem visual_;
+  std::vector<Eigen::Vector3d> velocities_;
+  Eigen::Matrix<double, 6, 1> bias_;
+  GaugeCost gauge_;
+  BiasPriorCost prior_;
+  ceres::HuberLoss inertial_loss_;
+  std::deque<PreintegrationCost> inertial_costs_;
+};
+
+}  // namespace
+
+VisualInertialBaResult solveVisualInertialBa(const VisualWindow& window,
+                                             const std::vector<Preintegration>& preintegrations,
+                                             const std::vector<VisualInertialState>& states,
+                                             const ImuBias& bias,
+                                             const std::vector<Eigen::Vector3d>& landmarks,
+                                             const std::vector<char>& landmark_valid,
+                                             const VisualInertialBaOptions& options) {
+  VisualInertialBaResult result;
+  result.states = states;
+  result.bias = bias;
+  result.landmarks = landmarks;
+  result.landmark_valid = landmark_valid;
+  std::vector<SE3> T_WB;
+  for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
+  // First round: all but gross outliers (30 sigma), the kernel does the rest.
+  relabelMeasurements(window, T_WB, landmarks, 900.0, &result.landmark_valid, &result.inlier);
+  if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) {
+    result.message = "no landmark agrees with the initial poses";
+    return result;
+  }
+  VisualInertialSolver solver(window, preintegrations, states, bias, landmarks, options);
+  for (int round = 0; round < options.rounds; ++round) {
+    if (!solver.solve(result.inlier, &result)) return result;
+    solver.store(&result);
+    for (size_t k = 0; k < T_WB.size(); ++k) T_WB[k] = result.states[k].T_WB;
+    result.landmark_valid = landmark_valid;
+    result.chi2_visual = relabelMeasurements(window, T_WB, result.landmarks, options.huber_pixel,
+                                             &result.landmark_valid, &result.inlier);
+    if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) {
+      result.converged = false;
+      result.message = "every measurement became an outlier";
+      return result;
+    }
+  }
+  result.message.clear();
+  solver.statistics(&result);
+  if (options.compute_covariance) result.covariance = solver.covariance(result);
+  return result;
+}
+
+}  // namespace etalon

@@ -1,0 +1,149 @@
+#include "etalon/optimization/stereo_ba.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include <random>
+
+#include "etalon/core/so3.h"
+#include "etalon/optimization/pose_only.h"
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Vector3d;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+
+/** A window with the poses in the frame of the first keyframe, and landmarks at their truth. */
+struct BaCase {
+  explicit BaCase(const SyntheticWindowOptions& options, double sigma_px)
+      : synthetic(testing::makeSyntheticWindow(options)),
+        window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
+    const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
+    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const LandmarkId id : window.landmark_ids)
+      landmarks.push_back(T_VW * synthetic.landmarks[static_cast<size_t>(id)]);
+    valid.assign(landmarks.size(), 1);
+  }
+  SyntheticWindow synthetic;
+  VisualWindow window;
+  std::vector<SE3> T_VB;
+  std::vector<Vector3d> landmarks;
+  std::vector<char> valid;
+};
+
+/** [rotation, position] errors of keyframes 1.. in the order of the covariance. */
+Eigen::VectorXd poseErrors(const std::vector<SE3>& estimate, const std::vector<SE3>& truth) {
+  Eigen::VectorXd e(6 * (static_cast<Eigen::Index>(truth.size()) - 1));
+  for (size_t k = 1; k < truth.size(); ++k) {
+    const Eigen::Index i = 6 * (static_cast<Eigen::Index>(k) - 1);
+    e.segment<3>(i) = logSO3(truth[k].R.transpose() * estimate[k].R);
+    e.segment<3>(i + 3) = estimate[k].t - truth[k].t;
+  }
+  return e;
+}
+
+TEST(StereoBa, RecoversThePosesOfExactTracksFromAWrongStart) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  const BaCase c(options, 1.0);
+  std::vector<SE3> start = c.T_VB;
+  for (size_t k = 1; k < start.size(); ++k) {
+    start[k].R = start[k].R * expSO3(Vector3d(0.01, -0.02, 0.01));
+    start[k].t += Vector3d(0.03, 0.02, -0.04);
+  }
+  StereoBaOptions ba;
+  ba.rounds = 4;
+  ba.iterations_per_round = 20;
+  const StereoBaResult result = solveStereoBa(c.window, start, c.landmarks, c.valid, ba);
+  // Ceres stops at a relative cost change of 1e-5 a round; four rounds from 10 px bring it to
+  // rounding.
+  EXPECT_LT(poseErrors(result.T_VB, c.T_VB).norm(), 1e-8);
+  EXPECT_LT(result.rms_px_over_sigma, 1e-6);
+}
+
+TEST(StereoBa, CovarianceAgreesWithMonteCarlo) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.7;
+  options.keyframes = 4;
+  options.landmarks = 60;
+  StereoBaOptions ba;
+  ba.compute_covariance = true;
+  ba.rounds = 1;
+  ba.iterations_per_round = 20;
+  ba.chi2_threshold = 1e6;  // plain least squares: the covariance is then exact to first order
+  const int runs = 60;
+  double nees = 0.0;
+  Eigen::Index dof = 0;
+  for (int run = 0; run < runs; ++run) {
+    options.seed = static_cast<unsigned>(100 + run);
+    const BaCase c(options, options.sigma_px);
+    const StereoBaResult result = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, ba);
+    const Eigen::VectorXd e = poseErrors(result.T_VB, c.T_VB);
+    ASSERT_EQ(result.covariance.rows(), e.size());
+    nees += e.dot(result.covariance.ldlt().solve(e));
+    dof = e.size();
+  }
+  // Mean of `runs` chi-square variables of 18 degrees of freedom: 99 % within 2.58 standard
+  // deviations.
+  const double half_width = 2.58 * std::sqrt(2.0 * static_cast<double>(dof) / runs);
+  EXPECT_NEAR(nees / runs, static_cast<double>(dof), half_width);
+}
+
+TEST(StereoBa, ThrowsOutOutliers) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.5;
+  options.outlier_share = 0.1;
+  const BaCase c(options, 0.5);
+  const StereoBaResult result = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, {});
+  // Without outliers the error is 1.6 mm and 0.5 mrad at worst over ten keyframes; twice that is
+  // allowed.
+  const Eigen::VectorXd e = poseErrors(result.T_VB, c.T_VB);
+  EXPECT_LT(e.lpNorm<Eigen::Infinity>(), 0.01);
+  EXPECT_NEAR(result.rms_px_over_sigma, 0.9,
+              0.1);  // truncated at chi2 5.991, less the landmarks' freedom
+}
+
+TEST(StereoBa, IsBitIdentical) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.5;
+  const BaCase c(options, 0.5);
+  const StereoBaResult a = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, {});
+  const StereoBaResult b = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, {});
+  for (size_t k = 0; k < a.T_VB.size(); ++k) {
+    EXPECT_EQ(a.T_VB[k].R, b.T_VB[k].R);
+    EXPECT_EQ(a.T_VB[k].t, b.T_VB[k].t);
+  }
+}
+
+TEST(PoseOnly, FindsThePoseDespiteOutliersAndAWrongStart) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.5;
+  options.outlier_share = 0.3;
+  const BaCase c(options, 0.5);
+  std::vector<PointMeasurement> measurements;
+  for (const VisualMeasurement& m : c.window.measurements)
+    if (m.keyframe == 3)
+      measurements.push_back(
+          {c.landmarks[static_cast<size_t>(m.landmark)], m.camera, m.measurement});
+  SE3 start = c.T_VB[3];
+  start.R = start.R * expSO3(Vector3d(0.02, 0.02, -0.03));
+  start.t += Vector3d(0.05, -0.05, 0.05);
+  const PoseOnlyResult result = solvePoseOnly(c.window.T_CB, measurements, start);
+  EXPECT_TRUE(result.converged);
+  // About 400 measurements of 0.5 px at 3 to 5 m: 0.2 mrad and 1 mm; five sigmas.
+  EXPECT_LT(logSO3(result.T_WB.R.transpose() * c.T_VB[3].R).norm(), 1e-3);
+  EXPECT_LT((result.T_WB.t - c.T_VB[3].t).norm(), 5e-3);
+}
+
+TEST(PoseOnly, SaysSoWhenThereIsTooLittle) {
+  const PoseOnlyResult result = solvePoseOnly({SE3(), SE3()}, {}, SE3());
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.inliers, 0);
+}
+
+}  // namespace
+}  // namespace etalon

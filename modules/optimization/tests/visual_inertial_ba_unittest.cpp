@@ -1,0 +1,129 @@
+#include "etalon/optimization/visual_inertial_ba.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "etalon/core/so3.h"
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Vector3d;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+
+struct ViCase {
+  ViCase(const SyntheticWindowOptions& options, double sigma_px)
+      : synthetic(testing::makeSyntheticWindow(options)),
+        window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
+    for (const KeyframeState& s : synthetic.truth) states.push_back({s.T_WB, s.v_WB});
+    for (const LandmarkId id : window.landmark_ids)
+      landmarks.push_back(synthetic.landmarks[static_cast<size_t>(id)]);
+    for (size_t k = 1; k < states.size(); ++k)
+      preintegrations.emplace_back(
+          synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias,
+          synthetic.calibration.imu.noise);
+  }
+  VisualInertialBaResult solve(const VisualInertialBaOptions& options) const {
+    return solveVisualInertialBa(window, preintegrations, states, synthetic.bias, landmarks,
+                                 std::vector<char>(landmarks.size(), 1), options);
+  }
+  std::vector<KeyframeState> stamped(const VisualInertialBaResult& result) const {
+    std::vector<KeyframeState> out;
+    for (size_t k = 0; k < result.states.size(); ++k)
+      out.push_back({synthetic.truth[k].t, result.states[k].T_WB, result.states[k].v_WB});
+    return out;
+  }
+  SyntheticWindow synthetic;
+  VisualWindow window;
+  std::vector<VisualInertialState> states;
+  std::vector<Vector3d> landmarks;
+  std::vector<Preintegration> preintegrations;
+};
+
+TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
+  for (const testing::Motion motion : {testing::Motion::kGentle, testing::Motion::kAggressive,
+                                       testing::Motion::kCircle, testing::Motion::kPureRotation}) {
+    SCOPED_TRACE(testing::toString(motion));
+    SyntheticWindowOptions options;
+    options.motion = motion;
+    options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
+    ViCase c(options, 1.0);
+    const Eigen::Matrix3d tilt = expSO3(Vector3d(0.02, -0.03, 0.0));
+    for (VisualInertialState& s : c.states) {  // tilted world, wrong velocities and biases
+      s.T_WB = SE3(tilt, Vector3d::Zero()) * s.T_WB;
+      s.v_WB = tilt * s.v_WB + Vector3d(0.1, -0.1, 0.05);
+    }
+    for (Vector3d& p : c.landmarks) p = tilt * p;
+    c.synthetic.bias = ImuBias();
+    VisualInertialBaOptions ba;
+    ba.rounds = 8;
+    ba.iterations_per_round = 30;
+    ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 1e4;
+    ba.reintegrate_gyro_rps = ba.reintegrate_accel_mps2 = 0.0;
+    const VisualInertialBaResult result = c.solve(ba);
+    c.synthetic.bias = options.bias;
+    const testing::WindowErrors e = errorsOf(c.stamped(result), result.bias, c.synthetic);
+    // The bars for noise-free data.
+    EXPECT_LT(e.rre_deg, 1e-4);
+    EXPECT_LT(e.gravity_deg, 0.01);
+    EXPECT_LT(e.gyro_bias_rps, 1e-5);
+    EXPECT_LT(e.accel_bias_mps2, 1e-5);
+    EXPECT_LT(e.ate_m, 1e-6);
+    EXPECT_LT(e.velocity_mps, 1e-5);
+  }
+}
+
+TEST(VisualInertialBa, CovarianceIsConsistent) {
+  // Average NEES of [tilt, v of the last keyframe, b_g, b_a]: errors against the covariance's own
+  // blocks.
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  options.keyframes = 6;
+  options.landmarks = 60;
+  options.sigma_px = 0.7;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  VisualInertialBaOptions ba;
+  ba.rounds = 1;
+  ba.iterations_per_round = 30;
+  ba.huber_pixel = ba.huber_inertial = 1e6;  // plain least squares
+  ba.prior_sigma_accel_mps2 = ba.prior_sigma_gyro_rps = 10.0;
+  const int runs = 60;
+  double nees = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    options.seed = static_cast<unsigned>(500 + run);
+    const ViCase c(options, options.sigma_px);
+    const VisualInertialBaResult result = c.solve(ba);
+    ASSERT_GT(result.covariance.rows(), 0);
+    const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
+    Eigen::Matrix<double, 12, 1> e;
+    e << logSO3(c.states[0].T_WB.R.transpose() * result.states[0].T_WB.R),
+        result.states.back().v_WB - c.states.back().v_WB, result.bias.gyro, result.bias.accel;
+    std::vector<Eigen::Index> index;
+    for (int i = 0; i < 3; ++i) index.push_back(i);
+    for (int i = 0; i < 3; ++i) index.push_back(9 * (n - 1) + 6 + i);
+    for (int i = 0; i < 6; ++i) index.push_back(9 * n + i);
+    Eigen::Matrix<double, 12, 12> P;
+    for (Eigen::Index i = 0; i < 12; ++i)
+      for (Eigen::Index j = 0; j < 12; ++j)
+        P(i, j) = result.covariance(index[static_cast<size_t>(i)], index[static_cast<size_t>(j)]);
+    // The yaw of the first keyframe is fixed; its (tiny) gauge variance stands in P.
+    nees += e.dot(P.ldlt().solve(e));
+  }
+  // 11 degrees of freedom are estimated (yaw is not); 99 % band of the mean.
+  EXPECT_NEAR(nees / runs, 11.0, 2.58 * std::sqrt(2.0 * 11.0 / runs));
+}
+
+TEST(VisualInertialBa, SaysWhyWhenNothingAgrees) {
+  SyntheticWindowOptions options;
+  ViCase c(options, 1.0);
+  for (Vector3d& p : c.landmarks) p += Vector3d(50, 0, 0);
+  const VisualInertialBaResult result = c.solve({});
+  EXPECT_FALSE(result.converged);
+  EXPECT_FALSE(result.message.empty());
+}
+
+}  // namespace
+}  // namespace etalon

@@ -1,0 +1,46 @@
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/gravity_alignment.h"
+#include "etalon/initialization/inertial_only_step.h"
+#include "etalon/initialization/initializer.h"
+
+namespace etalon::plugins {
+
+/**
+ * ORB-SLAM3's stereo-inertial initialization: the inertial-only MAP on the poses of stereo
+ * odometry, which stay as they are (Campos et al., ICRA 2020; README.md beside this file).
+ */
+class OrbSlam3InertialOnly : public Initializer {
+  DEFINE_MRPT_OBJECT(OrbSlam3InertialOnly, etalon::plugins)
+
+ public:
+  void declareParameters(ParameterSet& parameters) override { options_.declare(parameters); }
+  bool needsVisualSolution() const override { return true; }
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    const VisualSolution& visual = problem.visualSolution();
+    Stopwatch watch;
+    const InertialOnlyStep step = solveInertialOnlyStep(problem, options_);
+    if (!step.ok) return step.refusal;
+    VisualFrameEstimate estimate;
+    estimate.T_VB = visual.T_VB;
+    estimate.v_VB = step.map.v_VB;
+    estimate.g_V = step.map.g_V;
+    estimate.bias = step.map.bias;
+    estimate.landmarks = visual.landmarks;
+    InitializationResult result = alignWithGravity(problem, estimate);
+    result.timings.push_back({"inertial_only_map", watch.lapMilliseconds()});
+    return result;
+  }
+
+ private:
+  InertialOnlyStepOptions options_;
+};
+
+IMPLEMENTS_MRPT_OBJECT(OrbSlam3InertialOnly, Initializer, etalon::plugins)
+
+}  // namespace etalon::plugins
+
+ETALON_REGISTER_INITIALIZER(
+    OrbSlam3InertialOnly, etalon::plugins, "orbslam3_inertial_only", "1.0",
+    "inertial-only MAP on the poses of stereo odometry (Campos et al. 2020)")
