@@ -120,7 +120,8 @@ TEST_F(Tum, ReadsBackWhatWasWritten) {
   for (size_t k = 0; k < rotations.size(); ++k) {
     StampedPose pose;
     pose.t = kStart + static_cast<TimeNs>(k) * 50 * kMs + 1;
-    pose.T_WB = SE3(expSO3(rotations[k]), Vector3d(-1.5, 1e-3, 123.456789012) * (1.0 + k));
+    pose.T_WB = SE3(expSO3(rotations[k]),
+                    Vector3d(-1.5, 1e-3, 123.456789012) * (1.0 + static_cast<double>(k)));
     written.push_back(pose);
   }
   writeTum(path(), written);

@@ -34,7 +34,7 @@ struct SimulationOptions {
   double gravity = 9.81;  ///< m/s^2
   /**
    * Neither noise nor biases in IMU and images. The flight of a profile is then an
-   * IntegratedTrajectory, so that midpoint preintegration between image stamps agrees with the
+   * IntegratedTrajectory, so that preintegration between image stamps agrees with the
    * ground truth to rounding.
    */
   bool noise_free = false;
