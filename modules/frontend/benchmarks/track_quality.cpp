@@ -1,7 +1,9 @@
-// track_quality FOLDER [frontend.KEY=VALUE]...
+// track_quality FOLDER [--refine N] [frontend.KEY=VALUE]...
 //
 // Judges the tracks of the stereo front end on a EuRoC folder with ground truth, of which the poses
 // are taken for exact:
+// With --refine N they are only where N rounds of refinement from the tracks start (real
+// recordings).
 //  - drift: error of a left pixel if the landmark lies on the ray of the track's first left pixel
 //  (depth fitted): what
 //    a track has wandered from the corner that it started at;
@@ -16,6 +18,7 @@
 #include <ctime>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
 
 #include "etalon/core/errors.h"
 #include "etalon/frontend/keyframe_selector.h"
@@ -43,7 +46,7 @@ cv::Mat readImage(const std::string& path) {
   return image;
 }
 
-void run(const std::string& folder_path, const etalon::IniFile& ini) {
+void run(const std::string& folder_path, const etalon::IniFile& ini, int refinement_rounds) {
   using namespace etalon;
   const EurocFolder folder = EurocFolder::read(folder_path);
   StereoTrackerOptions options;
@@ -69,6 +72,7 @@ void run(const std::string& folder_path, const etalon::IniFile& ini) {
     T_WB.push_back(truth->T_WB);
     if (selector.isKeyframe(pair.t)) keyframes.push_back(static_cast<int>(frames.size()) - 1);
   }
+  T_WB = refinePoses(folder.calibration, frames, std::move(T_WB), refinement_rounds);
   std::printf("%s: %zu frames, %zu keyframes\n%s", folder_path.c_str(), frames.size(),
               keyframes.size(),
               toText(judgeTracks(folder.calibration, frames, T_WB, keyframes)).c_str());
@@ -80,14 +84,20 @@ void run(const std::string& folder_path, const etalon::IniFile& ini) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: track_quality FOLDER [frontend.KEY=VALUE]...\n");
+    std::fprintf(stderr, "usage: track_quality FOLDER [--refine N] [frontend.KEY=VALUE]...\n");
     return 2;
   }
   cv::setNumThreads(1);
   try {
     etalon::IniFile ini;
-    for (int i = 2; i < argc; ++i) ini.setFromArgument(argv[i]);
-    run(argv[1], ini);
+    int refinement_rounds = 0;
+    for (int i = 2; i < argc; ++i) {
+      if (std::string(argv[i]) == "--refine" && i + 1 < argc)
+        refinement_rounds = std::stoi(argv[++i]);
+      else
+        ini.setFromArgument(argv[i]);
+    }
+    run(argv[1], ini, refinement_rounds);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "track_quality: %s\n", e.what());
     return 3;

@@ -7,12 +7,15 @@
 #include <map>
 #include <optional>
 
+#include "etalon/core/so3.h"
+
 namespace etalon {
 
 namespace {
 
 /** One pixel of a landmark, with the camera that saw it. */
 struct Sighting {
+  size_t frame = 0;
   int age = 0;
   size_t camera = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -21,6 +24,7 @@ struct Sighting {
 
 constexpr int kAgeBins[][2] = {{0, 0}, {1, 1}, {2, 4}, {5, 9}, {10, 19}, {20, 29}, {30, kMaxAge}};
 constexpr int kIterations = 12;
+constexpr size_t kLeastSightings = 6;
 constexpr double kCauchyPx = 1.0;  ///< scale of the robust loss of the fits
 /// Least angle (rad) between two rays for a landmark to be judged: 20 px of parallax.
 constexpr double kLeastParallax = 0.04;
@@ -71,6 +75,10 @@ class LandmarkFit {
     return m_.allFinite();
   }
 
+  Eigen::Vector3d point() const {
+    return T_WC_ * Eigen::Vector3d(Eigen::Vector3d(m_.x(), m_.y(), 1.0) / m_.z());
+  }
+
  private:
   const StereoInertialCalibration& calibration_;
   const std::vector<Sighting>& sightings_;
@@ -100,6 +108,25 @@ double medianOf(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+std::map<LandmarkId, std::vector<Sighting>> collectTracks(
+    const StereoInertialCalibration& calibration, const std::vector<TrackedFrame>& frames,
+    const std::vector<SE3>& T_WB) {
+  std::map<LandmarkId, std::vector<Sighting>> tracks;
+  std::map<LandmarkId, size_t> born;
+  const std::array<SE3, 2> T_CB = {calibration.cameras[0].T_BC.inverse(),
+                                   calibration.cameras[1].T_BC.inverse()};
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const std::array<SE3, 2> T_CW = {T_CB[0] * T_WB[i].inverse(), T_CB[1] * T_WB[i].inverse()};
+    for (const Observation& o : frames[i].observations) {
+      const int age = static_cast<int>(i - born.emplace(o.id, i).first->second);
+      if (age > kMaxAge) continue;
+      tracks[o.id].push_back({i, age, 0, o.left, T_CW[0]});
+      if (o.has_right) tracks[o.id].push_back({i, age, 1, o.right, T_CW[1]});
+    }
+  }
+  return tracks;
 }
 
 struct Errors {
@@ -157,23 +184,10 @@ ErrorSummary summarize(std::vector<double> errors) {
 TrackReport judgeTracks(const StereoInertialCalibration& calibration,
                         const std::vector<TrackedFrame>& frames, const std::vector<SE3>& T_WB,
                         const std::vector<int>& keyframes) {
-  std::map<LandmarkId, std::vector<Sighting>> tracks;
-  std::map<LandmarkId, size_t> born;
-  const std::array<SE3, 2> T_CB = {calibration.cameras[0].T_BC.inverse(),
-                                   calibration.cameras[1].T_BC.inverse()};
-  for (size_t i = 0; i < frames.size(); ++i) {
-    const std::array<SE3, 2> T_CW = {T_CB[0] * T_WB[i].inverse(), T_CB[1] * T_WB[i].inverse()};
-    for (const Observation& o : frames[i].observations) {
-      const int age = static_cast<int>(i - born.emplace(o.id, i).first->second);
-      if (age > kMaxAge) continue;
-      tracks[o.id].push_back({age, 0, o.left, T_CW[0]});
-      if (o.has_right) tracks[o.id].push_back({age, 1, o.right, T_CW[1]});
-    }
-  }
+  const auto tracks = collectTracks(calibration, frames, T_WB);
   std::map<int, Errors> by_age;
   Errors all;
   std::vector<double> left_coordinates, right_coordinates;
-  constexpr size_t kLeastSightings = 6;
   for (const auto& [id, sightings] : tracks) {
     if (sightings.size() < kLeastSightings || parallax(calibration, sightings) < kLeastParallax)
       continue;
@@ -214,6 +228,45 @@ TrackReport judgeTracks(const StereoInertialCalibration& calibration,
   report.right_sigma = kMadToSigma * medianOf(right_coordinates);
   judgeShares(frames, keyframes, &report);
   return report;
+}
+
+std::vector<SE3> refinePoses(const StereoInertialCalibration& calibration,
+                             const std::vector<TrackedFrame>& frames, std::vector<SE3> T_WB,
+                             int rounds) {
+  struct PoseSighting {
+    Eigen::Vector3d p_W;
+    size_t camera;
+    Eigen::Vector2d pixel;
+  };
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<std::vector<PoseSighting>> seen(frames.size());
+    for (const auto& [id, sightings] : collectTracks(calibration, frames, T_WB)) {
+      LandmarkFit fit(calibration, sightings);
+      if (sightings.size() < kLeastSightings || !fit.solve(false)) continue;
+      for (const Sighting& s : sightings) seen[s.frame].push_back({fit.point(), s.camera, s.pixel});
+    }
+    for (size_t i = 0; i < frames.size(); ++i) {
+      Eigen::Matrix<double, 6, 6> H = 1e-6 * Eigen::Matrix<double, 6, 6>::Identity();
+      Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+      for (const PoseSighting& s : seen[i]) {
+        const SE3 T_CB = calibration.cameras[s.camera].T_BC.inverse();
+        const Eigen::Vector3d p_B = T_WB[i].inverse() * s.p_W;
+        Eigen::Matrix<double, 2, 3> J_p;
+        const auto pixel = calibration.cameras[s.camera].model.project(T_CB * p_B, &J_p);
+        if (!pixel) continue;
+        // R Exp(d), t + R e: p_B moves by hat(p_B) d - e.
+        Eigen::Matrix<double, 2, 6> J;
+        J << J_p * T_CB.R * hat(p_B), -J_p * T_CB.R;
+        const Eigen::Vector2d r = *pixel - s.pixel;
+        const double weight = 1.0 / (1.0 + r.squaredNorm() / (kCauchyPx * kCauchyPx));
+        H += weight * J.transpose() * J;
+        b -= weight * J.transpose() * r;
+      }
+      const Eigen::Matrix<double, 6, 1> step = H.ldlt().solve(b);
+      T_WB[i] = T_WB[i] * SE3(expSO3(step.head<3>()), step.tail<3>());
+    }
+  }
+  return T_WB;
 }
 
 std::string toText(const TrackReport& report) {

@@ -47,6 +47,15 @@ TrackReport judgeTracks(const StereoInertialCalibration& calibration,
                         const std::vector<TrackedFrame>& frames, const std::vector<SE3>& T_WB,
                         const std::vector<int>& keyframes);
 
+/**
+ * Poses that fit the tracks better than the recorded ones: landmarks and poses in turn, robust,
+ * each pose from the landmarks that it sees. Six numbers a frame cannot hide the errors of hundreds
+ * of tracks; what ground truth, time stamps or T_BC have of errors goes into them.
+ */
+std::vector<SE3> refinePoses(const StereoInertialCalibration& calibration,
+                             const std::vector<TrackedFrame>& frames, std::vector<SE3> T_WB,
+                             int rounds);
+
 std::string toText(const TrackReport& report);
 
 }  // namespace etalon
