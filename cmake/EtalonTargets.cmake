@@ -43,25 +43,4 @@ function(etalon_add_benchmark name)
   target_link_libraries(${target} PRIVATE ${ARG_LINK} benchmark::benchmark_main etalon_build_settings)
 endfunction()
 
-# etalon_add_initializer(NAME SOURCES ... [LINK ...])
-# A plugin: the shared library lib/etalon/initializers/<name>.so, refused by the linker when a symbol is undefined.
-function(etalon_add_initializer name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
-  set(target etalon_initializer_${name})
-  add_library(${target} MODULE ${ARG_SOURCES})
-  target_link_libraries(${target} PRIVATE etalon::initialization ${ARG_LINK})
-  if(TARGET etalon_build_settings)
-    target_link_libraries(${target} PRIVATE etalon_build_settings)
-  endif()
-  set(link_checks -Wl,-z,now)
-  if(NOT ETALON_SANITIZE) # the sanitizers' own symbols are resolved by the executable
-    list(APPEND link_checks -Wl,-z,defs)
-  endif()
-  target_link_options(${target} PRIVATE ${link_checks})
-  set_target_properties(
-    ${target}
-    PROPERTIES PREFIX ""
-               OUTPUT_NAME ${name}
-               LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib/etalon/initializers")
-  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/etalon/initializers)
-endfunction()
+include(EtalonAddInitializer)

@@ -40,9 +40,8 @@ int reportUsage(const CLI::App& app, const CLI::ParseError& error,
   return kUsageError;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/** Parses the command line and runs its command; the exit code. */
+int run(const std::vector<std::string>& arguments) {
   CLI::App app{
       "Etalon: stereo-inertial odometry whose initializer is a plugin chosen in an INI file."};
   app.name("etalon");
@@ -56,12 +55,23 @@ int main(int argc, char** argv) {
   addInfoCommand(app, &exit_code);
   addConvertCommand(app, &exit_code);
   addReplayCommand(app, &exit_code);
+  addSimulateCommand(app, &exit_code);
+  addCompareCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   try {
-    app.parse(argc, argv);
-    return exit_code;
+    // CLI11 takes the words in reverse.
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::ParseError& e) {
-    return reportUsage(app, e, std::vector<std::string>(argv + 1, argv + argc));
+    return reportUsage(app, e, arguments);
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(std::vector<std::string>(argv + 1, argv + argc));
   } catch (const etalon::DataError& e) {
     std::cerr << "etalon: " << e.what() << "\n";
     return kDataErrorExit;

@@ -7,6 +7,20 @@ namespace etalon {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
+/**
+ * Whether the distortion is one-to-one from the centre out to `xy`: r (1 + k1 r^2 + k2 r^4) rises
+ * all the way, and with the decentring terms the derivative D keeps its orientation.
+ */
+static bool isBeforeFold(const PinholeRadtan& camera, const Vector2d& xy, const Matrix2d& D) {
+  const double r2 = xy.squaredNorm();
+  const double slope = 1.0 + r2 * (3.0 * camera.k1 + r2 * 5.0 * camera.k2);
+  if (!(slope > 0.0) || !(D.determinant() > 0.0)) return false;
+  // The slope falls with r^2 while k1 < 0; beyond its minimum it may have been negative already.
+  const double a = 5.0 * camera.k2, b = 3.0 * camera.k1;
+  const bool turns_back = a > 0.0 && b < 0.0 && b * b > 4.0 * a;
+  return !turns_back || 2.0 * a * r2 < -b;
+}
+
 Vector2d PinholeRadtan::distort(const Vector2d& xy, Matrix2d* J) const {
   const double x = xy.x(), y = xy.y();
   const double r2 = x * x + y * y;
@@ -39,7 +53,7 @@ std::optional<Vector2d> PinholeRadtan::project(const Eigen::Vector3d& p_C,
   const Vector2d xy = p_C.head<2>() * inv_z;
   Matrix2d D;
   const Vector2d pixel = normalizedToPixel(xy, &D);
-  if (!(D.determinant() > 0.0)) return std::nullopt;  // beyond the fold of the distortion
+  if (!isBeforeFold(*this, xy, D)) return std::nullopt;
   if (J) {
     J->leftCols<2>() = D * inv_z;
     J->col(2) = -(D * xy) * inv_z;
@@ -56,7 +70,9 @@ std::optional<Vector2d> PinholeRadtan::pixelToNormalized(const Vector2d& pixel) 
     if (!(J.determinant() > 1e-6)) return std::nullopt;
     const Vector2d step = J.inverse() * error;
     xy -= step;
-    if (step.squaredNorm() < 1e-24) return xy;
+    if (step.squaredNorm() > 1e-24) continue;
+    if (!isBeforeFold(*this, xy, J)) return std::nullopt;
+    return xy;
   }
   return std::nullopt;
 }

@@ -54,7 +54,7 @@ bool isName(const std::string& name) {
   });
 }
 
-std::string quoted(const std::string& text) {
+std::string inQuotes(const std::string& text) {
   std::string shown;
   for (const char c : text.substr(0, 60)) {
     shown += std::iscntrl(static_cast<unsigned char>(c)) ? '?' : c;
@@ -69,15 +69,15 @@ std::string quoted(const std::string& text) {
 std::string parseSectionLine(const std::string& line, const std::string& origin) {
   const size_t end = line.find(']');
   if (end == std::string::npos) {
-    fail(origin, "section " + quoted(line) + " has no closing ']': expected [name]");
+    fail(origin, "section " + inQuotes(line) + " has no closing ']': expected [name]");
   }
   const std::string rest = trimmed(line.substr(end + 1));
   if (!isComment(rest)) {
-    fail(origin, quoted(rest) + " after the section's ']': expected the end of the line");
+    fail(origin, inQuotes(rest) + " after the section's ']': expected the end of the line");
   }
-  const std::string name = trimmed(line.substr(1, end - 1));
+  std::string name = trimmed(line.substr(1, end - 1));
   if (!isName(name)) {
-    fail(origin, "section name " + quoted(name) + ": expected letters, digits, '_', '-' or '.'");
+    fail(origin, "section name " + inQuotes(name) + ": expected letters, digits, '_', '-' or '.'");
   }
   return name;
 }
@@ -86,14 +86,15 @@ ScannedLine parseKeyLine(const std::string& line, const std::string& section,
                          const std::string& origin) {
   const size_t equals = line.find('=');
   if (equals == std::string::npos) {
-    fail(origin, quoted(line) + ": expected a [section], `key = value` or a comment (;, #, //)");
+    fail(origin, inQuotes(line) + ": expected a [section], `key = value` or a comment (;, #, //)");
   }
   const std::string key = trimmed(line.substr(0, equals));
   if (!isName(key)) {
-    fail(origin, "key " + quoted(key) + ": expected letters, digits, '_', '-' or '.'");
+    fail(origin, "key " + inQuotes(key) + ": expected letters, digits, '_', '-' or '.'");
   }
   if (section.empty()) {
-    fail(origin, "key " + quoted(key) + " stands before the first section: expected [name] above");
+    fail(origin,
+         "key " + inQuotes(key) + " stands before the first section: expected [name] above");
   }
   return {section, key, withoutTrailingComment(trimmed(line.substr(equals + 1))), origin};
 }
@@ -108,9 +109,9 @@ void checkAgainstMrpt(const std::string& text, const std::vector<ScannedLine>& l
     for (const ScannedLine& line : lines) {
       const std::string value = trimmed(mrpt_file.read_string(line.section, line.key, "", false));
       if (value != line.value) {
-        fail(line.origin, "[" + line.section + "] " + line.key + " = " + quoted(line.value) +
+        fail(line.origin, "[" + line.section + "] " + line.key + " = " + inQuotes(line.value) +
                               ": expected a plain value (MRPT's parser would read " +
-                              quoted(value) + "; variables and line continuations are refused)");
+                              inQuotes(value) + "; variables and line continuations are refused)");
       }
     }
   } catch (const Error&) {
@@ -158,7 +159,7 @@ IniFile IniFile::fromText(const std::string& text, const std::string& name) {
     const auto [first, is_new] =
         seen.emplace(lowerCase(section) + "\n" + lowerCase(scanned.key), origin);
     if (!is_new) {
-      fail(origin, "[" + section + "] " + scanned.key + " = " + quoted(scanned.value) +
+      fail(origin, "[" + section + "] " + scanned.key + " = " + inQuotes(scanned.value) +
                        ": expected each key once; it already stands at " + first->second);
     }
     ini.values_[section][scanned.key] = {scanned.value, origin};
@@ -171,7 +172,7 @@ IniFile IniFile::fromText(const std::string& text, const std::string& name) {
 void IniFile::set(const std::string& section, const std::string& key, const std::string& value,
                   const std::string& origin) {
   if (!isName(section) || !isName(key)) {
-    fail(origin, quoted(section + "." + key) +
+    fail(origin, inQuotes(section + "." + key) +
                      ": expected section.key of letters, digits, '_', '-' or '.'");
   }
   const std::string plain = trimmed(value);
@@ -179,7 +180,7 @@ void IniFile::set(const std::string& section, const std::string& key, const std:
   // one.
   if (plain.find_first_of(std::string("\n\r\0", 3)) != std::string::npos ||
       withoutTrailingComment(plain) != plain) {
-    fail(origin, "[" + section + "] " + key + " = " + quoted(plain) +
+    fail(origin, "[" + section + "] " + key + " = " + inQuotes(plain) +
                      ": expected one line without ' //', which starts a comment");
   }
   checkAgainstMrpt("[" + section + "]\n" + key + " = " + plain + "\n",
@@ -192,12 +193,12 @@ void IniFile::setFromArgument(const std::string& argument) {
   const size_t equals = argument.find('=');
   const size_t dot = argument.find('.');
   if (equals == std::string::npos || dot == std::string::npos || dot > equals) {
-    fail("--set", quoted(argument) + ": expected section.key=value");
+    fail("--set", inQuotes(argument) + ": expected section.key=value");
   }
   const std::string section = trimmed(argument.substr(0, dot));
   const std::string key = trimmed(argument.substr(dot + 1, equals - dot - 1));
   if (section.empty() || key.empty()) {
-    fail("--set", quoted(argument) + ": expected section.key=value");
+    fail("--set", inQuotes(argument) + ": expected section.key=value");
   }
   set(section, key, argument.substr(equals + 1), "--set");
 }

@@ -226,9 +226,10 @@ std::string ParameterSet::toIni() const {
   for (const Entry& entry : entries_) {
     const Description& d = entry.description;
     text += "\n" + wrappedComment(d.doc);
-    const std::string default_text = d.default_value.empty() ? "empty" : d.default_value;
-    const std::string limits = d.range.empty() ? "" : " (" + d.range + ")";
-    text += wrappedComment(d.type + limits + ", default " + default_text);
+    std::string facts = d.type;
+    if (!d.range.empty()) facts += " (" + d.range + ")";
+    facts += ", default " + (d.default_value.empty() ? "empty" : d.default_value);
+    text += wrappedComment(facts);
     const std::string value = entry.print();
     text += d.key + " =" + (value.empty() ? "" : " " + value) + "\n";
   }

@@ -86,7 +86,15 @@ double angleBetween(const Vector3d& a, const Vector3d& b) {
 }
 
 Matrix3d rotationBetween(const Vector3d& from, const Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to).normalized().toRotationMatrix();
+  const Vector3d a = from.normalized(), b = to.normalized();
+  if (a.dot(b) >= 0.0) return Eigen::Quaterniond::FromTwoVectors(a, b).toRotationMatrix();
+  // More than a right angle: half a turn about the same axis takes a to -a, a small one back to b.
+  // (The direct formula loses half the digits near opposite directions.)
+  Vector3d axis = a.cross(b);
+  axis -= a.dot(axis) * a;
+  axis = axis.norm() > 1e-12 ? axis.normalized() : a.unitOrthogonal();
+  const Matrix3d half_turn = 2.0 * axis * axis.transpose() - Matrix3d::Identity();
+  return Eigen::Quaterniond::FromTwoVectors(-a, b).toRotationMatrix() * half_turn;
 }
 
 }  // namespace etalon

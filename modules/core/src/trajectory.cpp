@@ -61,13 +61,14 @@ void writeTum(const std::string& path, const Trajectory& trajectory) {
 
 /** Decimal seconds to nanoseconds without passing through a double. */
 static bool parseSeconds(const std::string& text, TimeNs* t) {
+  constexpr TimeNs kMaxSeconds = 9'000'000'000;  // fits into TimeNs
   const size_t dot = text.find('.');
   const std::string whole = text.substr(0, dot);
   std::string fraction = dot == std::string::npos ? "" : text.substr(dot + 1);
   if (text.find_first_of("eE") != std::string::npos) {  // e.g. numpy's 1.403636e+09
     char* end = nullptr;
     const long double value = std::strtold(text.c_str(), &end);
-    if (*end != '\0' || !std::isfinite(value)) return false;
+    if (*end != '\0' || !(value >= 0.0L && value < kMaxSeconds)) return false;
     *t = static_cast<TimeNs>(std::llroundl(value * 1e9L));
     return true;
   }
@@ -76,7 +77,9 @@ static bool parseSeconds(const std::string& text, TimeNs* t) {
       fraction.find_first_not_of("0123456789") != std::string::npos)
     return false;
   fraction.resize(9, '0');
-  *t = std::stoll(whole) * kNanosecondsPerSecond + std::stoll(fraction);
+  const long long seconds = std::stoll(whole);
+  if (seconds >= kMaxSeconds) return false;
+  *t = seconds * kNanosecondsPerSecond + std::stoll(fraction);
   return true;
 }
 
@@ -104,6 +107,7 @@ Trajectory readTum(const std::string& path) {
     pose.T_WB = SE3(q.normalized().toRotationMatrix(), p);
     trajectory.push_back(pose);
   }
+  if (in.bad()) throw DataError(path, 0, "cannot be read; expected a TUM trajectory");
   return trajectory;
 }
 

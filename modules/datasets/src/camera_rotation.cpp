@@ -107,6 +107,7 @@ std::vector<size_t> chooseBlocks(const RecordedSource& source, size_t block, siz
   std::sort(candidates.begin(), candidates.end());
   if (candidates.size() > count) candidates.resize(count);
   std::vector<size_t> firsts;
+  firsts.reserve(candidates.size());
   for (const auto& candidate : candidates) firsts.push_back(candidate.second);
   std::sort(firsts.begin(), firsts.end());
   return firsts;

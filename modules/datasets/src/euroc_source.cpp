@@ -178,7 +178,7 @@ void append(std::vector<std::string>* all, const std::vector<std::string>& more)
 fs::path rootOf(const std::string& path) {
   if (!fs::is_directory(path))
     throw DataError(path, 0, "there is no such folder; expected a EuRoC (ASL) folder");
-  const fs::path root =
+  fs::path root =
       fs::is_directory(fs::path(path) / "mav0") ? fs::path(path) / "mav0" : fs::path(path);
   for (const char* sensor : {"cam0", "cam1", "imu0"})
     if (!fs::is_directory(root / sensor))

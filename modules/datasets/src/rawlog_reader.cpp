@@ -9,6 +9,15 @@
 
 namespace etalon {
 
+/** MRPT's exceptions carry a banner and a stack trace around their message. */
+static std::string messageOf(const std::exception& e) {
+  std::string text = e.what();
+  const std::string key = "Message:";
+  const size_t at = text.find(key);
+  if (at != std::string::npos) text.erase(0, text.find_first_not_of(' ', at + key.size()));
+  return text.substr(0, text.find('\n'));
+}
+
 /** Counts the bytes of the current object, which tells the end of the log from the end inside an
  * object. */
 struct RawlogReader::Archive : public mrpt::serialization::CArchive {
@@ -52,12 +61,10 @@ mrpt::obs::CObservation::Ptr RawlogReader::next() {
         --objects_;
         return nullptr;
       }
-      std::string reason = e.what();
-      reason = reason.substr(0, reason.find('\n'));
-      throw DataError(path_, 0,
-                      where() + " cannot be read after " +
-                          std::to_string(archive_->bytes_of_object) +
-                          " bytes; expected an MRPT rawlog, is it truncated? (" + reason + ")");
+      throw DataError(
+          path_, 0,
+          where() + " cannot be read after " + std::to_string(archive_->bytes_of_object) +
+              " bytes; expected an MRPT rawlog, is it truncated? (" + messageOf(e) + ")");
     }
     if (auto observation = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object))
       return observation;

@@ -277,9 +277,13 @@ void describeScan(const Scan& scan, const std::string& path, std::vector<std::st
   if (scan.incomplete_imu > 0)
     warnings->push_back(path + ": " + std::to_string(scan.incomplete_imu) +
                         " IMU observations without all rates and accelerations were ignored");
-  for (const std::string& label : scan.other_labels)
-    warnings->push_back(path + ": the sensor '" + label + "' is ignored; used are '" +
-                        scan.stereo_label + "' and '" + scan.imu_label + "'");
+  const std::string used =
+      "' is ignored; used are '" + scan.stereo_label + "' and '" + scan.imu_label + "'";
+  for (const std::string& label : scan.other_labels) {
+    std::string sentence = path;
+    sentence.append(": the sensor '").append(label).append(used);
+    warnings->push_back(std::move(sentence));
+  }
   if (!scan.without_right.empty())
     warnings->push_back(path + ": " + std::to_string(scan.without_right.size()) +
                         " stereo observations have no right image");

@@ -25,6 +25,7 @@ ImuBuffer linearBuffer(const std::vector<TimeNs>& stamps) {
 
 std::vector<TimeNs> stampsOf(const std::vector<ImuSample>& samples) {
   std::vector<TimeNs> stamps;
+  stamps.reserve(samples.size());
   for (const ImuSample& s : samples) stamps.push_back(s.t);
   return stamps;
 }

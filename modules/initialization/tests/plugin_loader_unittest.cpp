@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -46,8 +46,8 @@ void expectRefused(const std::string& name, const testing::Matcher<std::string>&
 class PluginFile : public testing::Test {
  protected:
   void SetUp() override {
-    char name[] = "/tmp/etalon_plugin_XXXXXX";
-    ASSERT_NE(mkdtemp(name), nullptr);
+    std::string name = (fs::temp_directory_path() / "etalon_plugin_XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
     folder_ = name;
   }
   void TearDown() override { fs::remove_all(folder_); }

@@ -5,10 +5,9 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/imu/preintegration.h"
 
 namespace etalon {
-
-using Eigen::Vector3d;
 
 IntegratedTrajectory::IntegratedTrajectory(const SimulatedTrajectory& smooth, double rate_hz,
                                            double gravity)
@@ -35,13 +34,15 @@ IntegratedTrajectory::IntegratedTrajectory(const SimulatedTrajectory& smooth, do
 
 TrajectoryState IntegratedTrajectory::step(const TrajectoryState& from, const ImuSample& a,
                                            const ImuSample& b) const {
-  const double dt = secondsBetween(a.t, b.t);
+  const Preintegration integral({a, b}, ImuBias(), ImuNoiseDensities());
+  const Preintegration::Deltas& delta = integral.deltas();
+  const double dt = integral.dt();
+  const Eigen::Matrix3d& R = from.T_WB.R;
   TrajectoryState to;
   to.t = b.t;
-  to.T_WB.R = nearestRotation(from.T_WB.R * expSO3(0.5 * dt * (a.gyro + b.gyro)));
-  const Vector3d a_W = 0.5 * (from.T_WB.R * a.accel + to.T_WB.R * b.accel) + g_W_;
-  to.T_WB.t = from.T_WB.t + from.v_WB * dt + 0.5 * dt * dt * a_W;
-  to.v_WB = from.v_WB + a_W * dt;
+  to.T_WB.R = nearestRotation(R * delta.dR);
+  to.T_WB.t = from.T_WB.t + from.v_WB * dt + 0.5 * dt * dt * g_W_ + R * delta.dp;
+  to.v_WB = from.v_WB + g_W_ * dt + R * delta.dv;
   to.a_W = to.T_WB.R * b.accel + g_W_;
   to.omega_B = b.gyro;
   return to;

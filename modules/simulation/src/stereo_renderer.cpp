@@ -1,5 +1,6 @@
 #include "etalon/simulation/stereo_renderer.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -27,6 +28,7 @@ constexpr size_t kTextures = 4;
 struct Ray {
   float x, y;
   float spread;  // distance to the neighbouring ray, in units of x and y
+  float length;  // of the direction
 };
 
 /** A box with its textures, relative to the centre of the room. */
@@ -65,16 +67,19 @@ struct StereoRenderer::Impl {
   Vector3d middle;  // of the room, p_W
   Vector3f half_room;
   Vector3f lamp;
-  float lamp_range2;
+  float lamp_falloff;  // 1/m^2
   std::vector<Solid> solids;
   std::vector<Coat> room_coats, solid_coats;  // six a room, six a solid
   std::vector<Texture> textures;
   struct Camera {
     int width, height;
     SE3 T_BC;
-    std::vector<Ray> rays;  // kSubpixels a pixel
-    std::vector<float> gain;
-    float cu, cv;
+    std::vector<Ray> rays;    // kSubpixels a pixel
+    std::vector<float> gain;  // of vignetting
+
+    size_t index(int x, int y) const {
+      return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
+    }
   };
   std::array<Camera, 2> cameras;
 
@@ -101,7 +106,7 @@ void StereoRenderer::Impl::makeSurfaces(const Room& room) {
   middle = 0.5 * (room.low + room.high);
   half_room = (0.5 * (room.high - room.low)).cast<float>();
   lamp = Vector3f(0.2f * half_room.x(), -0.15f * half_room.y(), 0.9f * half_room.z());
-  lamp_range2 = half_room.squaredNorm();
+  lamp_falloff = 2.0f / half_room.squaredNorm();
   textures.reserve(kTextures);
   for (size_t i = 0; i < kTextures; ++i) textures.emplace_back(options.seed, i);
 
@@ -133,13 +138,11 @@ void StereoRenderer::Impl::makeRays(const CameraCalibration& calibration, Camera
   camera->width = model.width;
   camera->height = model.height;
   camera->T_BC = calibration.T_BC;
-  camera->cu = static_cast<float>(model.cu);
-  camera->cv = static_cast<float>(model.cv);
   const double corner2 = std::pow(std::hypot(0.5 * model.width, 0.5 * model.height), 2);
   for (int y = 0; y < model.height; ++y) {
     for (int x = 0; x < model.width; ++x) {
       for (int k = 0; k < kSubpixels; ++k) {
-        const Eigen::Vector2d pixel(x + 0.5 * (k % 2) - 0.25, y + 0.5 * (k / 2) - 0.25);
+        const Eigen::Vector2d pixel(x + (k % 2 == 0 ? -0.25 : 0.25), y + (k < 2 ? -0.25 : 0.25));
         const std::optional<Eigen::Vector2d> xy = model.pixelToNormalized(pixel);
         if (!xy) {
           throw ConfigError("pixel (" + std::to_string(x) + ", " + std::to_string(y) +
@@ -148,8 +151,9 @@ void StereoRenderer::Impl::makeRays(const CameraCalibration& calibration, Camera
         Eigen::Matrix2d J;
         model.normalizedToPixel(*xy, &J);
         const double spread = 0.5 / std::sqrt(J.determinant());
-        camera->rays.push_back(
-            {static_cast<float>(xy->x()), static_cast<float>(xy->y()), static_cast<float>(spread)});
+        camera->rays.push_back({static_cast<float>(xy->x()), static_cast<float>(xy->y()),
+                                static_cast<float>(spread),
+                                static_cast<float>(xy->homogeneous().norm())});
       }
       const double r2 = std::pow(x - model.cu, 2) + std::pow(y - model.cv, 2);
       camera->gain.push_back(
@@ -189,7 +193,7 @@ void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, 
                                         int x1, int y1, std::vector<PlacedSolid>* found) const {
   found->clear();
   const auto direction = [&](int x, int y, int k) {
-    const Ray& r = camera.rays[static_cast<size_t>((y * camera.width + x) * kSubpixels + k)];
+    const Ray& r = camera.rays[camera.index(x, y) * kSubpixels + static_cast<size_t>(k)];
     return Vector3f(Vector3f(r.x, r.y, 1.0f).normalized());
   };
   const std::array<Vector3f, 4> corners = {direction(x0, y0, 0), direction(x1 - 1, y0, 1),
@@ -233,7 +237,7 @@ float StereoRenderer::Impl::shade(const Coat& coat, float u, float v, float du, 
     }
     gray /= static_cast<float>(taps);
   }
-  const float light = 0.55f + 0.65f / (1.0f + 2.0f * (p - lamp).squaredNorm() / lamp_range2);
+  const float light = 0.55f + 0.65f / (1.0f + (p - lamp).squaredNorm() * lamp_falloff);
   return gray * coat.brightness * light;
 }
 
@@ -242,15 +246,11 @@ float StereoRenderer::Impl::trace(const Pass& pass, const std::vector<PlacedSoli
   const Vector3f d = withoutZeros(pass.R_WC * Vector3f(ray.x, ray.y, 1.0f));
   const Vector3f& o = pass.origin;
   // Out of the room, whose walls are met from inside.
-  float nearest = 1e30f;
-  int axis = 0;
-  for (int k = 0; k < 3; ++k) {
-    const float s = ((d[k] > 0.0f ? half_room[k] : -half_room[k]) - o[k]) / d[k];
-    if (s < nearest) {
-      nearest = s;
-      axis = k;
-    }
-  }
+  const float sx = (std::copysign(half_room.x(), d.x()) - o.x()) / d.x();
+  const float sy = (std::copysign(half_room.y(), d.y()) - o.y()) / d.y();
+  const float sz = (std::copysign(half_room.z(), d.z()) - o.z()) / d.z();
+  float nearest = std::min(sx, std::min(sy, sz));
+  int axis = nearest == sx ? 0 : nearest == sy ? 1 : 2;
   const PlacedSolid* hit = nullptr;
   Vector3f hit_d = d;
   for (const PlacedSolid& placed : candidates) {
@@ -282,7 +282,7 @@ float StereoRenderer::Impl::trace(const Pass& pass, const std::vector<PlacedSoli
   const Coat& coat = hit ? solid_coats[6 * hit->index + face] : room_coats[face];
   const int iu = axis == 0 ? 1 : 0, iv = axis == 2 ? 1 : 2;
   const float footprint = nearest * ray.spread;
-  const float stretch = d.norm() / std::abs(hit_d[axis]);
+  const float stretch = ray.length / std::abs(hit_d[axis]);
   return shade(coat, local[iu], local[iv], hit_d[iu], hit_d[iv], footprint, stretch, p);
 }
 
@@ -293,7 +293,7 @@ void StereoRenderer::Impl::drawTile(const Camera& camera, const Pass& pass, int 
   solidsInTile(camera, pass, x0, y0, x1, y1, &candidates);
   for (int y = y0; y < y1; ++y) {
     for (int x = x0; x < x1; ++x) {
-      const size_t pixel = static_cast<size_t>(y * camera.width + x);
+      const size_t pixel = camera.index(x, y);
       const Ray* rays = &camera.rays[pixel * kSubpixels + static_cast<size_t>(pass.first_subpixel)];
       float value = 0.0f;
       for (int k = 0; k < pass.subpixels; ++k) value += trace(pass, candidates, rays[k]);
@@ -342,7 +342,7 @@ cv::Mat StereoRenderer::render(size_t camera_index, const SimulatedTrajectory& t
                                TimeNs t) const {
   const Impl::Camera& camera = impl_->cameras.at(camera_index);
   const RenderOptions& options = impl_->options;
-  std::vector<float> sum(static_cast<size_t>(camera.width * camera.height), 0.0f);
+  std::vector<float> sum(camera.gain.size(), 0.0f);
   int samples = 0;
   for (const Impl::Pass& pass : impl_->passesOf(camera, trajectory, t)) {
     samples += pass.subpixels;

@@ -45,24 +45,24 @@ class Texture {
     std::vector<std::uint8_t> texels;
   };
 
-  /** At (x, y) in texels of level 0; texel (i, j) of a level covers [i, i + 1) x [j, j + 1) there.
+  /**
+   * At (x, y) in texels of level 0; texel (i, j) of a level covers [i, i + 1) x [j, j + 1) there.
+   * Positions are rounded to 1/2048 of a texel and interpolated in integers.
    */
   static float bilinear(const Level& l, float x, float y) {
-    x = x * l.scale - 0.5f;
-    y = y * l.scale - 0.5f;
-    const int x0 = floorToInt(x), y0 = floorToInt(y);
-    const float wx = x - static_cast<float>(x0), wy = y - static_cast<float>(y0);
+    constexpr int kBits = 11, kOne = 1 << kBits;
+    const float scale = l.scale * kOne;
+    const int fx = static_cast<int>(x * scale) - kOne / 2,
+              fy = static_cast<int>(y * scale) - kOne / 2;
+    const int wx = fx & (kOne - 1), wy = fy & (kOne - 1);
+    const int x0 = fx >> kBits, y0 = fy >> kBits;
     const int i0 = x0 & l.mask, i1 = (x0 + 1) & l.mask;
     const std::uint8_t* row0 = l.texels.data() + (static_cast<size_t>(y0 & l.mask) << l.shift);
     const std::uint8_t* row1 =
         l.texels.data() + (static_cast<size_t>((y0 + 1) & l.mask) << l.shift);
-    const float a = row0[i0], b = row0[i1], c = row1[i0], d = row1[i1];
-    const float top = a + wx * (b - a), bottom = c + wx * (d - c);
-    return top + wy * (bottom - top);
-  }
-  static int floorToInt(float x) {
-    const int i = static_cast<int>(x);
-    return i - (static_cast<float>(i) > x ? 1 : 0);
+    const int a = row0[i0], b = row0[i1], c = row1[i0], d = row1[i1];
+    const int top = a * kOne + wx * (b - a), bottom = c * kOne + wx * (d - c);
+    return static_cast<float>(top * kOne + wy * (bottom - top)) * (1.0f / (1 << (2 * kBits)));
   }
 
   std::vector<Level> levels_;

@@ -44,7 +44,7 @@ struct View {
   std::optional<Vector2d> see(const Vector3d& p_W, const TrackSynthesisOptions& options) const {
     const Vector3d p_C = T_CW * p_W;
     if (p_C.z() < options.min_depth_m || p_C.z() > options.max_depth_m) return std::nullopt;
-    const std::optional<Vector2d> pixel = model.project(p_C);
+    std::optional<Vector2d> pixel = model.project(p_C);
     if (!pixel || !model.inImage(*pixel, options.border_px)) return std::nullopt;
     return pixel;
   }

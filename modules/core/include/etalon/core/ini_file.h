@@ -7,8 +7,11 @@
 namespace etalon {
 
 /**
- * An INI file, parsed by MRPT (comments with ';', '#' and '//'), made strict: the file must exist, every line must be a
- * comment, a section or `key = value`, no key may stand twice in a section. Values keep the line that they came from.
+ * An INI file, parsed by MRPT (comments with ';', '#' and '//' on lines of their own, " //" also
+ * after a value), made strict: the file must exist, every line must be a comment, a section or `key
+ * = value`, no key may stand twice in a section (upper and lower case are the same for that), and
+ * what MRPT's parser would expand or join ($env{}, @define, a backslash at the end) is refused.
+ * Values keep the line that they came from.
  */
 class IniFile {
  public:
@@ -24,7 +27,7 @@ class IniFile {
   /** Like fromFile, from text; `name` stands for the file in messages. */
   static IniFile fromText(const std::string& text, const std::string& name);
 
-  /** Adds or replaces a value. */
+  /** Adds or replaces a value; ConfigError if it could not stand in a file (line breaks, " //"). */
   void set(const std::string& section, const std::string& key, const std::string& value,
            const std::string& origin);
   /** `section.key=value`, as on the command line. Throws ConfigError if it has another form. */

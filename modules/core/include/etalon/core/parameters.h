@@ -17,11 +17,12 @@ struct Range {
 };
 
 /**
- * The parameters of one INI section, declared once: key, variable, range, documentation. From the same declaration come
- * strict reading, the effective configuration, the documentation and a ready INI section.
+ * The parameters of one INI section, declared once: key, variable, range, documentation. From the
+ * same declaration come strict reading, the effective configuration, the documentation and a ready
+ * INI section.
  *
- * A struct of options offers `void declare(ParameterSet&)`; the values that its members have at that moment are the
- * defaults. The variables must outlive the set.
+ * A struct of options offers `void declare(ParameterSet&)`; the values that its members have at
+ * that moment are the defaults. The variables must outlive the set.
  */
 class ParameterSet {
  public:
@@ -36,8 +37,8 @@ class ParameterSet {
            const std::string& doc);
 
   /**
-   * Sets every variable that the section of `ini` names. Throws ConfigError with file, line, section, key, value, what
-   * was expected, and for an unknown key the nearest known one.
+   * Sets every variable that the section of `ini` names. Throws ConfigError with file, line,
+   * section, key, value, what was expected, and for an unknown key the nearest known one.
    */
   void read(const IniFile& ini) const;
 
@@ -63,10 +64,12 @@ class ParameterSet {
   std::vector<Entry> entries_;
 };
 
-/** Throws ConfigError if `ini` has a section that is not in `known`, naming the nearest known one. */
+/** Throws ConfigError if `ini` has a section that is not in `known`, naming the nearest known one.
+ */
 void checkSections(const IniFile& ini, const std::vector<std::string>& known);
 
-/** The element of `candidates` nearest to `word` in edit distance; empty if none is near enough to be meant. */
+/** The element of `candidates` nearest to `word` in edit distance; empty if none is near enough to
+ * be meant. */
 std::string nearestWord(const std::string& word, const std::vector<std::string>& candidates);
 
 }  // namespace etalon

@@ -16,30 +16,33 @@ namespace etalon {
 /** What is believed of the biases before any measurement: Gaussian, isotropic. Section [priors]. */
 struct BiasPriors {
   ImuBias mean;
-  double sigma_gyro_rps = 0.1;   ///< rad/s
-  double sigma_accel_mps2 = 0.1; ///< m/s^2
+  double sigma_gyro_rps = 0.1;    ///< rad/s
+  double sigma_accel_mps2 = 0.1;  ///< m/s^2
 };
 
 /**
- * Everything that an initializer may look at: a window of keyframes, the tracks of all frames in it, raw IMU,
- * calibration, priors. A value: immutable once built; copies share the lazily computed visual solution.
+ * Everything that an initializer may look at: a window of keyframes, the tracks of all frames in
+ * it, raw IMU, calibration, priors. A value: immutable once built; copies share the lazily computed
+ * visual solution.
  */
 class InitializationProblem {
  public:
   struct Data {
     StereoInertialCalibration calibration;
-    ImuNoiseDensities imu_noise;         ///< densities to use (data sheet times factors)
-    double gravity_mps2 = 9.81;          ///< magnitude
-    double sigma_px = 1.0;               ///< standard deviation of a pixel coordinate
+    ImuNoiseDensities imu_noise;  ///< densities to use (data sheet times factors)
+    double gravity_mps2 = 9.81;   ///< magnitude
+    double sigma_px = 1.0;        ///< standard deviation of a pixel coordinate
     BiasPriors priors;
-    std::vector<TrackedFrame> frames;    ///< all stereo frames of the window, increasing in time
-    std::vector<int> keyframe_indices;   ///< into frames, increasing
-    ImuBuffer imu;                       ///< covers the window
+    std::vector<TrackedFrame> frames;   ///< all stereo frames of the window, increasing in time
+    std::vector<int> keyframe_indices;  ///< into frames, increasing
+    ImuBuffer imu;                      ///< covers the window
   };
   using VisualSolver = std::function<VisualSolution()>;
 
   /**
-   * @param visual_solver computes step 1 when a plugin asks for it, once; may throw Error if it cannot
+   * @param visual_solver computes step 1 when a plugin asks for it, once; may throw Error if it
+   *        cannot, which every call of visualSolution() then throws
+   * @throws DataError if keyframe_indices are not increasing indices into frames
    */
   InitializationProblem(Data data, VisualSolver visual_solver);
 
@@ -57,7 +60,8 @@ class InitializationProblem {
   }
   const std::vector<int>& keyframeIndices() const { return data_->keyframe_indices; }
 
-  /** Preintegration between keyframes k-1 and k for every k >= 1, at `bias`: keyframeCount() - 1 of them. */
+  /** Preintegration between keyframes k-1 and k for every k >= 1, at `bias`: keyframeCount() - 1 of
+   * them. */
   std::vector<Preintegration> preintegrate(const ImuBias& bias) const;
 
   /** Step 1, stereo odometry over the keyframes; computed at the first call. */

@@ -21,7 +21,7 @@ enum class InitializationStatus {
   kInvalidInput,    ///< not finite, out of order
   kIllConditioned,  ///< the data do not determine the unknowns
   kNotConverged,
-  kImplausible,     ///< a value outside what the configuration calls plausible
+  kImplausible,  ///< a value outside what the configuration calls plausible
 };
 
 /** Lower-case name as it stands in files, e.g. "too_few_tracks". */
@@ -39,27 +39,29 @@ struct StageTiming {
 };
 
 /**
- * What an initializer found. W is gravity-aligned: g_W = (0, 0, -gravity). Position and yaw of W are free (by
- * convention the first keyframe is at the origin).
+ * What an initializer found. W is gravity-aligned: g_W = (0, 0, -gravity). Position and yaw of W
+ * are free (by convention the first keyframe is at the origin).
  */
 struct InitializationResult {
   InitializationStatus status = InitializationStatus::kInvalidInput;
   std::string reason;       ///< one sentence with the number behind it; empty on success
   double reason_value = 0;  ///< the number behind it
 
-  std::vector<KeyframeState> states;                ///< one a keyframe, on success
+  std::vector<KeyframeState> states;  ///< one a keyframe, on success
   ImuBias bias;
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m; may be empty
   /**
-   * Covariance of [b_g, b_a, gravity direction, v_WB of the last keyframe] (3 + 3 + 2 + 3 = 11), gravity direction as
-   * rotation about the body x and y axes of the world-aligned first keyframe (rad); empty where the method has none.
+   * Covariance of [b_g, b_a, gravity direction, v_WB of the last keyframe] (3 + 3 + 2 + 3 = 11),
+   * gravity direction as rotation about the body x and y axes of the world-aligned first keyframe
+   * (rad); empty where the method has none.
    */
   Eigen::MatrixXd covariance;
   std::vector<StageTiming> timings;  ///< steady clock, the plugin's own work
 
   bool ok() const { return status == InitializationStatus::kSuccess; }
 
-  static InitializationResult refusal(InitializationStatus status, std::string reason, double value);
+  static InitializationResult refusal(InitializationStatus status, std::string reason,
+                                      double value);
 };
 
 }  // namespace etalon

@@ -8,15 +8,14 @@
 namespace etalon {
 
 /**
- * The motion that a midpoint integration of a smooth trajectory's IMU samples gives. Midpoint
- * preintegration of samples of a smooth motion is off by its discretisation (about 1e-4 deg in a
- * quarter second at 200 Hz); this trajectory takes the samples at `rate_hz` as they are and defines
- * its states by the same rule that preintegration uses: dR = Exp((omega_k + omega_k+1) dt / 2),  a
- * = (R_k f_k + R_k+1 f_k+1) / 2 + g_W, p += v dt + a dt^2 / 2,  v += a dt. So preintegration
- * between any two sample stamps reproduces it to rounding. It stays near the smooth one, but is not
- * the same. Between sample stamps the measurements run linearly; states there are consistent with
- * an interval that begins or ends there, but splitting a step in two changes the integral by the
- * discretisation of that step. Image stamps should therefore be sample stamps.
+ * The motion that Preintegration makes of a smooth trajectory's IMU samples. Preintegration of
+ * samples of a smooth motion is off by its discretisation (it takes rate and acceleration to run
+ * linearly between samples); this trajectory takes the samples at `rate_hz` as they are and defines
+ * its states by Preintegration of each step. Steps compose exactly, so preintegration between any
+ * two sample stamps reproduces it to rounding. It stays near the smooth one, but is not the same.
+ *
+ * Between sample stamps the measurements run linearly; splitting a step there changes the integral
+ * by the discretisation of that step. Image stamps should therefore be sample stamps.
  */
 class IntegratedTrajectory : public SimulatedTrajectory {
  public:

@@ -49,7 +49,7 @@ class InterpolatedTrajectory : public SimulatedTrajectory {
   /** At least two rows (ConfigError otherwise). */
   explicit InterpolatedTrajectory(GroundTruth recorded);
 
-  /** Throws ConfigError inside a gap of the recording that is longer than 0.1 s. */
+  /** Gaps of the recording are bridged, however long; recorded().at() tells where they are. */
   TrajectoryState at(TimeNs t) const override;
 
   const GroundTruth& recorded() const { return recorded_; }

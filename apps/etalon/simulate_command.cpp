@@ -1,0 +1,120 @@
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "commands.h"
+#include "etalon/simulation/simulate_recording.h"
+
+namespace etalon::app {
+
+namespace {
+
+struct SimulateArguments {
+  SimulationOptions options;
+  std::string profile = "gentle";
+  double duration_s = 0.0;
+};
+
+/**
+ * Frames done and the rate since the first call, on stderr: a line that overwrites itself on a
+ * terminal, elsewhere a line at every tenth of the way.
+ */
+class ProgressLine {
+ public:
+  void operator()(int done, int all) {
+    using std::chrono::steady_clock;
+    const steady_clock::time_point now = steady_clock::now();
+    if (done == 1) start_ = now;
+    const bool due = terminal_ ? now - last_ >= std::chrono::milliseconds(200)
+                               : done * 10 / all > (done - 1) * 10 / all;
+    if (done < all && !due) return;
+    last_ = now;
+    const double seconds = std::chrono::duration<double>(now - start_).count();
+    const double rate = seconds > 0.0 ? (done - 1) / seconds : 0.0;
+    std::fprintf(stderr, "%ssimulate: %d/%d stereo frames, %.1f frames/s%s", terminal_ ? "\r" : "",
+                 done, all, rate, terminal_ && done < all ? "" : "\n");
+  }
+
+ private:
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+  std::chrono::steady_clock::time_point start_, last_;
+};
+
+int runSimulate(SimulateArguments arguments, bool has_duration) {
+  SimulationOptions& options = arguments.options;
+  options.profile = motionProfileFromName(arguments.profile);
+  if (has_duration) options.duration_s = arguments.duration_s;
+  options.progress = ProgressLine();
+  const SimulationSummary summary = simulateRecording(options);
+  if (summary.skipped_stamps > 0) {
+    std::cerr << "simulate: " << summary.skipped_stamps
+              << " stamps skipped: outside of the ground truth or the IMU\n";
+  }
+  std::printf("%s: %d stereo frames, %d IMU samples, room %.1f x %.1f x %.1f m\n",
+              options.output.c_str(), summary.stereo_frames, summary.imu_samples,
+              summary.room_size_m[0], summary.room_size_m[1], summary.room_size_m[2]);
+  return kOk;
+}
+
+}  // namespace
+
+void addSimulateCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Write a EuRoC folder of a simulated flight in a textured room.");
+  auto arguments = std::make_shared<SimulateArguments>();
+  SimulationOptions& o = arguments->options;
+  command->add_option("--out", o.output, "Folder to write; must be empty or not exist")->required();
+  command->add_flag("--force", o.overwrite,
+                    "Overwrite the sensors' folders in a folder that is not empty");
+  command->add_option("--seed", o.seed, "Of motion, biases, noise, room and textures")
+      ->capture_default_str();
+  CLI::Option* duration = command->add_option("--duration", arguments->duration_s,
+                                              "Seconds; default 30, or all of a recorded flight");
+  CLI::Option* profile =
+      command->add_option("--profile", arguments->profile, "Motion of the flight")
+          ->check(CLI::IsMember({"static", "gentle", "aggressive", "pure-rotation"}))
+          ->capture_default_str();
+  CLI::Option* trajectory =
+      command
+          ->add_option("--trajectory", o.trajectory_file,
+                       "Recorded ground truth to fly (EuRoC's csv of 8 or 17 columns)")
+          ->excludes(profile);
+  command
+      ->add_option("--imu", o.imu_file,
+                   "Recorded IMU (EuRoC's csv) to copy instead of a synthetic one")
+      ->needs(trajectory);
+  command->add_option("--stamps", o.stamps_file, "Image stamps, one in ns a line")
+      ->needs(trajectory);
+  command
+      ->add_option("--from", o.from_s,
+                   "Images from this many seconds after the recorded flight's start")
+      ->needs(trajectory);
+  command
+      ->add_option("--blur", o.render.blur_samples,
+                   "Motion blur: instants averaged over the exposure; 0: none")
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  command->add_option("--exposure-ms", o.render.exposure_ms, "Exposure of the motion blur")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  command
+      ->add_option("--image-noise", o.render.noise_gray,
+                   "Standard deviation in the dark, gray levels")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command->add_option("--vignetting", o.render.vignetting, "Share of light lost in the corners")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  command->add_flag("--noise-free", o.noise_free, "No noise and no biases, in IMU and images");
+  command->add_option("--threads", o.threads, "That render; 0: all. Does not change the result")
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  command->callback([arguments, duration, exit_code] {
+    *exit_code = runSimulate(*arguments, duration->count() > 0);
+  });
+}
+
+}  // namespace etalon::app

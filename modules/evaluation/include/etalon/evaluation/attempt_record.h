@@ -1,0 +1,18 @@
+#pragma once
+
+#include "etalon/core/trajectory.h"
+#include "etalon/evaluation/initialization_json.h"
+#include "etalon/odometry/window_initialization.h"
+
+namespace etalon {
+
+/**
+ * An attempt of the pipeline as it is recorded: the stages that it reached, with their errors where
+ * `ground_truth` covers a keyframe; the times of step 1, initializer and VI-BA first, then the
+ * initializer's own stages.
+ * @param gravity_mps2 magnitude of gravity that the run was configured with
+ */
+AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gravity_mps2,
+                                const GroundTruth& ground_truth);
+
+}  // namespace etalon

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/time.h"
+#include "etalon/evaluation/metrics.h"
+#include "etalon/imu/imu_sample.h"
+#include "etalon/initialization/initialization_result.h"
+
+namespace etalon {
+
+/** Names of the stages of an attempt, as they stand in files. */
+constexpr const char* kStageInit = "init";   ///< the initializer's own result
+constexpr const char* kStageViBa = "vi_ba";  ///< after visual-inertial BA
+/** Names of the timings that every attempt has; an initializer may add its own. */
+constexpr const char* kTimingVisualOdometry =
+    "visual_odometry";                                   ///< step 1, where it was asked for
+constexpr const char* kTimingInitialize = "initialize";  ///< the initializer without step 1
+constexpr const char* kTimingViBa = kStageViBa;
+constexpr const char* kStatusSuccess = "success";
+
+/** What one stage of an attempt estimated. */
+struct StageRecord {
+  std::string stage;                  ///< kStageInit or kStageViBa
+  std::vector<KeyframeState> states;  ///< one a keyframe
+  ImuBias bias;
+  double gravity_mps2 = 0.0;                             ///< magnitude
+  Eigen::Vector3d gravity_B0 = Eigen::Vector3d::Zero();  ///< in the first keyframe's body, m/s^2
+  Eigen::MatrixXd covariance;                            ///< square; empty where there is none
+  std::string covariance_order;                          ///< in words: what its rows stand for
+  std::optional<SegmentErrors> errors;                   ///< where there is ground truth
+
+  /** Gravity in the first keyframe's body, R_WB0^T (0, 0, -g), from the states. */
+  static StageRecord fromStates(const std::string& stage, std::vector<KeyframeState> states,
+                                const ImuBias& bias, double gravity_mps2);
+};
+
+/** One attempt at initialising. */
+struct AttemptRecord {
+  TimeNs t = 0;                      ///< stamp of the last keyframe
+  std::vector<TimeNs> keyframes;     ///< stamps of the window's keyframes
+  std::string status;                ///< toString(InitializationStatus); "success": accepted
+  std::string reason;                ///< why not, in words; empty on success
+  double reason_value = 0.0;         ///< the number behind it
+  std::vector<StageRecord> stages;   ///< those that were reached
+  std::vector<StageTiming> timings;  ///< ms, steady clock
+
+  bool accepted() const { return status == kStatusSuccess; }
+  /** The stage of this name; null if it was not reached. */
+  const StageRecord* stage(const std::string& name) const;
+  /** Milliseconds of the timing of this name; NaN if there is none. */
+  double milliseconds(const std::string& name) const;
+};
+
+/** Counts and times of a whole run. */
+struct RunStatistics {
+  int stereo_frames = 0, imu_samples = 0;
+  int unpaired_left = 0, unpaired_right = 0;
+  int unreadable_images = 0;   ///< pairs skipped
+  int frames_not_located = 0;  ///< frames whose pose is a prediction
+  double duration_s = 0.0;     ///< from the first to the last delivered image
+  double wall_s = SegmentErrors::kNone;
+  double frame_median_ms = SegmentErrors::kNone;  ///< front end and odometry of a stereo frame
+};
+
+/** A run: what initialization.json and the comment in run.rawlog hold. */
+struct RunRecord {
+  std::string source;       ///< path of the recording
+  std::string source_kind;  ///< "euroc" or "rawlog"
+  std::string initializer, initializer_version, initializer_path;
+  std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
+  std::string config;                           ///< the effective configuration, INI text
+  TimeNs first_image = 0;                       ///< of the run
+  std::optional<TimeNs> initialized_at;
+  std::vector<AttemptRecord> attempts;
+  RunStatistics statistics;
+  std::vector<std::string> warnings;
+  /** Of the whole trajectory, aligned in SE(3); where there is ground truth. */
+  std::optional<TrajectoryErrors> trajectory_errors;
+
+  /** The attempt that was accepted; null if there is none. */
+  const AttemptRecord* acceptedAttempt() const;
+};
+
+/** Version of the JSON; raised when the meaning of a key changes. */
+constexpr int kRunFormatVersion = 1;
+constexpr const char* kRunFormat = "etalon run";
+
+/**
+ * JSON text: an object with "format", "version" and the record's members, units in the names of
+ * keys. Numbers read back bit for bit (rotations, stored as quaternions, to rounding); a NaN is
+ * null.
+ */
+std::string toJson(const RunRecord& record);
+
+/**
+ * @param name stands for the text in messages
+ * @throws DataError naming `name`, the place in the JSON and what was expected there
+ */
+RunRecord runRecordFromJson(const std::string& json, const std::string& name);
+
+/** initialization.json. @throws DataError if it cannot be written or read. */
+void writeInitializationJson(const std::string& path, const RunRecord& record);
+RunRecord readInitializationJson(const std::string& path);
+
+}  // namespace etalon

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/trajectory.h"
+#include "etalon/evaluation/alignment.h"
+#include "etalon/imu/imu_sample.h"
+#include "etalon/initialization/initialization_result.h"
+
+namespace etalon {
+
+/** Criterion of success, the strictest in public use (OpenVINS). */
+constexpr double kSuccessGravityDeg = 2.0;
+constexpr double kSuccessVelocityMps = 0.1;
+
+/** The scale of a segment is evaluated where its path is longer than this, m. */
+constexpr double kMinPathForScale = 0.05;
+
+/**
+ * Errors of one initialised segment against ground truth. A metric that the ground truth does not
+ * allow is NaN. W is the estimate's gravity-aligned world, G the ground truth's.
+ */
+struct SegmentErrors {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  int keyframes = 0;            ///< keyframes with ground truth: those that were compared
+  double rre_deg = kNone;       ///< RMSE over consecutive pairs of the relative-rotation error, deg
+  double ate_m = kNone;         ///< RMSE of positions after SE(3) alignment, no scale, m
+  double gravity_deg = kNone;   ///< gravity direction in the body of the first keyframe, deg
+  double velocity_mps = kNone;  ///< RMSE of the velocity vector's error, in the body frame, m/s
+  double gyro_bias_rps = kNone;    ///< norm of the bias vector's error, rad/s
+  double accel_bias_mps2 = kNone;  ///< norm of the bias vector's error, m/s^2
+  double scale_error = kNone;      ///< abs(1 - s) of the Sim(3) alignment
+
+  /** Gravity < 2 deg and velocity < 0.1 m/s; nothing where one of them is not known. */
+  std::optional<bool> success() const;
+};
+
+/**
+ * Compares the keyframes of an initialization with ground truth. Keyframes without ground truth are
+ * left out; pairs are consecutive keyframes that both have it. Both worlds are taken to have
+ * gravity along -z; a tilt of the ground truth's world counts as error. True biases are the ground
+ * truth's mean over the keyframes.
+ */
+SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const ImuBias& bias,
+                              const GroundTruth& ground_truth);
+
+/** Statistics of a set of non-negative errors. NaN where the set is empty. */
+struct ErrorStatistics {
+  std::size_t count = 0;
+  double rmse = SegmentErrors::kNone, mean = SegmentErrors::kNone, median = SegmentErrors::kNone;
+  double max = SegmentErrors::kNone;
+};
+
+ErrorStatistics statisticsOf(std::vector<double> errors);
+
+/** Errors of a trajectory: position, m, and rotation angle, deg. */
+struct TrajectoryErrors {
+  ErrorStatistics position_m, rotation_deg;
+};
+
+/** Error of one pose of a trajectory. */
+struct PoseError {
+  TimeNs t = 0;
+  double position_m = 0.0, rotation_deg = 0.0;
+};
+
+/**
+ * Errors of every pose that has ground truth, in the same frame as it; the rotation error is the
+ * angle between the two. Empty if there is none.
+ */
+std::vector<PoseError> poseErrors(const Trajectory& estimate, const GroundTruth& ground_truth);
+
+/** Absolute trajectory error (ATE): statistics of poseErrors() after alignment over all of them. */
+TrajectoryErrors absoluteTrajectoryErrors(const Trajectory& estimate,
+                                          const GroundTruth& ground_truth, AlignmentType type);
+
+/**
+ * Relative pose error (RPE): error of the motion between poses i and i + delta, for i = 0, delta, 2
+ * delta... among the poses that have ground truth: E = (T_GBi^-1 T_GBj)^-1 (T_WBi^-1 T_WBj). No
+ * alignment is needed.
+ * @throws Error if delta < 1
+ */
+TrajectoryErrors relativeTrajectoryErrors(const Trajectory& estimate,
+                                          const GroundTruth& ground_truth, int delta);
+
+}  // namespace etalon

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/time.h"
+
+namespace etalon {
+
+/** A node of a JSON document that knows its place, so that what is wrong can be named. */
+class JsonReader {
+ public:
+  /** @param document stands for the text in messages; `json` must outlive the reader. */
+  JsonReader(const nlohmann::json& json, std::string document)
+      : json_(&json), document_(std::move(document)) {}
+
+  bool has(const std::string& key) const { return json_->is_object() && json_->contains(key); }
+
+  JsonReader at(const std::string& key) const {
+    if (!has(key)) fail("expected an object with the key '" + key + "'");
+    return {json_->at(key), document_, place_ + "/" + key};
+  }
+  std::vector<JsonReader> elements() const {
+    if (!json_->is_array()) fail("expected an array");
+    std::vector<JsonReader> result;
+    for (size_t i = 0; i < json_->size(); ++i)
+      result.push_back({json_->at(i), document_, place_ + "/" + std::to_string(i)});
+    return result;
+  }
+  std::vector<std::string> keys() const {
+    if (!json_->is_object()) fail("expected an object");
+    std::vector<std::string> result;
+    for (const auto& item : json_->items()) result.push_back(item.key());
+    return result;
+  }
+
+  std::string text() const {
+    if (!json_->is_string()) fail("expected a text");
+    return json_->get<std::string>();
+  }
+  /** null is NaN. */
+  double number() const {
+    if (json_->is_null()) return std::numeric_limits<double>::quiet_NaN();
+    if (!json_->is_number()) fail("expected a number or null");
+    return json_->get<double>();
+  }
+  TimeNs integer() const {
+    if (!json_->is_number_integer()) fail("expected an integer");
+    return json_->get<TimeNs>();
+  }
+  int count() const {
+    const TimeNs value = integer();
+    if (value < 0 || value > std::numeric_limits<int>::max())
+      fail("expected a count, a whole number from 0 to 2147483647");
+    return static_cast<int>(value);
+  }
+  template <int N>
+  Eigen::Matrix<double, N, 1> vector() const {
+    if (!json_->is_array() || json_->size() != N)
+      fail("expected " + std::to_string(N) + " numbers");
+    Eigen::Matrix<double, N, 1> result;
+    const std::vector<JsonReader> numbers = elements();
+    for (int i = 0; i < N; ++i) result[i] = numbers[static_cast<size_t>(i)].number();
+    return result;
+  }
+
+  [[noreturn]] void fail(const std::string& expectation) const {
+    throw DataError(document_, 0,
+                    "in the JSON at '" + (place_.empty() ? "/" : place_) + "': " + expectation);
+  }
+
+ private:
+  JsonReader(const nlohmann::json& json, std::string document, std::string place)
+      : json_(&json), document_(std::move(document)), place_(std::move(place)) {}
+
+  const nlohmann::json* json_;
+  std::string document_;
+  std::string place_;  ///< as a JSON pointer
+};
+
+}  // namespace etalon

@@ -1,0 +1,173 @@
+#include "etalon/evaluation/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+
+namespace etalon {
+namespace {
+
+constexpr double kDegreesPerRadian = 57.29577951308232;
+
+double angleDeg(const Eigen::Matrix3d& R) { return logSO3(R).norm() * kDegreesPerRadian; }
+
+/** Root mean square; NaN for an empty set. */
+class RmsAccumulator {
+ public:
+  void add(double squared_error) {
+    sum_ += squared_error;
+    ++count_;
+  }
+  double value() const { return count_ == 0 ? SegmentErrors::kNone : std::sqrt(sum_ / count_); }
+
+ private:
+  double sum_ = 0.0;
+  int count_ = 0;
+};
+
+double rmsRelativeRotationDeg(const std::vector<KeyframeState>& states,
+                              const std::vector<std::optional<GroundTruthState>>& truths) {
+  RmsAccumulator rms;
+  for (size_t k = 1; k < states.size(); ++k) {
+    if (!truths[k - 1] || !truths[k]) continue;
+    const Eigen::Matrix3d estimated = states[k - 1].T_WB.R.transpose() * states[k].T_WB.R;
+    const Eigen::Matrix3d truth = truths[k - 1]->T_WB.R.transpose() * truths[k]->T_WB.R;
+    const double error_deg = angleDeg(truth.transpose() * estimated);
+    rms.add(error_deg * error_deg);
+  }
+  return rms.value();
+}
+
+double rmsAlignedDistance(const std::vector<Eigen::Vector3d>& p_G,
+                          const std::vector<Eigen::Vector3d>& p_W, const Alignment& alignment) {
+  RmsAccumulator rms;
+  for (size_t i = 0; i < p_G.size(); ++i) rms.add((p_G[i] - alignment * p_W[i]).squaredNorm());
+  return rms.value();
+}
+
+double pathLength(const std::vector<Eigen::Vector3d>& points) {
+  double length = 0.0;
+  for (size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).norm();
+  return length;
+}
+
+}  // namespace
+
+std::optional<bool> SegmentErrors::success() const {
+  if (std::isnan(gravity_deg) || std::isnan(velocity_mps)) return std::nullopt;
+  return gravity_deg < kSuccessGravityDeg && velocity_mps < kSuccessVelocityMps;
+}
+
+SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const ImuBias& bias,
+                              const GroundTruth& ground_truth) {
+  std::vector<std::optional<GroundTruthState>> truths;
+  for (const KeyframeState& state : states) truths.push_back(ground_truth.at(state.t));
+
+  SegmentErrors errors;
+  std::vector<Eigen::Vector3d> p_G, p_W;
+  RmsAccumulator velocity;
+  ImuBias true_bias;
+  for (size_t k = 0; k < states.size(); ++k) {
+    if (!truths[k]) continue;
+    p_G.push_back(truths[k]->T_WB.t);
+    p_W.push_back(states[k].T_WB.t);
+    velocity.add((states[k].T_WB.R.transpose() * states[k].v_WB -
+                  truths[k]->T_WB.R.transpose() * truths[k]->v_WB)
+                     .squaredNorm());
+    true_bias.gyro += truths[k]->b_g;
+    true_bias.accel += truths[k]->b_a;
+  }
+  errors.keyframes = static_cast<int>(p_G.size());
+  if (p_G.empty()) return errors;
+
+  errors.rre_deg = rmsRelativeRotationDeg(states, truths);
+  errors.ate_m = rmsAlignedDistance(p_G, p_W, alignPoints(p_G, p_W, AlignmentType::kSE3));
+  if (truths.front()) {
+    const Eigen::Vector3d g_W(0.0, 0.0, -1.0);
+    errors.gravity_deg = angleBetween(states.front().T_WB.R.transpose() * g_W,
+                                      truths.front()->T_WB.R.transpose() * g_W) *
+                         kDegreesPerRadian;
+  }
+  if (ground_truth.has_velocity) errors.velocity_mps = velocity.value();
+  if (ground_truth.has_biases) {
+    errors.gyro_bias_rps = (bias.gyro - true_bias.gyro / errors.keyframes).norm();
+    errors.accel_bias_mps2 = (bias.accel - true_bias.accel / errors.keyframes).norm();
+  }
+  if (pathLength(p_G) > kMinPathForScale && pathLength(p_W) > 0.0)
+    errors.scale_error = std::abs(1.0 - alignPoints(p_G, p_W, AlignmentType::kSim3).scale);
+  return errors;
+}
+
+ErrorStatistics statisticsOf(std::vector<double> errors) {
+  ErrorStatistics statistics;
+  statistics.count = errors.size();
+  if (errors.empty()) return statistics;
+  std::sort(errors.begin(), errors.end());
+  double sum = 0.0, sum_of_squares = 0.0;
+  for (const double e : errors) {
+    sum += e;
+    sum_of_squares += e * e;
+  }
+  const auto n = static_cast<double>(errors.size());
+  const size_t middle = errors.size() / 2;
+  statistics.rmse = std::sqrt(sum_of_squares / n);
+  statistics.mean = sum / n;
+  statistics.median =
+      errors.size() % 2 == 1 ? errors[middle] : 0.5 * (errors[middle - 1] + errors[middle]);
+  statistics.max = errors.back();
+  return statistics;
+}
+
+std::vector<PoseError> poseErrors(const Trajectory& estimate, const GroundTruth& ground_truth) {
+  std::vector<PoseError> errors;
+  for (const StampedPose& pose : estimate)
+    if (const std::optional<GroundTruthState> truth = ground_truth.at(pose.t))
+      errors.push_back({pose.t, (pose.T_WB.t - truth->T_WB.t).norm(),
+                        angleDeg(truth->T_WB.R.transpose() * pose.T_WB.R)});
+  return errors;
+}
+
+static TrajectoryErrors summarize(const std::vector<PoseError>& errors) {
+  std::vector<double> position_m, rotation_deg;
+  for (const PoseError& e : errors) {
+    position_m.push_back(e.position_m);
+    rotation_deg.push_back(e.rotation_deg);
+  }
+  return {statisticsOf(std::move(position_m)), statisticsOf(std::move(rotation_deg))};
+}
+
+TrajectoryErrors absoluteTrajectoryErrors(const Trajectory& estimate,
+                                          const GroundTruth& ground_truth, AlignmentType type) {
+  const std::optional<Alignment> alignment = alignTrajectory(estimate, ground_truth, type);
+  if (!alignment) return {};
+  return summarize(poseErrors(transformed(estimate, *alignment), ground_truth));
+}
+
+TrajectoryErrors relativeTrajectoryErrors(const Trajectory& estimate,
+                                          const GroundTruth& ground_truth, int delta) {
+  if (delta < 1)
+    throw Error("relative pose error: expected a delta of at least 1 pose, got " +
+                std::to_string(delta));
+  std::vector<SE3> estimated, truths;
+  std::vector<TimeNs> stamps;
+  for (const StampedPose& pose : estimate) {
+    const std::optional<GroundTruthState> truth = ground_truth.at(pose.t);
+    if (!truth) continue;
+    estimated.push_back(pose.T_WB);
+    truths.push_back(truth->T_WB);
+    stamps.push_back(pose.t);
+  }
+  std::vector<PoseError> errors;
+  const auto step = static_cast<size_t>(delta);
+  for (size_t i = 0; i + step < estimated.size(); i += step) {
+    const SE3 motion_truth = truths[i].inverse() * truths[i + step];
+    const SE3 motion = estimated[i].inverse() * estimated[i + step];
+    const SE3 error = motion_truth.inverse() * motion;
+    errors.push_back({stamps[i + step], error.t.norm(), angleDeg(error.R)});
+  }
+  return summarize(errors);
+}
+
+}  // namespace etalon

@@ -1,0 +1,180 @@
+#include "plot_canvas.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+namespace {
+
+constexpr int kOversampling = 3;
+constexpr int kShift = 4;  // fractional bits of OpenCV's coordinates
+constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
+constexpr double kFontCapitalHeight = 21.0;  // of that font at scale 1, px
+
+const Color kGrid(232, 232, 232);
+const Color kAxis(90, 90, 90);
+const Color kLabel(50, 50, 50);
+constexpr double kTickTextSize = 9.0;
+constexpr double kLabelTextSize = 10.0;
+
+cv::Point toFixed(cv::Point2d p) {
+  constexpr double kUnit = kOversampling * (1 << kShift);
+  return {static_cast<int>(std::lround(p.x * kUnit)), static_cast<int>(std::lround(p.y * kUnit))};
+}
+
+int toThickness(double width) {
+  return std::max(1, static_cast<int>(std::lround(width * kOversampling)));
+}
+
+double fontScale(double size) { return size * kOversampling / kFontCapitalHeight; }
+
+/** Strokes of a tenth of the letters' height. */
+int strokeWidth(double size) { return toThickness(0.11 * size); }
+
+}  // namespace
+
+PlotCanvas::PlotCanvas(int width, int height)
+    : image_(height * kOversampling, width * kOversampling, CV_8UC3, cv::Scalar::all(255)) {}
+
+void PlotCanvas::line(cv::Point2d a, cv::Point2d b, const Color& color, double width) {
+  cv::line(image_, toFixed(a), toFixed(b), color, toThickness(width), cv::LINE_AA, kShift);
+}
+
+void PlotCanvas::dashedLine(cv::Point2d a, cv::Point2d b, const Color& color, double width) {
+  constexpr double kDash = 6.0, kGap = 4.0;
+  const double length = cv::norm(b - a);
+  for (double s = 0.0; s < length; s += kDash + kGap)
+    line(a + (b - a) * (s / length), a + (b - a) * (std::min(length, s + kDash) / length), color,
+         width);
+}
+
+void PlotCanvas::polyline(const std::vector<cv::Point2d>& points, const Color& color,
+                          double width) {
+  if (points.empty()) return;
+  std::vector<cv::Point> fixed;
+  for (const cv::Point2d& p : points) fixed.push_back(toFixed(p));
+  cv::polylines(image_, fixed, false, color, toThickness(width), cv::LINE_AA, kShift);
+}
+
+void PlotCanvas::disc(cv::Point2d centre, double radius, const Color& color) {
+  const int r = static_cast<int>(std::lround(radius * kOversampling * (1 << kShift)));
+  cv::circle(image_, toFixed(centre), r, color, cv::FILLED, cv::LINE_AA, kShift);
+}
+
+void PlotCanvas::diamond(cv::Point2d c, double r, const Color& color) {
+  const std::vector<cv::Point> corners = {toFixed({c.x - r, c.y}), toFixed({c.x, c.y - r}),
+                                          toFixed({c.x + r, c.y}), toFixed({c.x, c.y + r})};
+  cv::fillConvexPoly(image_, corners, color, cv::LINE_AA, kShift);
+}
+
+void PlotCanvas::frame(const cv::Rect2d& box, const Color& color, double width) {
+  cv::rectangle(image_, toFixed(box.tl()), toFixed(box.br()), color, toThickness(width),
+                cv::LINE_AA, kShift);
+}
+
+void PlotCanvas::fill(const cv::Rect2d& box, const Color& color) {
+  cv::rectangle(image_, toFixed(box.tl()), toFixed(box.br()), color, cv::FILLED, cv::LINE_AA,
+                kShift);
+}
+
+double PlotCanvas::textWidth(const std::string& text, double size) {
+  return static_cast<double>(
+             cv::getTextSize(text, kFont, fontScale(size), strokeWidth(size), nullptr).width) /
+         kOversampling;
+}
+
+void PlotCanvas::text(cv::Point2d at, const std::string& text, double size, const Color& color,
+                      TextAlign align) {
+  if (align != TextAlign::kLeft)
+    at.x -= textWidth(text, size) * (align == TextAlign::kCentre ? 0.5 : 1.0);
+  const cv::Point origin(static_cast<int>(std::lround(at.x * kOversampling)),
+                         static_cast<int>(std::lround(at.y * kOversampling)));
+  cv::putText(image_, text, origin, kFont, fontScale(size), color, strokeWidth(size), cv::LINE_AA);
+}
+
+void PlotCanvas::verticalText(cv::Point2d at, const std::string& text, double size,
+                              const Color& color) {
+  int below = 0;
+  const cv::Size extent = cv::getTextSize(text, kFont, fontScale(size), strokeWidth(size), &below);
+  const int margin = strokeWidth(size) + 1;
+  cv::Mat letters(extent.height + below + 2 * margin, extent.width + 2 * margin, CV_8UC3,
+                  cv::Scalar::all(255));
+  cv::putText(letters, text, {margin, margin + extent.height}, kFont, fontScale(size), color,
+              strokeWidth(size), cv::LINE_AA);
+  cv::rotate(letters, letters, cv::ROTATE_90_COUNTERCLOCKWISE);
+  const cv::Rect wanted(static_cast<int>(std::lround(at.x * kOversampling)) - letters.cols / 2,
+                        static_cast<int>(std::lround(at.y * kOversampling)) - letters.rows / 2,
+                        letters.cols, letters.rows);
+  const cv::Rect inside = wanted & cv::Rect({0, 0}, image_.size());
+  if (inside.empty()) return;
+  cv::Mat target = image_(inside);
+  cv::min(target, letters(inside - wanted.tl()), target);
+}
+
+void PlotCanvas::writePng(const std::string& path) const {
+  cv::Mat small;
+  cv::resize(image_, small, image_.size() / kOversampling, 0, 0, cv::INTER_AREA);
+  bool written = false;
+  try {
+    written = cv::imwrite(path, small);
+  } catch (const cv::Exception&) {  // an extension that OpenCV does not know
+  }
+  if (!written) throw DataError(path, 0, "cannot be written; expected the path of a new .png file");
+}
+
+Ticks::Ticks(double low, double high, int at_most) {
+  const double wanted = std::max(high - low, 1e-12) / std::max(1, at_most);
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+  step = 10.0 * power;
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= wanted * (1 - 1e-9)) {
+      step = factor * power;
+      break;
+    }
+  first = std::ceil(low / step - 1e-9) * step;
+  count = static_cast<int>(std::floor((high - first) / step + 1e-9)) + 1;
+  decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+}
+
+double Ticks::value(int i) const { return first + i * step; }
+
+std::string Ticks::label(int i) const {
+  char text[64];
+  // A tick within rounding of zero must not read "-0".
+  const double v = std::abs(value(i)) < 1e-9 * step ? 0.0 : value(i);
+  std::snprintf(text, sizeof text, "%.*f", decimals, v);
+  return text;
+}
+
+void PlotArea::drawAxes(PlotCanvas* canvas, const std::string& x_label, const std::string& y_label,
+                        int x_ticks, int y_ticks) const {
+  const Ticks xs(x_low_, x_high_, x_ticks), ys(y_low_, y_high_, y_ticks);
+  const double bottom = box_.y + box_.height;
+  for (int i = 0; i < xs.count; ++i) {
+    const double x = at(xs.value(i), y_low_).x;
+    canvas->line({x, box_.y}, {x, bottom}, kGrid);
+    canvas->line({x, bottom}, {x, bottom + 4}, kAxis);
+    canvas->text({x, bottom + 18}, xs.label(i), kTickTextSize, kLabel, TextAlign::kCentre);
+  }
+  double widest = 0.0;
+  for (int i = 0; i < ys.count; ++i) {
+    const double y = at(x_low_, ys.value(i)).y;
+    canvas->line({box_.x, y}, {box_.x + box_.width, y}, kGrid);
+    canvas->line({box_.x - 4, y}, {box_.x, y}, kAxis);
+    canvas->text({box_.x - 8, y + 0.5 * kTickTextSize}, ys.label(i), kTickTextSize, kLabel,
+                 TextAlign::kRight);
+    widest = std::max(widest, PlotCanvas::textWidth(ys.label(i), kTickTextSize));
+  }
+  canvas->frame(box_, kAxis);
+  canvas->text({box_.x + 0.5 * box_.width, bottom + 38}, x_label, kLabelTextSize, kLabel,
+               TextAlign::kCentre);
+  canvas->verticalText({box_.x - 20 - widest, box_.y + 0.5 * box_.height}, y_label, kLabelTextSize,
+                       kLabel);
+}
+
+}  // namespace etalon

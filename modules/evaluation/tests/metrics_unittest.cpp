@@ -1,0 +1,303 @@
+#include "etalon/evaluation/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kRadians = M_PI / 180.0;
+
+GroundTruth truthOf(const std::vector<KeyframeState>& states, const ImuBias& bias) {
+  GroundTruth truth;
+  truth.has_velocity = truth.has_biases = true;
+  for (const KeyframeState& s : states)
+    truth.states.push_back({s.t, s.T_WB, s.v_WB, bias.gyro, bias.accel});
+  return truth;
+}
+
+/** Four keyframes, 0.25 s apart, on the corners of a square of 1 m, level, at rest. */
+std::vector<KeyframeState> square() {
+  std::vector<KeyframeState> states(4);
+  const Vector3d corners[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  for (int k = 0; k < 4; ++k) {
+    states[k].t = 250'000'000LL * k;
+    states[k].T_WB.t = corners[k];
+  }
+  return states;
+}
+
+const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
+
+TEST(SegmentMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
+  const std::vector<KeyframeState> truth = square();
+  std::vector<KeyframeState> states = truth;
+  const SE3 T_WG(expSO3(Vector3d(0, 0, 2.0)), Vector3d(3, -4, 5));
+  for (KeyframeState& s : states) s.T_WB = T_WG * s.T_WB;
+  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  EXPECT_EQ(e.keyframes, 4);
+  // Rounding: positions of size 5 and rotations, a few units in the last place.
+  EXPECT_LT(e.rre_deg, 1e-12);
+  EXPECT_LT(e.ate_m, 1e-14);
+  EXPECT_LT(e.gravity_deg, 1e-13);
+  EXPECT_EQ(e.velocity_mps, 0.0);
+  EXPECT_EQ(e.gyro_bias_rps, 0.0);
+  EXPECT_EQ(e.accel_bias_mps2, 0.0);
+  EXPECT_LT(e.scale_error, 1e-14);
+  EXPECT_EQ(e.success(), true);
+}
+
+TEST(SegmentMetrics, RelativeRotationByHand) {
+  const std::vector<KeyframeState> truth = square();
+  std::vector<KeyframeState> states = truth;
+  // Pairs (0,1) and (1,2): 3 and 4 degrees about different axes; (2,3): none. RMS = sqrt((9 + 16) /
+  // 3).
+  states[1].T_WB.R = expSO3(Vector3d(3 * kRadians, 0, 0));
+  states[2].T_WB.R = states[1].T_WB.R * expSO3(Vector3d(0, 4 * kRadians, 0));
+  states[3].T_WB.R = states[2].T_WB.R;
+  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  EXPECT_NEAR(e.rre_deg, std::sqrt(25.0 / 3.0), 1e-12);
+  EXPECT_EQ(e.gravity_deg, 0.0);  // the first keyframe's rotation was left alone
+}
+
+TEST(SegmentMetrics, PositionAndScaleByHand) {
+  const std::vector<KeyframeState> truth = square();
+  std::vector<KeyframeState> states = truth;
+  // A square of 1.1 m: after SE(3) alignment each corner is 0.1 / sqrt(2) off; s = 1 / 1.1.
+  for (KeyframeState& s : states) s.T_WB.t *= 1.1;
+  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  EXPECT_NEAR(e.ate_m, 0.1 / std::sqrt(2.0), 1e-14);
+  EXPECT_NEAR(e.scale_error, 1.0 - 1.0 / 1.1, 1e-14);
+}
+
+TEST(SegmentMetrics, ScaleNeedsAPathOfFiveCentimetres) {
+  for (const double side_m : {0.0166, 0.0167}) {  // three sides: 4.98 cm, 5.01 cm
+    std::vector<KeyframeState> states = square();
+    for (KeyframeState& s : states) s.T_WB.t *= side_m;
+    const SegmentErrors e = evaluateSegment(states, kBias, truthOf(states, kBias));
+    EXPECT_EQ(std::isnan(e.scale_error), side_m < 0.01667) << side_m;
+    EXPECT_LT(e.ate_m, 1e-15);
+  }
+  // An estimate that did not move at all has no scale to compare.
+  std::vector<KeyframeState> still = square();
+  for (KeyframeState& s : still) s.T_WB.t.setZero();
+  EXPECT_TRUE(std::isnan(evaluateSegment(still, kBias, truthOf(square(), kBias)).scale_error));
+}
+
+TEST(SegmentMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
+  const std::vector<KeyframeState> truth = square();
+  std::vector<KeyframeState> states = truth;
+  // The estimate's world leans by 3 degrees: every rotation is off, no relative one is.
+  const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0)) * expSO3(Vector3d(0, 0, 1.0));
+  for (KeyframeState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
+  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);
+  EXPECT_LT(e.rre_deg, 1e-12);
+  EXPECT_EQ(e.success(), false);
+}
+
+TEST(SegmentMetrics, VelocityIsComparedAsAVectorInTheBody) {
+  const std::vector<KeyframeState> truth = square();
+  std::vector<KeyframeState> states = truth;
+  states[0].v_WB = Vector3d(0.03, 0, 0);
+  states[1].v_WB = Vector3d(0, 0.03, 0.04);
+  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  EXPECT_NEAR(e.velocity_mps, std::sqrt((9e-4 + 25e-4) / 4), 1e-15);
+  EXPECT_EQ(e.success(), true);
+
+  // Same speed and the world turned by 90 degrees about z: no error in the body frame.
+  std::vector<KeyframeState> moving = truth, turned = truth;
+  const Matrix3d R = expSO3(Vector3d(0, 0, M_PI / 2));
+  for (size_t k = 0; k < 4; ++k) {
+    moving[k].v_WB = Vector3d(1, 2, 3);
+    turned[k].v_WB = R * moving[k].v_WB;
+    turned[k].T_WB = SE3(R, Vector3d::Zero()) * turned[k].T_WB;
+  }
+  EXPECT_LT(evaluateSegment(turned, kBias, truthOf(moving, kBias)).velocity_mps, 1e-14);
+  // Turned velocities with unturned rotations: an error of sqrt(2) times the horizontal speed.
+  for (size_t k = 0; k < 4; ++k) turned[k].T_WB = truth[k].T_WB;
+  EXPECT_NEAR(evaluateSegment(turned, kBias, truthOf(moving, kBias)).velocity_mps,
+              std::sqrt(2.0 * 5.0), 1e-13);
+}
+
+TEST(SegmentMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
+  const std::vector<KeyframeState> states = square();
+  GroundTruth truth = truthOf(states, kBias);
+  truth.states[0].b_g.x() += 0.004;  // mean over four keyframes: 0.001
+  ImuBias estimate = kBias;
+  estimate.gyro += Vector3d(0.001 + 0.003, 0, 0.004);
+  estimate.accel -= Vector3d(0.03, 0.04, 0.0);
+  const SegmentErrors e = evaluateSegment(states, estimate, truth);
+  EXPECT_NEAR(e.gyro_bias_rps, 0.005, 1e-16);
+  EXPECT_NEAR(e.accel_bias_mps2, 0.05, 1e-16);
+}
+
+TEST(SegmentMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
+  const std::vector<KeyframeState> states = square();
+  GroundTruth poses_only = truthOf(states, {});
+  poses_only.has_velocity = poses_only.has_biases = false;
+  const SegmentErrors e = evaluateSegment(states, kBias, poses_only);
+  EXPECT_EQ(e.ate_m, 0.0);
+  EXPECT_EQ(e.gravity_deg, 0.0);
+  EXPECT_TRUE(std::isnan(e.velocity_mps));
+  EXPECT_TRUE(std::isnan(e.gyro_bias_rps));
+  EXPECT_TRUE(std::isnan(e.accel_bias_mps2));
+  EXPECT_FALSE(e.success().has_value());
+
+  const SegmentErrors none = evaluateSegment(states, kBias, {});
+  EXPECT_EQ(none.keyframes, 0);
+  for (const double value : {none.rre_deg, none.ate_m, none.gravity_deg, none.scale_error})
+    EXPECT_TRUE(std::isnan(value));
+}
+
+TEST(SegmentMetrics, KeyframesWithoutGroundTruthAreLeftOut) {
+  std::vector<KeyframeState> states = square();
+  GroundTruth truth = truthOf(states, kBias);
+  truth.states.erase(truth.states.begin());
+  states[0].T_WB.t = Vector3d(100, 100, 100);
+  states[0].T_WB.R = expSO3(Vector3d(1, 1, 1));
+  const SegmentErrors e = evaluateSegment(states, kBias, truth);
+  EXPECT_EQ(e.keyframes, 3);
+  EXPECT_LT(e.ate_m, 1e-15);
+  EXPECT_EQ(e.rre_deg, 0.0);
+  EXPECT_TRUE(std::isnan(e.gravity_deg));  // it is defined at the first keyframe
+}
+
+/** Random keyframes and an estimate near them, for the comparison with a second implementation. */
+struct RandomSegment {
+  std::vector<KeyframeState> truth, estimate;
+
+  explicit RandomSegment(unsigned seed) {
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> normal;
+    const auto vector = [&](double s) {
+      return Vector3d(s * normal(generator), s * normal(generator), s * normal(generator));
+    };
+    for (int k = 0; k < 10; ++k) {
+      KeyframeState t, e;
+      t.t = e.t = 250'000'000LL * k;
+      t.T_WB = SE3(expSO3(vector(1.0)), vector(1.0));
+      t.v_WB = vector(1.0);
+      e.T_WB = SE3(t.T_WB.R * expSO3(vector(0.01)), t.T_WB.t + vector(0.01));
+      e.v_WB = t.v_WB + vector(0.05);
+      truth.push_back(t);
+      estimate.push_back(e);
+    }
+  }
+};
+
+/** Least sum of squares after a rigid motion, without finding the motion: |a|^2 + |b|^2 - 2 lambda,
+ * Horn 1987. */
+double ateByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
+                                 const std::vector<KeyframeState>& b) {
+  const auto n = static_cast<double>(a.size());
+  Vector3d mean_a = Vector3d::Zero(), mean_b = Vector3d::Zero();
+  for (size_t k = 0; k < a.size(); ++k) {
+    mean_a += a[k].T_WB.t / n;
+    mean_b += b[k].T_WB.t / n;
+  }
+  Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
+  double squares = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) {
+    const Vector3d p = a[k].T_WB.t - mean_a, q = b[k].T_WB.t - mean_b, c = p.cross(q);
+    squares += p.squaredNorm() + q.squaredNorm();
+    N(0, 0) += p.dot(q);
+    N.block<1, 3>(0, 1) += c.transpose();
+    N.block<3, 1>(1, 0) += c;
+    N.block<3, 3>(1, 1) += p * q.transpose() + q * p.transpose() - p.dot(q) * Matrix3d::Identity();
+  }
+  const double lambda = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(N).eigenvalues().maxCoeff();
+  return std::sqrt(std::max(0.0, squares - 2.0 * lambda) / n);
+}
+
+TEST(SegmentMetrics, AgreesWithASecondImplementationOnRandomSegments) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const RandomSegment s(seed);
+    const SegmentErrors e = evaluateSegment(s.estimate, kBias, truthOf(s.truth, {}));
+    double rotation = 0.0, velocity = 0.0;
+    for (size_t k = 0; k < s.truth.size(); ++k) {
+      const Quaterniond truth(s.truth[k].T_WB.R), estimate(s.estimate[k].T_WB.R);
+      velocity += (estimate.conjugate() * s.estimate[k].v_WB - truth.conjugate() * s.truth[k].v_WB)
+                      .squaredNorm() /
+                  10.0;
+      if (k == 0) continue;
+      const Quaterniond dt = Quaterniond(s.truth[k - 1].T_WB.R).conjugate() * truth;
+      const Quaterniond de = Quaterniond(s.estimate[k - 1].T_WB.R).conjugate() * estimate;
+      rotation += std::pow(dt.angularDistance(de) / kRadians, 2) / 9.0;
+    }
+    EXPECT_NEAR(e.rre_deg, std::sqrt(rotation), 1e-9) << seed;
+    EXPECT_NEAR(e.velocity_mps, std::sqrt(velocity), 1e-12) << seed;
+    // squares - 2 lambda loses digits: 1e-15 * 30 in the square of 0.01.
+    EXPECT_NEAR(e.ate_m, ateByQuaternionEigenvalue(s.truth, s.estimate), 1e-11) << seed;
+    const Vector3d g_true = s.truth[0].T_WB.R.row(2), g_estimated = s.estimate[0].T_WB.R.row(2);
+    EXPECT_NEAR(e.gravity_deg, std::asin(g_true.cross(g_estimated).norm()) / kRadians, 1e-10);
+    EXPECT_NEAR(e.gyro_bias_rps, kBias.gyro.norm(), 1e-16);
+    EXPECT_NEAR(e.accel_bias_mps2, kBias.accel.norm(), 1e-15);
+  }
+}
+
+TEST(Statistics, ByHand) {
+  const ErrorStatistics s = statisticsOf({4.0, 1.0, 2.0, 3.0});
+  EXPECT_EQ(s.count, 4u);
+  EXPECT_EQ(s.mean, 2.5);
+  EXPECT_EQ(s.median, 2.5);
+  EXPECT_EQ(s.max, 4.0);
+  EXPECT_DOUBLE_EQ(s.rmse, std::sqrt(30.0 / 4.0));
+  EXPECT_EQ(statisticsOf({5.0, 1.0, 3.0}).median, 3.0);
+  EXPECT_TRUE(std::isnan(statisticsOf({}).rmse));
+}
+
+TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {
+  // A square; the estimate 1.1 times as large and turned about z: each corner 0.1 / sqrt(2) off, no
+  // rotation error.
+  const std::vector<KeyframeState> states = square();
+  const SE3 T_WG(expSO3(Vector3d(0, 0, 0.7)), Vector3d(1, 2, 3));
+  Trajectory estimate;
+  for (const KeyframeState& s : states)
+    estimate.push_back({s.t, T_WG * SE3(s.T_WB.R, 1.1 * s.T_WB.t)});
+  estimate.push_back({5'000'000'000, SE3()});  // without ground truth
+  for (const AlignmentType type : {AlignmentType::kSE3, AlignmentType::kYawPosition}) {
+    const TrajectoryErrors e = absoluteTrajectoryErrors(estimate, truthOf(states, {}), type);
+    EXPECT_EQ(e.position_m.count, 4u);
+    EXPECT_NEAR(e.position_m.rmse, 0.1 / std::sqrt(2.0), 1e-14);
+    EXPECT_NEAR(e.position_m.max, 0.1 / std::sqrt(2.0), 1e-14);
+    EXPECT_LT(e.rotation_deg.max, 1e-12);
+  }
+  EXPECT_LT(
+      absoluteTrajectoryErrors(estimate, truthOf(states, {}), AlignmentType::kSim3).position_m.max,
+      1e-14);
+  EXPECT_EQ(absoluteTrajectoryErrors(estimate, {}, AlignmentType::kSE3).position_m.count, 0u);
+}
+
+TEST(TrajectoryMetrics, RelativeErrorsByHand) {
+  const std::vector<KeyframeState> states = square();
+  Trajectory estimate;
+  for (const KeyframeState& s : states) estimate.push_back({s.t, s.T_WB});
+  estimate[3].T_WB.t.z() += 0.5;  // only the step 2 -> 3 is off
+  estimate[3].T_WB.R = expSO3(Vector3d(0, 0, 2 * kRadians));
+  const GroundTruth truth = truthOf(states, {});
+  const TrajectoryErrors one = relativeTrajectoryErrors(estimate, truth, 1);
+  EXPECT_EQ(one.position_m.count, 3u);
+  EXPECT_NEAR(one.position_m.max, 0.5, 1e-15);
+  EXPECT_NEAR(one.position_m.rmse, 0.5 / std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(one.rotation_deg.max, 2.0, 1e-12);
+  const TrajectoryErrors two = relativeTrajectoryErrors(estimate, truth, 2);
+  EXPECT_EQ(two.position_m.count, 1u);  // 0 -> 2; 2 -> 4 does not exist
+  EXPECT_EQ(two.position_m.max, 0.0);
+  EXPECT_EQ(relativeTrajectoryErrors(estimate, truth, 4).position_m.count, 0u);
+  EXPECT_THROW(relativeTrajectoryErrors(estimate, truth, 0), Error);
+}
+
+}  // namespace
+}  // namespace etalon

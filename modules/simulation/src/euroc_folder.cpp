@@ -1,0 +1,176 @@
+#include "euroc_folder.h"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<const char*, 2> kCameraFolders = {"cam0", "cam1"};
+constexpr char kImuFolder[] = "imu0";
+constexpr char kTruthFolder[] = "state_groundtruth_estimate0";
+
+std::string shortest(double x) {
+  std::array<char, 32> text;
+  const auto result = std::to_chars(text.data(), text.data() + text.size(), x);
+  return {text.data(), result.ptr};
+}
+
+std::string list(const std::vector<double>& numbers, const char* separator = ",") {
+  std::string text;
+  for (double x : numbers) text += (text.empty() ? "" : separator) + shortest(x);
+  return text;
+}
+
+std::string row(TimeNs t, const std::vector<Eigen::Vector3d>& vectors) {
+  std::string text = std::to_string(t);
+  for (const Eigen::Vector3d& v : vectors) text += "," + list({v.x(), v.y(), v.z()});
+  return text + "\n";
+}
+
+void writeText(const std::string& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw DataError(path, 0, "cannot be written");
+}
+
+std::string poseYaml(const std::string& type, const std::string& comment, const SE3& T_BS) {
+  const Eigen::Matrix4d T = T_BS.matrix();
+  std::string text =
+      "# General sensor definitions.\nsensor_type: " + type + "\ncomment: " + comment +
+      "\n\n# Sensor extrinsics wrt. the body-frame.\nT_BS:\n  cols: 4\n  rows: 4\n  data: [";
+  for (int i = 0; i < 4; ++i) {
+    text += list({T(i, 0), T(i, 1), T(i, 2), T(i, 3)}, ", ") + (i < 3 ? ",\n         " : "]\n");
+  }
+  return text;
+}
+
+std::string cameraYaml(const CameraCalibration& camera, const std::string& comment) {
+  const PinholeRadtan& m = camera.model;
+  return poseYaml("camera", comment, camera.T_BC) +
+         "\n# Camera specific definitions.\nrate_hz: " + shortest(camera.rate_hz) +
+         "\nresolution: [" + std::to_string(m.width) + ", " + std::to_string(m.height) +
+         "]\ncamera_model: pinhole\nintrinsics: [" + list({m.fu, m.fv, m.cu, m.cv}, ", ") +
+         "] # fu, fv, cu, cv\ndistortion_model: radial-tangential\ndistortion_coefficients: [" +
+         list({m.k1, m.k2, m.p1, m.p2}, ", ") + "]\n";
+}
+
+std::string imuYaml(const ImuCalibration& imu, const std::string& comment) {
+  return poseYaml("imu", comment, SE3()) + "rate_hz: " + shortest(imu.rate_hz) +
+         "\n\n# inertial sensor noise model parameters (static)\ngyroscope_noise_density: " +
+         shortest(imu.noise.gyro_noise_density) +
+         "     # [ rad / s / sqrt(Hz) ]\ngyroscope_random_walk: " +
+         shortest(imu.noise.gyro_random_walk) +
+         "       # [ rad / s^2 / sqrt(Hz) ]\naccelerometer_noise_density: " +
+         shortest(imu.noise.accel_noise_density) +
+         "  # [ m / s^2 / sqrt(Hz) ]\naccelerometer_random_walk: " +
+         shortest(imu.noise.accel_random_walk) + "    # [ m / s^3 / sqrt(Hz) ]\n";
+}
+
+void copyFile(const std::string& from, const std::string& to) {
+  std::error_code error;
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (error) throw DataError(to, 0, "cannot be copied from " + from + ": " + error.message());
+}
+
+}  // namespace
+
+EurocFolder::EurocFolder(const std::string& path, bool overwrite)
+    : root_((fs::path(path) / "mav0").string()) {
+  std::error_code error;
+  if (fs::exists(path, error)) {
+    if (!fs::is_directory(path, error)) throw ConfigError(path + ": exists and is not a folder");
+    const bool empty = fs::is_empty(path, error);
+    if (error) throw DataError(path, 0, "cannot be read: " + error.message());
+    if (!empty && !overwrite) {
+      throw ConfigError(path +
+                        ": the folder is not empty; choose another or overwrite it with --force");
+    }
+  }
+  const std::vector<std::string> folders = {kCameraFolders[0], kCameraFolders[1], kImuFolder,
+                                            kTruthFolder};
+  for (const std::string& folder : folders) {
+    const fs::path sensor = fs::path(root_) / folder;
+    fs::remove_all(sensor, error);
+    if (!error) {
+      fs::create_directories(folder.rfind("cam", 0) == 0 ? sensor / "data" : sensor, error);
+    }
+    if (error) throw DataError(sensor.string(), 0, "cannot be made: " + error.message());
+  }
+}
+
+void EurocFolder::writeCalibration(const StereoInertialCalibration& calibration,
+                                   const std::string& comment) const {
+  for (size_t i = 0; i < 2; ++i) {
+    writeText(root_ + "/" + kCameraFolders[i] + "/sensor.yaml",
+              cameraYaml(calibration.cameras[i], comment));
+  }
+  writeText(root_ + "/" + kImuFolder + "/sensor.yaml", imuYaml(calibration.imu, comment));
+  writeText(root_ + "/" + kTruthFolder + "/sensor.yaml",
+            poseYaml("visual-inertial", comment, SE3()));
+}
+
+void EurocFolder::writeImu(const std::vector<ImuSample>& samples) const {
+  std::string text =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m "
+      "s^-2],a_RS_S_y "
+      "[m s^-2],a_RS_S_z [m s^-2]\n";
+  for (const ImuSample& s : samples) text += row(s.t, {s.gyro, s.accel});
+  writeText(root_ + "/" + kImuFolder + "/data.csv", text);
+}
+
+void EurocFolder::writeGroundTruth(const std::vector<GroundTruthState>& states) const {
+  std::string text =
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+      "q_RS_z [], v_RS_R_x "
+      "[m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad "
+      "s^-1], b_w_RS_S_z "
+      "[rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
+  for (const GroundTruthState& s : states) {
+    const Eigen::Quaterniond q(s.T_WB.R);
+    const Eigen::Vector3d &p = s.T_WB.t, &v = s.v_WB, &g = s.b_g, &a = s.b_a;
+    text += std::to_string(s.t) + "," +
+            list({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), g.x(),
+                  g.y(), g.z(), a.x(), a.y(), a.z()}) +
+            "\n";
+  }
+  writeText(root_ + "/" + kTruthFolder + "/data.csv", text);
+}
+
+void EurocFolder::copyImu(const std::string& file) const {
+  copyFile(file, root_ + "/" + kImuFolder + "/data.csv");
+}
+
+void EurocFolder::copyGroundTruth(const std::string& file) const {
+  copyFile(file, root_ + "/" + kTruthFolder + "/data.csv");
+}
+
+void EurocFolder::writeImageLists(const std::vector<TimeNs>& stamps) const {
+  std::string text = "#timestamp [ns],filename\n";
+  for (TimeNs t : stamps) text += std::to_string(t) + "," + std::to_string(t) + ".png\n";
+  for (const char* camera : kCameraFolders) writeText(root_ + "/" + camera + "/data.csv", text);
+}
+
+void EurocFolder::writeImage(size_t camera, TimeNs t, const cv::Mat& image) const {
+  const std::string path =
+      root_ + "/" + kCameraFolders.at(camera) + "/data/" + std::to_string(t) + ".png";
+  bool written = false;
+  try {
+    written = cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  } catch (const cv::Exception&) {
+    written = false;
+  }
+  if (!written) throw DataError(path, 0, "cannot be written");
+}
+
+}  // namespace etalon

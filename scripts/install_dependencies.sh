@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Installs what is missing to build Etalon on Debian 12, with apt: as root, or through sudo.
+#
+#   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
+#
+# Without arguments: what building takes, the unit tests included. --test adds what the tests call
+# (rawlog-edit), --lint the formatter and the linter, --benchmarks Google Benchmark.
+# Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
+set -euo pipefail
+
+# libopencv-dev and not its parts: only it holds OpenCV's CMake configuration.
+packages=(
+  cmake ninja-build ccache g++ git
+  libmrpt-obs-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev
+  nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev
+)
+for argument in "$@"; do
+  case "$argument" in
+    --test) packages+=(mrpt-apps) ;;
+    --lint) packages+=(clang-format-14 clang-tidy-14) ;;
+    --benchmarks) packages+=(libbenchmark-dev) ;;
+    *)
+      echo "install_dependencies.sh: unknown argument '$argument'; expected --test, --lint or --benchmarks" >&2
+      exit 2
+      ;;
+  esac
+done
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+  [[ $status == installed ]] || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+  echo "dependencies: all ${#packages[@]} packages are installed"
+  exit 0
+fi
+
+echo "dependencies: missing ${missing[*]}"
+install=(apt-get install -y --no-install-recommends "${missing[@]}")
+as_root=()
+if ((EUID != 0)); then
+  # sudo may ask for its password only where there is somebody to answer.
+  if command -v sudo >/dev/null && { sudo -n true 2>/dev/null || [[ -t 0 ]]; }; then
+    as_root=(sudo)
+  else
+    echo "dependencies: to install them, root rights are needed; run as root:" >&2
+    echo "  apt-get update && ${install[*]}" >&2
+    exit 1
+  fi
+fi
+apt_environment=(env DEBIAN_FRONTEND=noninteractive)
+"${as_root[@]}" "${apt_environment[@]}" apt-get update ||
+  echo "dependencies: apt-get update failed; trying with the package lists at hand" >&2
+"${as_root[@]}" "${apt_environment[@]}" "${install[@]}"

@@ -1,0 +1,90 @@
+#!/usr/bin/env bash
+# clang-format 14 on all tracked C++ files, then clang-tidy 14 on the sources of modules, plugins and
+# application (with their headers), as .clang-format and .clang-tidy say.
+#
+#   scripts/lint.sh [--all]       --all: clang-tidy on the tests and benchmarks, too
+#
+# What passed is remembered in build/lint by the content of the file, of the project's headers that
+# it includes, and of .clang-tidy: a second call checks only what changed. Exit code 1 if anything
+# was found.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+all=false
+for argument in "$@"; do
+  case "$argument" in
+    --all) all=true ;;
+    *)
+      echo "lint.sh: unknown argument '$argument'; expected --all" >&2
+      exit 2
+      ;;
+  esac
+done
+
+mapfile -t tracked < <(git ls-files --cached --others --exclude-standard '*.cpp' '*.h')
+echo "lint: clang-format on ${#tracked[@]} files"
+if ! clang-format-14 --dry-run --Werror "${tracked[@]}"; then
+  echo "lint: not formatted; run: clang-format-14 -i \$(git ls-files '*.cpp' '*.h')" >&2
+  exit 1
+fi
+
+folder=build/release
+[[ -f $folder/compile_commands.json ]] || cmake --preset release >/dev/null
+memory=build/lint
+mkdir -p "$memory"
+
+# Content of every file of the project, hashed once.
+declare -A hash_of
+while read -r hash file; do hash_of[$file]=$hash; done < <(sha256sum "${tracked[@]}" .clang-tidy)
+everything=$(printf '%s\n' "${hash_of[@]}" | sort | sha256sum)
+common="${hash_of[.clang-tidy]} $(clang-tidy-14 --version | tr -d '\n')"
+
+# The project's headers behind each source, as the compiler reported them to Ninja: "source header header...".
+declare -A headers_of
+while read -r source headers; do headers_of[$source]=$headers; done < <(
+  ninja -C "$folder" -t deps 2>/dev/null | awk -v root="$PWD/" '
+    /^[^ ]/ { if (source != "") print source, headers; source = headers = ""; next }
+    NF == 1 {
+      path = $1
+      sub(/^\.\.\/\.\.\//, "", path)
+      if (index(path, root) == 1) path = substr(path, length(root) + 1)
+      if (path ~ /^\//) next
+      if (source == "") source = path; else headers = headers " " path
+    }
+    END { if (source != "") print source, headers }')
+
+todo=()
+for source in "${tracked[@]}"; do
+  [[ $source == *.cpp ]] || continue
+  if ! $all && [[ $source == *tests/* || $source == *benchmarks/* ]]; then continue; fi
+  # What the build does not compile (a project of its own inside a test) has no flags to check it with.
+  grep -qF "\"file\": \"$PWD/$source\"" "$folder/compile_commands.json" || continue
+  parts="$common ${hash_of[$source]}"
+  if [[ -n ${headers_of[$source]+known} ]]; then
+    for header in ${headers_of[$source]}; do parts+=" ${hash_of[$header]:-}"; done
+  else
+    parts+=" $everything"
+  fi
+  key=$(sha256sum <<<"$source $parts")
+  key=${key%% *}
+  [[ -e $memory/$key ]] || todo+=("$source" "$key")
+done
+
+count=$((${#todo[@]} / 2))
+echo "lint: clang-tidy on $count files that changed"
+((count > 0)) || exit 0
+
+# shellcheck disable=SC2016 # expanded by the inner shell
+printf '%s\n' "${todo[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
+  if output=$(clang-tidy-14 -p "$0" --quiet "$2" 2>&1); then
+    : >"$1/$3"
+    echo "lint: ok      $2"
+  else
+    echo "$output" | grep -vE "^[0-9]+ warnings? " >&2
+    echo "lint: FAILED  $2"
+    exit 1
+  fi' "$folder" "$memory" || {
+  echo "lint: clang-tidy found something, see above" >&2
+  exit 1
+}
+echo "lint: clean"

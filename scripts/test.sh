@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs the whole test suite.
+#
+#   scripts/test.sh [--lint]      --lint: also formatter and linter, before the tests
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+lint=false
+for argument in "$@"; do
+  case "$argument" in
+    --lint) lint=true ;;
+    *)
+      echo "test.sh: unknown argument '$argument'; expected --lint" >&2
+      exit 2
+      ;;
+  esac
+done
+
+dependencies=(--test)
+if $lint; then dependencies+=(--lint); fi
+scripts/install_dependencies.sh "${dependencies[@]}"
+scripts/build.sh
+if $lint; then scripts/lint.sh; fi
+
+jobs=$(nproc)
+echo "test: running with $jobs jobs"
+ctest --preset release -j "$jobs" --output-on-failure --no-tests=error
+echo "test: all passed"

@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "etalon/core/ini_file.h"
+#include "run_command.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string folder(const std::string& name) { return ETALON_TEST_INITIALIZERS "/" + name; }
+
+TEST(PluginsCommand, ListsTheInitializersOfTheBuild) {
+  const CommandResult result = runEtalon({"plugins"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("eta "), HasSubstr("orbslam3_inertial_only "),
+                                HasSubstr("/eta.so"), Not(HasSubstr("Not usable"))));
+}
+
+TEST(PluginsCommand, ListsWhatCannotBeUsedWithReasons) {
+  std::vector<std::string> arguments = {"plugins"};
+  for (const char* name : {"good", "wrong_abi", "no_descriptor", "undefined_symbol", "same_name",
+                           "wrong_base", "same_class"}) {
+    arguments.push_back("--plugin-path");
+    arguments.push_back(folder(name));
+  }
+  const CommandResult result = runEtalon(arguments);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("does as it is told"), HasSubstr("version 999"),
+                                HasSubstr("etalon_initializer_descriptor"),
+                                HasSubstr("functionThatNobodyDefines"), HasSubstr("found first"),
+                                HasSubstr("does not derive"), HasSubstr("rename")));
+}
+
+TEST(PluginsCommand, DescribesParameters) {
+  const CommandResult result = runEtalon({"plugins", "--describe", "eta"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("etalon::plugins::Eta"), HasSubstr("[eta]"),
+                                HasSubstr("landmarks = fixed   (choice, fixed, free)")));
+}
+
+TEST(PluginsCommand, PrintsIniSectionsThatCanBeRead) {
+  const CommandResult one = runEtalon({"plugins", "--describe", "eta", "--ini"});
+  EXPECT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_EQ(IniFile::fromText(one.out, "one").sections(), std::vector<std::string>{"eta"});
+  const CommandResult all = runEtalon({"plugins", "--ini"});
+  EXPECT_EQ(all.exit_code, 0) << all.err;
+  EXPECT_GE(IniFile::fromText(all.out, "all").sections().size(), 2U);
+}
+
+TEST(PluginsCommand, RefusesAnUnknownNameWithTheNearest) {
+  const CommandResult result = runEtalon({"plugins", "--describe", "etta"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("etta"), HasSubstr("did you mean 'eta'?")));
+  const CommandResult nope = runEtalon({"plugins", "--describe", "nope"});
+  EXPECT_EQ(nope.exit_code, 2);
+  EXPECT_THAT(nope.err, AllOf(HasSubstr("nope"), HasSubstr("available: eta")));
+}
+
+TEST(PluginsCommand, RefusesBrokenLibrariesInWords) {
+  const TemporaryFolder temporary;
+  const std::string text = temporary.write("text.so", "not a library\n");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {text, "not a shared library"},
+      {"/no/such/plugin.so", "no such file"},
+      {folder("wrong_abi") + "/wrong_abi.so", "version 999"},
+      {folder("undefined_symbol") + "/undefined_symbol.so", "functionThatNobodyDefines"},
+      {folder("no_descriptor") + "/no_descriptor.so", "is no initializer plugin"},
+      {folder("lying_base") + "/lying_base.so", "does not derive"},
+      {folder("throws_when_made") + "/throws_when_made.so", "no licence found"}};
+  for (const auto& [path, reason] : cases) {
+    const CommandResult result = runEtalon({"plugins", "--describe", path});
+    EXPECT_EQ(result.exit_code, 2) << path;
+    EXPECT_THAT(result.err, AllOf(HasSubstr(path), HasSubstr(reason)));
+  }
+}
+
+TEST(PluginsCommand, RefusesASearchPathThatIsNotThere) {
+  const CommandResult result = runEtalon({"plugins", "--plugin-path", "/no/such/folder"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("/no/such/folder"));
+}
+
+}  // namespace
+}  // namespace etalon::testing
