@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -33,14 +35,16 @@ void convert(const Arguments& arguments) {
 
   const auto start = std::chrono::steady_clock::now();
   double printed_s = -1;
+  const bool terminal = isatty(STDERR_FILENO) == 1;
   ConvertOptions options;
   options.embed = arguments.embed;
   options.progress = [&](const ConvertProgress& progress) {
     const double now_s = secondsSince(start);
-    if (now_s - printed_s < 0.2 && progress.frames < progress.frames_total) return;
+    const bool last = progress.frames == progress.frames_total;
+    if (!last && (!terminal || now_s - printed_s < 0.2)) return;
     printed_s = now_s;
-    std::fprintf(stderr, "\rconvert: %d of %d stereo frames, %.0f a second", progress.frames,
-                 progress.frames_total, progress.frames / std::max(now_s, 1e-9));
+    std::fprintf(stderr, "%sconvert: %d of %d stereo frames, %.0f a second", terminal ? "\r" : "",
+                 progress.frames, progress.frames_total, progress.frames / std::max(now_s, 1e-9));
   };
   ConvertReport report;
   try {
