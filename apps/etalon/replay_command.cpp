@@ -1,14 +1,18 @@
+#include <ceres/version.h>
+#include <mrpt/version.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
+#include <opencv2/core/version.hpp>
 
 #include "commands.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/evaluation/run_results.h"
 #include "etalon/odometry/run_configuration.h"
 
 namespace etalon::app {
@@ -21,36 +25,39 @@ struct Arguments {
   double from_s = 0.0, to_s = 1e18;
 };
 
-/** The live line: time in the recording, frames per second, state. */
+/** The live line on stderr: time in the recording, frames per second, state. */
 class ProgressLine {
  public:
-  void update(const Pipeline& pipeline, const PipelineOptions& options, double seconds,
-              bool force = false) {
+  void update(const Pipeline& pipeline, const PipelineOptions& options, double seconds, bool last) {
     const auto now = std::chrono::steady_clock::now();
-    const double period_s = isatty(STDERR_FILENO) ? 0.2 : 5.0;
-    if (!force && std::chrono::duration<double>(now - printed_).count() < period_s) return;
+    const double period_s = terminal_ ? 0.2 : 5.0;
+    if (!last && std::chrono::duration<double>(now - printed_).count() < period_s) return;
     printed_ = now;
-    const double elapsed = std::chrono::duration<double>(now - start_).count();
-    const double fps = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed);
+    const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+    const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
     std::string state = "initialised";
     if (pipeline.state() == PipelineState::kCollecting)
       state = pipeline.attempts().empty()
                   ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
                         std::to_string(options.keyframes)
                   : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
-    std::fprintf(stderr, "%sreplay: %7.2f s  %5.1f frames/s  %-34s%s", tty() ? "\r" : "", seconds,
-                 fps, state.c_str(), tty() && !force ? "" : "\n");
-    std::fflush(stderr);
+    std::fprintf(stderr, "%sreplay: %7.2f s  %5.1f frames/s  %-28s%s", terminal_ ? "\r" : "",
+                 seconds, rate, state.c_str(), terminal_ && !last ? "" : "\n");
+  }
+
+  /** Before anything else is printed. */
+  void interrupt() const {
+    if (terminal_) std::fprintf(stderr, "\r%70s\r", "");
   }
 
  private:
-  static bool tty() { return isatty(STDERR_FILENO) != 0; }
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point printed_ = start_;
 };
 
 IniFile readConfiguration(const Arguments& arguments) {
-  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "(defaults)")
+  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
                                          : IniFile::fromFile(arguments.config);
   if (!arguments.initializer.empty())
     ini.set("pipeline", "initializer", arguments.initializer, "--initializer");
@@ -58,42 +65,148 @@ IniFile readConfiguration(const Arguments& arguments) {
   return ini;
 }
 
+void printAttempt(const InitializationAttempt& attempt, TimeNs first_image) {
+  std::printf("%8.2f s  %s%s\n", secondsBetween(first_image, attempt.t),
+              attempt.decision.accepted ? "initialised" : "not yet, because ",
+              attempt.decision.accepted ? "" : attempt.decision.reason.c_str());
+  std::fflush(stdout);
+}
+
+/** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
+class Replay {
+ public:
+  Replay(SensorSource* source, const RunConfiguration& configuration)
+      : source_(*source),
+        configuration_(configuration),
+        pipeline_(source->calibration(), configuration.pipeline, configuration.initializer) {}
+
+  void run() {
+    while (const auto event = source_.next()) {
+      if (const auto* sample = std::get_if<ImuSample>(&*event)) {
+        pipeline_.add(*sample);
+      } else {
+        const StereoFrame& frame = std::get<StereoFrame>(*event);
+        images_.push_back({frame.t, absolute(frame.left_path), absolute(frame.right_path)});
+        pipeline_.add(frame);
+      }
+      report(false);
+    }
+  }
+
+  void finish() {
+    pipeline_.finish();
+    report(true);
+  }
+
+  FinishedRun finished() {
+    // 0x258 is 2.5.8.
+    const std::string mrpt = std::to_string(MRPT_VERSION >> 8) + "." +
+                             std::to_string(MRPT_VERSION >> 4 & 15) + "." +
+                             std::to_string(MRPT_VERSION & 15);
+    return {source_,
+            configuration_,
+            pipeline_,
+            images_,
+            1e-3 * watch_.lapMilliseconds(),
+            {{"etalon", ETALON_VERSION},
+             {"opencv", CV_VERSION},
+             {"ceres", CERES_VERSION_STRING},
+             {"mrpt", mrpt}}};
+  }
+
+  const Pipeline& pipeline() const { return pipeline_; }
+
+ private:
+  static std::string absolute(const std::string& path) {
+    return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
+  }
+
+  void report(bool last) {
+    for (; reported_ < pipeline_.attempts().size(); ++reported_) {
+      progress_.interrupt();
+      printAttempt(pipeline_.attempts()[reported_], images_.front().t);
+    }
+    const double seconds =
+        images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t);
+    progress_.update(pipeline_, configuration_.pipeline, seconds, last);
+  }
+
+  SensorSource& source_;
+  const RunConfiguration& configuration_;
+  Pipeline pipeline_;
+  std::vector<StereoReference> images_;
+  ProgressLine progress_;
+  Stopwatch watch_;
+  size_t reported_ = 0;
+};
+
+void printErrors(const StageRecord& stage) {
+  if (!stage.errors) return;
+  const SegmentErrors& e = *stage.errors;
+  std::printf(
+      "  %-6s RRE %.4f deg, ATE %.2f mm, velocity %.4f m/s, gravity %.2f deg, b_g %.5f "
+      "rad/s, b_a %.3f m/s^2\n",
+      stage.stage.c_str(), e.rre_deg, 1e3 * e.ate_m, e.velocity_mps, e.gravity_deg, e.gyro_bias_rps,
+      e.accel_bias_mps2);
+}
+
+void printSummary(const RunRecord& record, const std::vector<std::string>& files) {
+  if (const AttemptRecord* attempt = record.acceptedAttempt()) {
+    std::printf("\n%s initialised after %zu attempt%s, %.2f s after the first image\n",
+                record.initializer.c_str(), record.attempts.size(),
+                record.attempts.size() == 1 ? "" : "s",
+                secondsBetween(record.first_image, attempt->t));
+    for (const StageRecord& stage : attempt->stages) printErrors(stage);
+    std::printf("  times  step 1 %.1f ms, initializer %.2f ms, VI-BA %.1f ms\n",
+                attempt->milliseconds(kTimingVisualOdometry),
+                attempt->milliseconds(kTimingInitialize), attempt->milliseconds(kTimingViBa));
+  } else {
+    std::printf("\n%s never initialised in %zu attempts%s%s\n", record.initializer.c_str(),
+                record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",
+                record.attempts.empty() ? ": the recording is shorter than the window of keyframes"
+                                        : record.attempts.back().reason.c_str());
+  }
+  const RunStatistics& s = record.statistics;
+  std::printf("%d stereo frames, %.1f s, %.1f ms a frame (median)", s.stereo_frames, s.duration_s,
+              s.frame_median_ms);
+  if (record.trajectory_errors)
+    std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned)",
+                record.trajectory_errors->position_m.rmse);
+  std::printf("\n");
+  if (s.unpaired_left + s.unpaired_right > 0)
+    std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
+                s.unpaired_right);
+  if (s.frames_not_located > 0)
+    std::printf("%d frames could not be located: their poses are predictions\n",
+                s.frames_not_located);
+  for (const std::string& warning : record.warnings)
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  std::printf("written:\n");
+  for (const std::string& file : files) std::printf("  %s\n", file.c_str());
+}
+
 int replay(const Arguments& arguments) {
-  const RunConfiguration run =
+  if (!(arguments.from_s < arguments.to_s))
+    throw ConfigError("replay: --from must be less than --to");
+  const RunConfiguration configuration =
       loadRunConfiguration(readConfiguration(arguments), arguments.plugin_path);
   SourceOptions source_options;
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
-  std::filesystem::create_directories(arguments.out);
-
-  Pipeline pipeline(source->calibration(), run.pipeline, run.initializer);
-  ProgressLine progress;
-  TimeNs first = 0, last = 0;
-  size_t reported = 0;
-  while (const auto event = source->next()) {
-    if (const auto* imu = std::get_if<ImuSample>(&*event)) {
-      pipeline.add(*imu);
-    } else {
-      const StereoFrame& frame = std::get<StereoFrame>(*event);
-      if (first == 0) first = frame.t;
-      last = frame.t;
-      pipeline.add(frame);
-    }
-    for (; reported < pipeline.attempts().size(); ++reported) {
-      const InitializationAttempt& attempt = pipeline.attempts()[reported];
-      std::printf("%.2f s: %s%s\n", secondsBetween(first, attempt.t),
-                  attempt.decision.accepted ? "initialised" : "not yet, because ",
-                  attempt.decision.reason.c_str());
-    }
-    progress.update(pipeline, run.pipeline, secondsBetween(first, last));
+  Replay run(source.get(), configuration);
+  std::exception_ptr failure;
+  try {
+    run.run();
+  } catch (const DataError&) {  // what came before it is finished and written all the same
+    failure = std::current_exception();
   }
-  pipeline.finish();
-  progress.update(pipeline, run.pipeline, secondsBetween(first, last), true);
-  const std::filesystem::path out = arguments.out;
-  writeTum((out / "trajectory.tum").string(), pipeline.trajectory());
-  std::ofstream(out / "config.ini") << run.effective_ini;
-  return pipeline.state() == PipelineState::kInitialized ? kOk : kNotInitialised;
+  run.finish();
+  const FinishedRun finished = run.finished();
+  const RunRecord record = makeRunRecord(finished);
+  printSummary(record, writeRunResults(arguments.out, finished, record));
+  if (failure) std::rethrow_exception(failure);
+  return run.pipeline().state() == PipelineState::kInitialized ? kOk : kNotInitialised;
 }
 
 }  // namespace
@@ -101,16 +214,28 @@ int replay(const Arguments& arguments) {
 void addReplayCommand(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "replay", "Run the pipeline on a recording: initialise through a plugin, then odometry.");
+      "replay",
+      "Run the pipeline on a recording: initialise through a plugin, then stereo odometry in the "
+      "gravity-aligned frame. Writes trajectory, initialization.json, run.rawlog, a picture and "
+      "the effective configuration.");
   command->add_option("SRC", arguments->source, "EuRoC folder or .rawlog")->required();
-  command->add_option("-c,--config", arguments->config, "INI file (default: built-in values)");
-  command->add_option("--initializer", arguments->initializer, "Initializer plugin to use");
-  command->add_option("--from", arguments->from_s, "Start, seconds after the first image");
+  command->add_option("-c,--config", arguments->config, "INI file; without, built-in values")
+      ->check(CLI::ExistingFile);
+  command->add_option("--initializer", arguments->initializer,
+                      "Initializer plugin (etalon plugins lists them)");
+  command->add_option("--from", arguments->from_s, "Start, seconds after the first image")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--to", arguments->to_s, "End, seconds after the first image");
-  command->add_option("--set", arguments->set, "Override: section.key=value (repeatable)");
-  command->add_option("--plugin-path", arguments->plugin_path,
-                      "Folder or library searched first for plugins (repeatable)");
+  command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--plugin-path", arguments->plugin_path,
+                   "Folder or library searched first for plugins; repeatable")
+      ->allow_extra_args(false);
   command->add_option("--out", arguments->out, "Folder for the results")->capture_default_str();
+  command->footer(
+      "Exit codes: 0 initialised, 1 never initialised (reasons printed), 2 usage or configuration, "
+      "3 data.");
   command->callback([arguments, exit_code] { *exit_code = replay(*arguments); });
 }
 

@@ -13,7 +13,7 @@ namespace etalon {
 /** Section [frontend] of the configuration. */
 struct StereoTrackerOptions {
   int max_features = 250;            ///< landmarks followed at a time
-  int klt_window_px = 11;            ///< side of the KLT patch
+  int klt_window_px = 9;            ///< side of the KLT patch
   int klt_levels = 4;                ///< pyramid levels above the full image
   int klt_iterations = 30;           ///< per level, at most
   double klt_epsilon_px = 0.01;      ///< a KLT iteration that moves less ends the level

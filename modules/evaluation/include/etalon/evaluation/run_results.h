@@ -1,0 +1,35 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "etalon/evaluation/initialization_json.h"
+#include "etalon/evaluation/run_log.h"
+#include "etalon/odometry/run_configuration.h"
+
+namespace etalon {
+
+/** A run of the pipeline that has come to its end, and what it was made of. Borrows everything. */
+struct FinishedRun {
+  const SensorSource& source;
+  const RunConfiguration& configuration;
+  const Pipeline& pipeline;
+  std::vector<StereoReference> images;          ///< delivered stereo pairs
+  double wall_s = 0.0;                          ///< of the whole run
+  std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
+};
+
+/** What initialization.json and run.rawlog say of the run, errors against ground truth included. */
+RunRecord makeRunRecord(const FinishedRun& run);
+
+/**
+ * Writes trajectory.tum, initialization.json, run.rawlog, trajectory.png and config.ini into
+ * `folder`, which is made if need be.
+ * @return their paths, in this order
+ * @throws DataError naming the file that cannot be written
+ */
+std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
+                                         const RunRecord& record);
+
+}  // namespace etalon

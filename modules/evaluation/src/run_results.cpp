@@ -1,0 +1,103 @@
+#include "etalon/evaluation/run_results.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "etalon/core/errors.h"
+#include "etalon/evaluation/attempt_record.h"
+#include "etalon/evaluation/plot.h"
+
+namespace etalon {
+
+namespace {
+
+double median(std::vector<double> values) {
+  if (values.empty()) return SegmentErrors::kNone;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+RunStatistics statisticsOf(const FinishedRun& run) {
+  RunStatistics s;
+  const ReadStatistics& read = run.source.statistics();
+  s.stereo_frames = read.stereo_frames;
+  s.imu_samples = read.imu_samples;
+  s.unpaired_left = read.unpaired_left;
+  s.unpaired_right = read.unpaired_right;
+  s.unreadable_images = read.unreadable_images;
+  s.frames_not_located = run.pipeline.framesNotLocated();
+  if (!run.images.empty()) s.duration_s = secondsBetween(run.images.front().t, run.images.back().t);
+  s.wall_s = run.wall_s;
+  std::vector<double> frame_ms;
+  for (const FrameTiming& t : run.pipeline.timings())
+    frame_ms.push_back(t.frontend_ms + t.odometry_ms);
+  s.frame_median_ms = median(frame_ms);
+  return s;
+}
+
+void writeText(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+RunRecord makeRunRecord(const FinishedRun& run) {
+  RunRecord record;
+  record.source = std::filesystem::absolute(run.source.name()).lexically_normal().string();
+  record.source_kind = run.source.kind();
+  record.initializer = run.configuration.plugin.name;
+  record.initializer_version = run.configuration.plugin.version;
+  record.initializer_path = run.configuration.plugin.path;
+  record.versions = run.versions;
+  record.config = run.configuration.effective_ini;
+  if (!run.images.empty()) record.first_image = run.images.front().t;
+  if (run.pipeline.state() == PipelineState::kInitialized)
+    record.initialized_at = run.pipeline.initializedAt();
+  const GroundTruth& ground_truth = run.source.groundTruth();
+  for (const InitializationAttempt& attempt : run.pipeline.attempts())
+    record.attempts.push_back(
+        makeAttemptRecord(attempt, run.configuration.pipeline.window.gravity_mps2, ground_truth));
+  record.statistics = statisticsOf(run);
+  record.warnings = run.source.statistics().warnings;
+  if (!ground_truth.empty() && !run.pipeline.trajectory().empty())
+    record.trajectory_errors =
+        absoluteTrajectoryErrors(run.pipeline.trajectory(), ground_truth, AlignmentType::kSE3);
+  return record;
+}
+
+std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
+                                         const RunRecord& record) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
+  const auto path = [&folder](const char* name) {
+    return (std::filesystem::path(folder) / name).string();
+  };
+  const std::vector<std::string> files = {path("trajectory.tum"), path("initialization.json"),
+                                          path(kRunLogName), path("trajectory.png"),
+                                          path("config.ini")};
+  writeTum(files[0], run.pipeline.trajectory());
+  writeInitializationJson(files[1], record);
+  RunLog log;
+  log.record = record;
+  log.calibration = run.source.calibration();
+  log.images = run.images;
+  log.odometry = run.pipeline.trajectory();
+  log.ground_truth = run.source.groundTruth();
+  writeRunLog(files[2], log);
+  TrajectoryPlotOptions plot;
+  plot.title = std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
+  plot.initialized_at = record.initialized_at;
+  drawTrajectoryPlot(files[3], run.pipeline.trajectory(), run.source.groundTruth(), plot);
+  writeText(files[4], run.configuration.effective_ini);
+  return files;
+}
+
+}  // namespace etalon
