@@ -103,26 +103,33 @@ StereoMatch StereoMatcher::check(const StereoQuery& query, const cv::Point2f& ri
   return match;
 }
 
-std::vector<StereoMatch> StereoMatcher::match(const Pyramid& left, const Pyramid& right,
+StereoMatch StereoMatcher::align(const cv::Mat& right, const StereoQuery& query,
+                                 double inverse_depth) const {
+  cv::Point2f guess;
+  if (inverse_depth < 0.0 || !rightPixel(query.left_xy, inverse_depth, &guess)) return {};
+  PatchPose pose{{guess.x, guess.y}, query.A};
+  const double correlation =
+      query.patch->align(right, &pose, options_.anchor_iterations, options_.klt_epsilon_px);
+  if (correlation < options_.min_correlation ||
+      (pose.centre - Eigen::Vector2d(guess.x, guess.y)).norm() > options_.stereo_reach_px)
+    return {};
+  StereoMatch match =
+      check(query, {static_cast<float>(pose.centre.x()), static_cast<float>(pose.centre.y())});
+  match.A = pose.A;
+  return match;
+}
+
+std::vector<StereoMatch> StereoMatcher::match(const cv::Mat& left_half, const cv::Mat& right,
+                                              const cv::Mat& right_half,
                                               const std::vector<StereoQuery>& queries) const {
-  // The pyramid holds image and derivatives in turn.
-  const size_t level = std::min<size_t>(2 * kSearchLevel, left.size() - 2);
   std::vector<StereoMatch> matches(queries.size());
-  std::vector<cv::Point2f> from, to;
-  std::vector<size_t> index;
   for (size_t i = 0; i < queries.size(); ++i) {
-    double inverse_depth = queries[i].inverse_depth;
-    if (inverse_depth < 0.0)
-      inverse_depth = searchInverseDepth(left[level], right[level], queries[i]);
-    cv::Point2f guess;
-    if (inverse_depth < 0.0 || !rightPixel(queries[i].left_xy, inverse_depth, &guess)) continue;
-    from.push_back(queries[i].left);
-    to.push_back(guess);
-    index.push_back(i);
+    const StereoQuery& query = queries[i];
+    if (!query.patch->valid()) continue;
+    matches[i] = align(right, query, query.inverse_depth);
+    if (!matches[i].found)
+      matches[i] = align(right, query, searchInverseDepth(left_half, right_half, query));
   }
-  const std::vector<char> good = followPoints(left, right, from, &to, options_);
-  for (size_t j = 0; j < index.size(); ++j)
-    if (good[j]) matches[index[j]] = check(queries[index[j]], to[j]);
   return matches;
 }
 

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "anchor_patch.h"
 #include "etalon/core/calibration.h"
 #include "klt.h"
 
@@ -15,26 +16,32 @@ namespace etalon {
 struct StereoQuery {
   cv::Point2f left;
   Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();  ///< undistorted, normalised
-  double inverse_depth = -1.0;  ///< 1/m, along the left camera's z; negative if unknown
+  double inverse_depth = -1.0;         ///< 1/m, along the left camera's z; negative if unknown
+  const AnchorPatch* patch = nullptr;  ///< what to look for, not null
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();  ///< its shape in the right image, a guess
 };
 
 struct StereoMatch {
   bool found = false;
   cv::Point2f right;
   double inverse_depth = -1.0;
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();  ///< shape of the patch in the right image
 };
 
 /**
- * Right pixels by KLT. Where the depth is unknown, patches are first compared along the epipolar
- * curve (half resolution, normalised cross-correlation), since near landmarks are displaced by more
- * than a pyramid can bridge. A match must come back to its left pixel, lie on the epipolar line,
- * and have a depth between min_depth_m and infinity.
+ * Right pixels by aligning each landmark's patch with the right image, whatever the two cameras'
+ * gains. Where the depth is unknown, or the guess that it gives fails, patches are first compared
+ * along the epipolar curve (half resolution, normalised cross-correlation), since near landmarks
+ * are displaced by more than an alignment can bridge. A match must correlate, lie on the epipolar
+ * line, and have a depth between min_depth_m and infinity.
  */
 class StereoMatcher {
  public:
   StereoMatcher(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options);
 
-  std::vector<StereoMatch> match(const Pyramid& left, const Pyramid& right,
+  /** @param left_half, right_half the images at half resolution (cv::pyrDown) */
+  std::vector<StereoMatch> match(const cv::Mat& left_half, const cv::Mat& right,
+                                 const cv::Mat& right_half,
                                  const std::vector<StereoQuery>& queries) const;
 
  private:
@@ -42,6 +49,7 @@ class StereoMatcher {
   bool rightPixel(const Eigen::Vector2d& left_xy, double inverse_depth, cv::Point2f* right) const;
   double searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
                             const StereoQuery& query) const;
+  StereoMatch align(const cv::Mat& right, const StereoQuery& query, double inverse_depth) const;
   StereoMatch check(const StereoQuery& query, const cv::Point2f& right) const;
 
   const StereoInertialCalibration& calibration_;

@@ -1,12 +1,14 @@
 #include "etalon/frontend/stereo_tracker.h"
 
 #include <Eigen/Geometry>
-#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "anchor_patch.h"
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
 #include "klt.h"
+#include "motion_check.h"
 #include "stereo_matcher.h"
 
 namespace etalon {
@@ -23,8 +25,9 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
   parameters.add("epipolar_px", &epipolar_px, {0.01, 100.0},
                  "Largest distance of a right pixel from its epipolar line, px.");
   parameters.add("temporal_epipolar_px", &temporal_epipolar_px, {0.0, 100.0},
-                 "Largest distance of a track from the epipolar line of the motion between two "
-                 "frames (fundamental matrix by RANSAC), px; 0: no such check.");
+                 "Largest distance of a track from where the camera's motion since the last frame "
+                 "takes its landmark (from its epipolar line where the depth is unknown), px; 0: "
+                 "no such check.");
   parameters.add("min_distance_px", &min_distance_px, {1.0, 200.0},
                  "Least distance between two landmarks, px.");
   parameters.add("min_corner_response", &min_corner_response, {0.0, 1.0},
@@ -33,7 +36,21 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
   parameters.add("min_depth_m", &min_depth_m, {0.01, 100.0},
                  "Landmarks nearer to the camera are not matched between left and right, m.");
   parameters.add("min_correlation", &min_correlation, {-1.0, 1.0},
-                 "Normalised cross-correlation that a patch along the epipolar line must reach.");
+                 "Normalised correlation that a patch must reach in the right image.");
+  parameters.add("anchor_window_px", &anchor_window_px, {7, 63},
+                 "Side of the patch that a track keeps from its first frame and is aligned with in "
+                 "later left and right images, px (odd).");
+  parameters.add("anchor_iterations", &anchor_iterations, {1, 1000},
+                 "Iterations of that alignment, at most.");
+  parameters.add("anchor_reach_px", &anchor_reach_px, {0.0, 100.0},
+                 "The alignment corrects a track by at most this, px; 0: tracks drift freely.");
+  parameters.add("anchor_min_correlation", &anchor_min_correlation, {-1.0, 1.0},
+                 "Normalised correlation that an aligned patch must reach in the left image.");
+  parameters.add("anchor_patience", &anchor_patience, {0, 1000},
+                 "After this many frames in a row without alignment the patch is taken anew.");
+  parameters.add("stereo_reach_px", &stereo_reach_px, {0.0, 100.0},
+                 "A right pixel is at most this far from where the search or the last depth "
+                 "expects it, px.");
   parameters.add("border_px", &border_px, {1, 200},
                  "No landmark is nearer to the edge of the image, px.");
 }
@@ -43,7 +60,12 @@ namespace {
 struct Track {
   LandmarkId id = -1;
   cv::Point2f pixel;
+  cv::Point2f pixel_before{};   ///< in the frame before
   double inverse_depth = -1.0;  ///< 1/m when last matched with the right image; negative if never
+  AnchorPatch anchor{};         ///< what it looked like when it was found
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();        ///< of the anchor in the current image
+  Eigen::Matrix2d A_right = Eigen::Matrix2d::Identity();  ///< in the right one
+  int unanchored = 0;  ///< frames in a row in which the anchor did not fit
 };
 
 }  // namespace
@@ -60,19 +82,25 @@ class StereoTracker::Impl {
     checkImage(left, 0);
     checkImage(right, 1);
     Pyramid left_pyramid = buildPyramid(left, options_);
-    const Pyramid right_pyramid = buildPyramid(right, options_);
+    cv::Mat right_half;
+    cv::pyrDown(right, right_half);
     const int before = static_cast<int>(tracks_.size());
-    follow(left_pyramid, R_prev_cur);
+    const Eigen::Matrix3d& R_BC0 = calibration_.cameras[0].T_BC.R;
+    const Eigen::Matrix3d R_C0cur_C0prev = R_BC0.transpose() * R_prev_cur.transpose() * R_BC0;
+    follow(left_pyramid, R_C0cur_C0prev);
+    anchorTracks(left);
+    rejectByMotion(R_C0cur_C0prev);
     CornerGrid grid(left.size(), options_);
     keepApart(&grid);
     statistics_.tracked = static_cast<int>(tracks_.size());
     statistics_.lost = before - statistics_.tracked;
     for (const cv::Point2f& corner :
          grid.detect(left, options_.max_features - statistics_.tracked)) {
-      tracks_.push_back({next_id_++, corner, -1.0});
+      tracks_.push_back({next_id_++, corner});
+      setAnchor(left, &tracks_.back());
       ++statistics_.added;
     }
-    const TrackedFrame frame = observe(t, left_pyramid, right_pyramid);
+    const TrackedFrame frame = observe(t, left, left_pyramid, right, right_half);
     previous_ = std::move(left_pyramid);
     statistics_.milliseconds = watch.lapMilliseconds();
     return frame;
@@ -103,10 +131,8 @@ class StereoTracker::Impl {
   }
 
   /** KLT from the previous left image; tracks that fail are dropped. */
-  void follow(const Pyramid& left, const Eigen::Matrix3d& R_prev_cur) {
+  void follow(const Pyramid& left, const Eigen::Matrix3d& R_C0cur_C0prev) {
     if (tracks_.empty()) return;
-    const Eigen::Matrix3d& R_BC0 = calibration_.cameras[0].T_BC.R;
-    const Eigen::Matrix3d R_C0cur_C0prev = R_BC0.transpose() * R_prev_cur.transpose() * R_BC0;
     std::vector<cv::Point2f> from, to;
     for (const Track& track : tracks_) {
       from.push_back(track.pixel);
@@ -116,60 +142,100 @@ class StereoTracker::Impl {
     for (size_t i = 0; i < good.size(); ++i)
       good[i] =
           good[i] && calibration_.cameras[0].model.inImage({to[i].x, to[i].y}, options_.border_px);
-    rejectByMotion(from, to, &good);
     std::vector<Track> kept;
     for (size_t i = 0; i < tracks_.size(); ++i)
-      if (good[i]) kept.push_back({tracks_[i].id, to[i], tracks_[i].inverse_depth});
+      if (good[i]) {
+        kept.push_back(std::move(tracks_[i]));
+        kept.back().pixel_before = from[i];
+        kept.back().pixel = to[i];
+      }
     tracks_.swap(kept);
   }
 
-  /** Drops tracks off the epipolar geometry between the two frames. OpenCV's RANSAC has a fixed
-   * seed. */
-  void rejectByMotion(const std::vector<cv::Point2f>& from, const std::vector<cv::Point2f>& to,
-                      std::vector<char>* good) const {
+  /** Drops tracks that do not move as the camera does. */
+  void rejectByMotion(const Eigen::Matrix3d& R_C0cur_C0prev) {
     if (options_.temporal_epipolar_px <= 0.0) return;
     const PinholeRadtan& camera = calibration_.cameras[0].model;
-    const double focal = 0.5 * (camera.fu + camera.fv);
-    std::vector<cv::Point2f> a, b;
+    std::vector<TrackedRay> rays;
     std::vector<size_t> index;
-    for (size_t i = 0; i < from.size(); ++i) {
-      if (!(*good)[i]) continue;
-      const auto xy_a = camera.pixelToNormalized({from[i].x, from[i].y});
-      const auto xy_b = camera.pixelToNormalized({to[i].x, to[i].y});
-      if (!xy_a || !xy_b) continue;
-      a.emplace_back(static_cast<float>(focal * xy_a->x()), static_cast<float>(focal * xy_a->y()));
-      b.emplace_back(static_cast<float>(focal * xy_b->x()), static_cast<float>(focal * xy_b->y()));
+    for (size_t i = 0; i < tracks_.size(); ++i) {
+      const Track& track = tracks_[i];
+      const auto before = camera.pixelToNormalized({track.pixel_before.x, track.pixel_before.y});
+      const auto now = camera.pixelToNormalized({track.pixel.x, track.pixel.y});
+      if (!before || !now) continue;
+      rays.push_back({*before, *now, track.inverse_depth});
       index.push_back(i);
     }
-    constexpr size_t kEnough = 20;  // fewer are better judged by the estimator
-    if (a.size() < kEnough) return;
-    std::vector<uchar> inlier;
-    cv::findFundamentalMat(a, b, cv::FM_RANSAC, options_.temporal_epipolar_px, 0.99, inlier);
-    if (inlier.size() != a.size()) return;
-    for (size_t j = 0; j < index.size(); ++j)
-      if (!inlier[j]) (*good)[index[j]] = 0;
+    const std::vector<char> agree = agreeWithMotion(
+        rays, R_C0cur_C0prev, 0.5 * (camera.fu + camera.fv), options_.temporal_epipolar_px);
+    std::vector<char> keep(tracks_.size(), 1);
+    for (size_t j = 0; j < index.size(); ++j) keep[index[j]] = agree[j];
+    std::vector<Track> kept;
+    for (size_t i = 0; i < tracks_.size(); ++i)
+      if (keep[i]) kept.push_back(std::move(tracks_[i]));
+    tracks_.swap(kept);
+  }
+
+  void setAnchor(const cv::Mat& left, Track* track) const {
+    track->anchor = AnchorPatch(left, {track->pixel.x, track->pixel.y}, options_.anchor_window_px);
+    track->A.setIdentity();
+    track->A_right.setIdentity();
+    track->unanchored = 0;
+  }
+
+  /** Takes back what the tracks have drifted since their anchors. */
+  void anchorTracks(const cv::Mat& left) {
+    for (Track& track : tracks_) {
+      const Eigen::Vector2d followed(track.pixel.x, track.pixel.y);
+      PatchPose pose{followed, track.A};
+      const double correlation =
+          track.anchor.valid()
+              ? track.anchor.align(left, &pose, options_.anchor_iterations, options_.klt_epsilon_px)
+              : -1.0;
+      const double scale = pose.A.determinant();
+      if (correlation >= options_.anchor_min_correlation &&
+          (pose.centre - followed).norm() <= options_.anchor_reach_px && scale > 0.3 &&
+          scale < 3.0) {
+        track.pixel = {static_cast<float>(pose.centre.x()), static_cast<float>(pose.centre.y())};
+        track.A = pose.A;
+        track.unanchored = 0;
+      } else if (++track.unanchored > options_.anchor_patience) {
+        setAnchor(left, &track);
+      }
+    }
   }
 
   /** Of tracks that have run into each other the oldest survives. */
   void keepApart(CornerGrid* grid) {
     std::vector<Track> kept;
-    for (const Track& track : tracks_)  // in the order of their ids
-      if (grid->claim(track.pixel)) kept.push_back(track);
+    for (Track& track : tracks_)  // in the order of their ids
+      if (grid->claim(track.pixel)) kept.push_back(std::move(track));
     tracks_.swap(kept);
   }
 
-  TrackedFrame observe(TimeNs t, const Pyramid& left, const Pyramid& right) {
+  TrackedFrame observe(TimeNs t, const cv::Mat& left, const Pyramid& left_pyramid,
+                       const cv::Mat& right, const cv::Mat& right_half) {
+    std::vector<AnchorPatch> present(tracks_.size());
     std::vector<StereoQuery> queries;
     for (const Track& track : tracks_) {
       StereoQuery query;
       query.left = track.pixel;
       query.inverse_depth = track.inverse_depth;
+      query.patch = &track.anchor;
+      query.A = track.A_right;
+      if (track.unanchored > 0 || !track.anchor.valid()) {
+        present[queries.size()] =
+            AnchorPatch(left, {track.pixel.x, track.pixel.y}, options_.anchor_window_px);
+        query.patch = &present[queries.size()];
+        query.A.setIdentity();
+      }
       const auto xy =
           calibration_.cameras[0].model.pixelToNormalized({track.pixel.x, track.pixel.y});
       if (xy) query.left_xy = *xy;
       queries.push_back(query);
     }
-    const std::vector<StereoMatch> matches = matcher_.match(left, right, queries);
+    const std::vector<StereoMatch> matches =
+        matcher_.match(left_pyramid[2], right, right_half, queries);
     TrackedFrame frame;
     frame.t = t;
     for (size_t i = 0; i < tracks_.size(); ++i) {
@@ -178,6 +244,7 @@ class StereoTracker::Impl {
       o.left = {tracks_[i].pixel.x, tracks_[i].pixel.y};
       o.has_right = matches[i].found;
       if (o.has_right) o.right = {matches[i].right.x, matches[i].right.y};
+      tracks_[i].A_right = o.has_right ? matches[i].A : tracks_[i].A;
       tracks_[i].inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
       statistics_.with_stereo += o.has_right;
       frame.observations.push_back(o);

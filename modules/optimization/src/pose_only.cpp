@@ -42,13 +42,15 @@ PoseOnlyResult solvePoseOnly(const std::array<SE3, 2>& T_CB,
       result.T_WB.t += step.tail<3>();
       if (step.squaredNorm() < 1e-14) break;
     }
+    // The threshold narrows from round to round: the first pose may be far off.
+    const double threshold = options.chi2_threshold * std::pow(4.0, options.rounds - 1 - round);
     result.inliers = 0;
     for (size_t i = 0; i < measurements.size(); ++i) {
       const PointMeasurement& m = measurements[i];
       Eigen::Vector2d r;
       result.inlier[i] = reprojectionResidual(T_CB[static_cast<size_t>(m.camera)], m.measurement,
                                               result.T_WB, m.p_W, &r) &&
-                         r.squaredNorm() < options.chi2_threshold;
+                         r.squaredNorm() < threshold;
       result.inliers += result.inlier[i];
     }
     if (!result.converged || result.inliers < 6) {

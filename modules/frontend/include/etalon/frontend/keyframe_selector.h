@@ -1,16 +1,20 @@
 #pragma once
 
+#include "etalon/core/parameters.h"
 #include "etalon/core/time.h"
 
 namespace etalon {
 
 struct KeyframeSelectorOptions {
-  double rate_hz = 4.0;
+  double rate_hz = 4.0;  ///< keyframes a second
+
+  void declare(ParameterSet& parameters);
 };
 
 /**
- * Chooses keyframes at a fixed rate: of the frames around a due instant the nearest that is not too
- * early. The instants are counted from the first frame, so the rate does not drift.
+ * Chooses keyframes at a fixed rate: of the frames around a due instant the nearest. The instants
+ * are counted from the first frame, so the rate does not drift; those that fall into a gap of the
+ * camera are left out.
  */
 class KeyframeSelector {
  public:
@@ -24,6 +28,7 @@ class KeyframeSelector {
   bool started_ = false;
   TimeNs first_ = 0;
   TimeNs previous_ = 0;  ///< frame before
+  TimeNs interval_ = 0;  ///< between the two frames before
   long long count_ = 0;  ///< keyframes so far
 };
 

@@ -12,20 +12,25 @@ namespace etalon {
 
 /** Section [frontend] of the configuration. */
 struct StereoTrackerOptions {
-  int max_features = 250;            ///< landmarks followed at a time
-  int klt_window_px = 9;            ///< side of the KLT patch
-  int klt_levels = 4;                ///< pyramid levels above the full image
-  int klt_iterations = 30;           ///< per level, at most
-  double klt_epsilon_px = 0.01;      ///< a KLT iteration that moves less ends the level
-  double forward_backward_px = 0.3;  ///< a track must come back to where it started
-  double epipolar_px = 1.5;          ///< distance of a right pixel from its epipolar line
-  double temporal_epipolar_px =
-      2.0;                        ///< distance from the epipolar line of the motion; 0: no check
-  double min_distance_px = 10.0;  ///< between landmarks
+  int max_features = 250;             ///< landmarks followed at a time
+  int klt_window_px = 9;              ///< side of the KLT patch
+  int klt_levels = 4;                 ///< pyramid levels above the full image
+  int klt_iterations = 30;            ///< per level, at most
+  double klt_epsilon_px = 0.01;       ///< a KLT iteration that moves less ends the level
+  double forward_backward_px = 0.3;   ///< a track must come back to where it started
+  double epipolar_px = 1.5;           ///< distance of a right pixel from its epipolar line
+  double temporal_epipolar_px = 1.0;  ///< distance from where the motion takes it; 0: no check
+  double min_distance_px = 10.0;      ///< between landmarks
   double min_corner_response = 1e-4;  ///< least eigenvalue of the structure tensor (OpenCV's scale)
   double min_depth_m = 0.3;           ///< nearest landmark that is looked for in the right image
-  double min_correlation = 0.7;       ///< of a patch found along the epipolar line
-  int border_px = 6;                  ///< no landmark nearer to the edge of the image
+  double min_correlation = 0.7;       ///< of a patch in the right image
+  int anchor_window_px = 17;          ///< side of the patch kept from a track's first frame
+  int anchor_iterations = 15;         ///< of its alignment, at most
+  double anchor_reach_px = 1.5;       ///< correction of a track by its anchor, at most
+  double anchor_min_correlation = 0.8;  ///< of an aligned anchor in the left image
+  int anchor_patience = 2;       ///< frames in a row without alignment before a new anchor is taken
+  double stereo_reach_px = 4.0;  ///< of a right pixel from its guess
+  int border_px = 6;             ///< no landmark nearer to the edge of the image
 
   void declare(ParameterSet& parameters);
 };
@@ -40,9 +45,11 @@ struct TrackingStatistics {
 };
 
 /**
- * Follows corners through the raw images of a stereo camera: pyramidal KLT in time and from left to
- * right, both checked forwards and backwards and against the epipolar geometry. Deterministic: same
- * images, same tracks.
+ * Follows corners through the raw images of a stereo camera. In time by pyramidal KLT from a guess
+ * by the gyro's rotation, checked forwards and backwards; then every track is aligned with the
+ * patch that it started from (affine, any gain), so that errors do not add up; tracks that do not
+ * move as the camera does are dropped. In the right image by aligning the same patch, checked
+ * against the epipolar geometry. Deterministic: same images, same tracks.
  */
 class StereoTracker {
  public:

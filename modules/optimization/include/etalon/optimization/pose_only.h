@@ -17,7 +17,7 @@ struct PointMeasurement {
 };
 
 struct PoseOnlyOptions {
-  int rounds = 3;  ///< relabelling rounds
+  int rounds = 4;  ///< relabelling rounds
   int iterations_per_round = 6;
   double chi2_threshold = 5.991;  ///< 95 %, 2 degrees of freedom
 };

@@ -1,0 +1,106 @@
+// track_quality FOLDER [--refine N] [frontend.KEY=VALUE]...
+//
+// Judges the tracks of the stereo front end on a EuRoC folder with ground truth, of which the poses
+// are taken for exact:
+// With --refine N they are only where N rounds of refinement from the tracks start (real
+// recordings).
+//  - drift: error of a left pixel if the landmark lies on the ray of the track's first left pixel
+//  (depth fitted): what
+//    a track has wandered from the corner that it started at;
+//  - left, right: reprojection errors of the landmark fitted to the whole track, as a bundle
+//  adjustment sees them;
+// all by the age of the track, up to the 2.25 s of an initialization window, then the shares of
+// landmarks that 4 Hz keyframes have in common, and milliseconds a frame (thread CPU time, one
+// thread, decoding apart).
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "etalon/core/errors.h"
+#include "etalon/frontend/keyframe_selector.h"
+#include "etalon/frontend/stereo_tracker.h"
+#include "euroc_folder.h"
+#include "track_statistics.h"
+
+namespace {
+
+double threadMilliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+cv::Mat readImage(const std::string& path) {
+  cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  if (image.empty()) throw etalon::DataError(path, 0, "is not a readable image");
+  return image;
+}
+
+void run(const std::string& folder_path, const etalon::IniFile& ini, int refinement_rounds) {
+  using namespace etalon;
+  const EurocFolder folder = EurocFolder::read(folder_path);
+  StereoTrackerOptions options;
+  ParameterSet parameters("frontend");
+  options.declare(parameters);
+  parameters.read(ini);
+  StereoTracker tracker(folder.calibration, options);
+  KeyframeSelector selector(KeyframeSelectorOptions{});
+  std::vector<TrackedFrame> frames;
+  std::vector<SE3> T_WB;
+  std::vector<int> keyframes;
+  std::vector<double> milliseconds;
+  for (const EurocFolder::Pair& pair : folder.pairs) {
+    const auto truth = folder.ground_truth.at(pair.t);
+    if (!truth) continue;
+    const cv::Mat left = readImage(pair.left_path), right = readImage(pair.right_path);
+    const Eigen::Matrix3d R_prev_cur =
+        frames.empty() ? Eigen::Matrix3d::Identity().eval()
+                       : folder.rotation(frames.back().t, pair.t, Eigen::Vector3d::Zero());
+    const double start = threadMilliseconds();
+    frames.push_back(tracker.track(pair.t, left, right, R_prev_cur));
+    milliseconds.push_back(threadMilliseconds() - start);
+    T_WB.push_back(truth->T_WB);
+    if (selector.isKeyframe(pair.t)) keyframes.push_back(static_cast<int>(frames.size()) - 1);
+  }
+  T_WB = refinePoses(folder.calibration, frames, std::move(T_WB), refinement_rounds);
+  std::printf("%s: %zu frames, %zu keyframes\n%s", folder_path.c_str(), frames.size(),
+              keyframes.size(),
+              toText(judgeTracks(folder.calibration, frames, T_WB, keyframes)).c_str());
+  std::printf("milliseconds a frame: median %.2f, 95%% %.2f\n", percentile(milliseconds, 0.5),
+              percentile(milliseconds, 0.95));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: track_quality FOLDER [--refine N] [frontend.KEY=VALUE]...\n");
+    return 2;
+  }
+  cv::setNumThreads(1);
+  try {
+    etalon::IniFile ini;
+    int refinement_rounds = 0;
+    for (int i = 2; i < argc; ++i) {
+      if (std::string(argv[i]) == "--refine" && i + 1 < argc)
+        refinement_rounds = std::stoi(argv[++i]);
+      else
+        ini.setFromArgument(argv[i]);
+    }
+    run(argv[1], ini, refinement_rounds);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "track_quality: %s\n", e.what());
+    return 3;
+  }
+  return 0;
+}

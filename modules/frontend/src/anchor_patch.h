@@ -1,0 +1,53 @@
+#pragma once
+
+// The patch that a track started from, and its alignment with later images. Private to the module.
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "etalon/frontend/stereo_tracker.h"
+
+namespace etalon {
+
+/** Where a patch lies in an image: its point d (px from the centre) at centre + A d. */
+struct PatchPose {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
+};
+
+/**
+ * A square patch of an image, aligned with another image by Gauss-Newton on an affine warp, inverse
+ * compositional (Baker and Matthews, IJCV 2004): minimises over the pose, a gain g and an offset o
+ *   sum over d of (image(centre + A d) - g T(d) - o)^2.
+ * Gain and offset are eliminated: the steepest-descent images are made orthogonal to T and to the
+ * constant.
+ */
+class AnchorPatch {
+ public:
+  AnchorPatch() = default;
+  /** Takes the patch around `centre`, bilinear. Invalid if it leaves the image or has too little
+   * texture. */
+  AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, int side);
+
+  bool valid() const { return !patch_.empty(); }
+
+  /**
+   * Moves `pose` to where the patch fits best.
+   * @return the normalised correlation there; negative if it left the image or did not converge,
+   * and `pose` is then meaningless
+   */
+  double align(const cv::Mat& image, PatchPose* pose, int max_iterations, double epsilon_px) const;
+
+ private:
+  /** The image under the patch; false if the patch leaves it. */
+  bool sample(const cv::Mat& image, const PatchPose& pose, std::vector<float>* values) const;
+
+  int radius_ = 0;
+  std::vector<float> patch_;  ///< less its mean
+  float patch_squares_ = 0;   ///< its squared norm
+  std::vector<float>
+      steepest_descent_;  ///< 6 images one after the other, pre-multiplied by the inverse Hessian
+};
+
+}  // namespace etalon

@@ -1,0 +1,282 @@
+#include "etalon/frontend/stereo_tracker.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+#include "textured_wall.h"
+
+namespace etalon {
+namespace {
+
+constexpr TimeNs kFrame = 50'000'000;  // 20 Hz
+
+double percentile(std::vector<double> values, double share) {
+  EXPECT_FALSE(values.empty());
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+/** Moves sideways, forwards and turns: poses of consecutive frames. */
+std::vector<SE3> flight(int frames) {
+  std::vector<SE3> T_WB;
+  for (int i = 0; i < frames; ++i)
+    T_WB.emplace_back(expSO3(i * Eigen::Vector3d(0.01, -0.02, 0.015)),
+                      i * Eigen::Vector3d(0.03, 0.01, 0.02));
+  return T_WB;
+}
+
+std::vector<TrackedFrame> run(StereoTracker* tracker, const TexturedWall& wall,
+                              const std::vector<SE3>& T_WB) {
+  std::vector<TrackedFrame> frames;
+  for (size_t i = 0; i < T_WB.size(); ++i) {
+    const auto [left, right] = wall.pair(T_WB[i]);
+    const Eigen::Matrix3d R_prev_cur = T_WB[i == 0 ? 0 : i - 1].R.transpose() * T_WB[i].R;
+    frames.push_back(tracker->track(static_cast<TimeNs>(i) * kFrame, left, right, R_prev_cur));
+  }
+  return frames;
+}
+
+TEST(StereoTracker, FollowsPointsToATenthOfAPixel) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 3.0);
+  const std::vector<SE3> T_WB = flight(6);
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  const std::vector<TrackedFrame> frames = run(&tracker, wall, T_WB);
+  std::map<LandmarkId, Eigen::Vector3d> points;
+  for (const Observation& o : frames[0].observations)
+    points[o.id] = wall.pointBehind(o.left, T_WB[0]);
+  std::vector<double> errors;
+  for (const Observation& o : frames.back().observations)
+    if (points.count(o.id))
+      errors.push_back((wall.pixelOf(points[o.id], 0, T_WB.back()) - o.left).norm());
+  // 3 cm and 1.5 deg a frame: most of the corners stay in view.
+  EXPECT_GT(errors.size(), 100U);
+  // The images are noise-free but for rounding to gray levels; the patch is taken for shifted, not
+  // for tilted.
+  EXPECT_LT(percentile(errors, 0.5), 0.05);
+  EXPECT_LT(percentile(errors, 0.9), 0.1);
+}
+
+TEST(StereoTracker, FindsRightPixelsToATenthOfAPixel) {
+  const StereoInertialCalibration rig = smallRig();
+  // The nearest: 46 px of disparity in an image 376 px wide, more than half the patch at the
+  // coarsest pyramid level.
+  for (const double depth_m : {0.55, 1.5, 20.0}) {
+    const TexturedWall wall(rig, depth_m);
+    StereoTracker tracker(rig, StereoTrackerOptions{});
+    const SE3 T_WB;
+    const TrackedFrame frame = run(&tracker, wall, {T_WB}).front();
+    std::vector<double> errors;
+    int in_view = 0;
+    for (const Observation& o : frame.observations) {
+      const Eigen::Vector2d truth = wall.pixelOf(wall.pointBehind(o.left, T_WB), 1, T_WB);
+      in_view += rig.cameras[1].model.inImage(truth, 10.0);
+      if (o.has_right) errors.push_back((truth - o.right).norm());
+    }
+    ASSERT_GT(in_view, 100) << depth_m;
+    EXPECT_GT(static_cast<double>(errors.size()), 0.9 * in_view) << depth_m;
+    EXPECT_LT(percentile(errors, 0.5), 0.05) << depth_m;
+    EXPECT_LT(percentile(errors, 0.95), 0.1) << depth_m;
+  }
+}
+
+TEST(StereoTracker, GyroBridgesFastRotation) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 3.0);
+  // 12 deg about the optical axis and 9 deg across it in one frame: up to 60 px.
+  const SE3 T_WB(expSO3({0.1, 0.12, 0.2}), {0.02, 0.0, 0.0});
+  const auto first = wall.pair(SE3());
+  const auto second = wall.pair(T_WB);
+  std::array<int, 2> followed{};
+  for (const bool gyro : {false, true}) {
+    StereoTracker tracker(rig, StereoTrackerOptions{});
+    tracker.track(0, first.first, first.second, Eigen::Matrix3d::Identity());
+    tracker.track(kFrame, second.first, second.second,
+                  gyro ? T_WB.R : Eigen::Matrix3d::Identity().eval());
+    followed[gyro] = tracker.statistics().tracked;
+  }
+  EXPECT_GT(followed[1], 80);
+  EXPECT_GT(followed[1], 2 * followed[0]);
+}
+
+TEST(StereoTracker, StatisticsAndIdsAreConsistent) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  StereoTrackerOptions options;
+  options.max_features = 120;
+  StereoTracker tracker(rig, options);
+  const std::vector<SE3> T_WB = flight(5);
+  std::set<LandmarkId> seen, previous;
+  for (size_t i = 0; i < T_WB.size(); ++i) {
+    const auto [left, right] = wall.pair(T_WB[i]);
+    const TrackedFrame frame = tracker.track(static_cast<TimeNs>(i) * kFrame, left, right,
+                                             T_WB[i == 0 ? 0 : i - 1].R.transpose() * T_WB[i].R);
+    EXPECT_EQ(frame.t, static_cast<TimeNs>(i) * kFrame);
+    const TrackingStatistics& s = tracker.statistics();
+    EXPECT_EQ(static_cast<size_t>(s.tracked + s.added), frame.observations.size());
+    EXPECT_EQ(static_cast<size_t>(s.tracked + s.lost), previous.size());
+    EXPECT_LE(frame.observations.size(), 120U);
+    std::set<LandmarkId> now;
+    int with_right = 0;
+    for (const Observation& o : frame.observations) {
+      EXPECT_TRUE(now.empty() || o.id > *now.rbegin()) << "ids in increasing order";
+      EXPECT_TRUE(previous.count(o.id) || !seen.count(o.id)) << "id " << o.id << " came back";
+      EXPECT_TRUE(rig.cameras[0].model.inImage(o.left, options.border_px));
+      now.insert(o.id);
+      with_right += o.has_right;
+    }
+    EXPECT_EQ(with_right, s.with_stereo);
+    for (size_t a = 0; a < frame.observations.size(); ++a)
+      for (size_t b = 0; b < a; ++b)  // the mask is drawn around rounded pixels: up to 1.5 px less
+        EXPECT_GT((frame.observations[a].left - frame.observations[b].left).norm(),
+                  options.min_distance_px - 1.5);
+    seen.insert(now.begin(), now.end());
+    previous = now;
+  }
+}
+
+TEST(StereoTracker, SameImagesSameTracksWhateverTheThreads) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  const std::vector<SE3> T_WB = flight(5);
+  const int threads_before = cv::getNumThreads();
+  std::vector<std::vector<TrackedFrame>> runs;
+  for (const int threads : {1, 2, 1}) {
+    cv::setNumThreads(threads);
+    cv::theRNG().state = static_cast<uint64_t>(1234 + runs.size());  // must not matter
+    StereoTracker tracker(rig, StereoTrackerOptions{});
+    runs.push_back(run(&tracker, wall, T_WB));
+  }
+  cv::setNumThreads(threads_before);
+  for (size_t r = 1; r < runs.size(); ++r)
+    for (size_t i = 0; i < T_WB.size(); ++i) {
+      const auto &a = runs[0][i].observations, &b = runs[r][i].observations;
+      ASSERT_EQ(a.size(), b.size());
+      for (size_t k = 0; k < a.size(); ++k) {
+        EXPECT_EQ(a[k].id, b[k].id);
+        EXPECT_EQ(a[k].left, b[k].left);  // bit for bit
+        ASSERT_EQ(a[k].has_right, b[k].has_right);
+        if (a[k].has_right) {
+          EXPECT_EQ(a[k].right, b[k].right);
+        }
+      }
+    }
+}
+
+TEST(StereoTracker, RefusesImagesOfAnotherSizeOrType) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  const auto [left, right] = wall.pair(SE3());
+  cv::Mat colour, wide, deep;
+  cv::cvtColor(left, colour, cv::COLOR_GRAY2BGR);
+  cv::resize(left, wide, {left.cols + 1, left.rows});
+  left.convertTo(deep, CV_16U);
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  tracker.track(0, left, right, I);
+  for (const cv::Mat& wrong : {colour, wide, deep, cv::Mat()}) {
+    EXPECT_THROW(tracker.track(kFrame, wrong, right, I), DataError);
+    EXPECT_THROW(tracker.track(kFrame, left, wrong, I), DataError);
+  }
+  try {
+    tracker.track(kFrame, left, wide, I);
+    ADD_FAILURE();
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("camera 1"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("376 x 240"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("377 x 240"));
+  }
+  // The refused frames left no trace: all landmarks are still followed.
+  tracker.track(kFrame, left, right, I);
+  EXPECT_GT(tracker.statistics().tracked, 100);
+  EXPECT_EQ(tracker.statistics().lost, 0);
+}
+
+TEST(StereoTracker, SurvivesBlackImages) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  const auto [left, right] = wall.pair(SE3());
+  const cv::Mat black = cv::Mat::zeros(left.size(), CV_8UC1);
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  EXPECT_TRUE(tracker.track(0, black, black, I).observations.empty());
+  const TrackedFrame before = tracker.track(kFrame, left, right, I);
+  ASSERT_GT(before.observations.size(), 100U);
+  EXPECT_TRUE(tracker.track(2 * kFrame, black, black, I).observations.empty());
+  EXPECT_EQ(tracker.statistics().lost, static_cast<int>(before.observations.size()));
+  // The very same images again: nothing is known of them any more, and ids are new.
+  const TrackedFrame after = tracker.track(3 * kFrame, left, right, I);
+  EXPECT_EQ(after.observations.size(), before.observations.size());
+  EXPECT_GT(after.observations.front().id, before.observations.back().id);
+  // One dark camera: the landmarks live on without a right pixel.
+  tracker.track(4 * kFrame, left, black, I);
+  EXPECT_EQ(tracker.statistics().with_stereo, 0);
+  EXPECT_GT(tracker.statistics().tracked, 100);
+  tracker.track(5 * kFrame, left, right, I);
+  EXPECT_GT(tracker.statistics().with_stereo, 80);
+}
+
+TEST(StereoTracker, FlatWallGivesNoLandmarks) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0, 0.02);  // a gray level or two of contrast
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  for (const TrackedFrame& frame : run(&tracker, wall, flight(3)))
+    EXPECT_LT(frame.observations.size(), 20U);
+}
+
+TEST(StereoTracker, DropsWhatMovesOtherwise) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 3.0), other(rig, 3.0, 1.0, 2);
+  // The camera moves to the right; an eighth of the image shows another wall that moves up by 8 px.
+  const SE3 T_WB(Eigen::Matrix3d::Identity(), {0.15, 0.0, 0.0});
+  const cv::Rect window(20, 60, 100, 100);
+  std::array<std::pair<cv::Mat, cv::Mat>, 2> pairs = {wall.pair(SE3()), wall.pair(T_WB)};
+  for (int i = 0; i < 2; ++i) {
+    const SE3 T_WO(Eigen::Matrix3d::Identity(), {0.0, i * 8.0 * 3.0 / 228.6, 0.0});
+    other.image(0, T_WO)(window).copyTo(pairs[static_cast<size_t>(i)].first(window));
+  }
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  const TrackedFrame before = tracker.track(0, pairs[0].first, pairs[0].second, I);
+  const TrackedFrame after = tracker.track(kFrame, pairs[1].first, pairs[1].second, I);
+  std::set<LandmarkId> inside, all;
+  for (const Observation& o : before.observations) {
+    all.insert(o.id);
+    // Away from the window's edge, where patches see both.
+    if (cv::Rect(30, 80, 80, 70).contains(cv::Point(cvRound(o.left.x()), cvRound(o.left.y()))))
+      inside.insert(o.id);
+  }
+  ASSERT_GT(inside.size(), 8U);
+  size_t inside_after = 0, all_after = 0;
+  for (const Observation& o : after.observations) {
+    inside_after += inside.count(o.id);
+    all_after += all.count(o.id);
+  }
+  EXPECT_LE(inside_after, 1U);
+  EXPECT_GT(all_after, 100U);
+}
+
+TEST(StereoTrackerOptions, AreAllDeclared) {
+  StereoTrackerOptions options;
+  ParameterSet parameters("frontend");
+  options.declare(parameters);
+  IniFile ini;
+  ini.set("frontend", "max_features", "77", "test");
+  parameters.read(ini);
+  EXPECT_EQ(options.max_features, 77);
+  ini.set("frontend", "klt_levels", "99", "test");
+  EXPECT_THROW(parameters.read(ini), ConfigError);
+  EXPECT_EQ(parameters.describe().size(), 19U);  // one a member
+}
+
+}  // namespace
+}  // namespace etalon
