@@ -34,8 +34,8 @@ mapfile -t initializers < <("$etalon" plugins --ini | sed -nE 's/^\[(.+)\]$/\1/p
 
 announce "Simulate a flight of 8 s: stereo images, IMU, ground truth"
 simulate=("$etalon" simulate --out "$flight" --force --seed 1 --duration 8 --profile aggressive)
-# Done before if the same command of the same program wrote it.
-made_by=$(sha256sum "$etalon" build/release/lib/libetalon_simulation.so build/release/lib/libetalon_core.so)
+# Done before if the same command of the same simulator wrote it.
+made_by=$(sha256sum build/release/lib/libetalon_{simulation,core}.so)
 made_by+=" ${simulate[*]}"
 if [[ -f $out/flight.made_by && $(<"$out/flight.made_by") == "$made_by" ]]; then
   echo "$flight is there already"

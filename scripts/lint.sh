@@ -23,9 +23,10 @@ done
 
 mapfile -t tracked < <(git ls-files --cached --others --exclude-standard '*.cpp' '*.h')
 echo "lint: clang-format on ${#tracked[@]} files"
+formatted=true
 if ! clang-format-14 --dry-run --Werror "${tracked[@]}"; then
   echo "lint: not formatted; run: clang-format-14 -i \$(git ls-files '*.cpp' '*.h')" >&2
-  exit 1
+  formatted=false
 fi
 
 folder=build/release
@@ -72,19 +73,22 @@ done
 
 count=$((${#todo[@]} / 2))
 echo "lint: clang-tidy on $count files that changed"
-((count > 0)) || exit 0
-
-# shellcheck disable=SC2016 # expanded by the inner shell
-printf '%s\n' "${todo[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
-  if output=$(clang-tidy-14 -p "$0" --quiet "$2" 2>&1); then
-    : >"$1/$3"
-    echo "lint: ok      $2"
-  else
-    echo "$output" | grep -vE "^[0-9]+ warnings? " >&2
-    echo "lint: FAILED  $2"
-    exit 1
-  fi' "$folder" "$memory" || {
-  echo "lint: clang-tidy found something, see above" >&2
+tidy=true
+if ((count > 0)); then
+  # shellcheck disable=SC2016 # expanded by the inner shell
+  printf '%s\n' "${todo[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
+    if output=$(clang-tidy-14 -p "$0" --quiet "$2" 2>&1); then
+      : >"$1/$3"
+      echo "lint: ok      $2"
+    else
+      echo "$output" | grep -vE "^[0-9]+ warnings? " >&2
+      echo "lint: FAILED  $2"
+      exit 1
+    fi' "$folder" "$memory" || tidy=false
+fi
+if ! $formatted || ! $tidy; then
+  $formatted || echo "lint: clang-format would change files, see above" >&2
+  $tidy || echo "lint: clang-tidy found something, see above" >&2
   exit 1
-}
+fi
 echo "lint: clean"

@@ -6,14 +6,14 @@ namespace etalon::app {
 
 /** Exit codes of every subcommand. */
 enum ExitCode : int {
-  kOk = 0,                ///< done; for replay: initialised
-  kNotInitialised = 1,    ///< replay: never initialised (reasons printed)
-  kUsageError = 2,        ///< usage or configuration
-  kDataErrorExit = 3,     ///< data
+  kOk = 0,              ///< done; for replay: initialised
+  kNotInitialised = 1,  ///< replay: never initialised (reasons printed)
+  kUsageError = 2,      ///< usage or configuration
+  kDataErrorExit = 3,   ///< data
 };
 
-// One file a subcommand, <name>_command.cpp. Each function adds its subcommand to `app`; the subcommand's callback
-// leaves its exit code in *exit_code and may throw etalon::Error.
+// One file a subcommand, <name>_command.cpp. Each function adds its subcommand to `app`; the
+// subcommand's callback leaves its exit code in *exit_code and may throw etalon::Error.
 void addInfoCommand(CLI::App& app, int* exit_code);
 void addConvertCommand(CLI::App& app, int* exit_code);
 void addSimulateCommand(CLI::App& app, int* exit_code);

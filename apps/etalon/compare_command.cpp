@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <utility>
 
@@ -15,12 +17,28 @@ struct Arguments {
   std::string format = "text";
 };
 
+/** Folders without their parents, where that tells them apart; else the paths as they are. */
+std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> names;
+  for (const std::string& path : paths) {
+    fs::path folder = fs::path(path).lexically_normal();
+    if (folder.filename() == kRunLogName || !folder.has_filename()) folder = folder.parent_path();
+    const std::string name = folder.filename().string();
+    if (name.empty() || std::count(names.begin(), names.end(), name) > 0) return paths;
+    names.push_back(name);
+  }
+  return names;
+}
+
 void compare(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
-  std::vector<std::pair<std::string, RunRecord>> runs;
-  for (const std::string& run : arguments.runs) runs.emplace_back(run, readRunRecord(run));
-  std::fputs(compareRuns(runs).toString(format).c_str(), stdout);
   const bool for_people = format == TableFormat::kText || format == TableFormat::kMarkdown;
+  const std::vector<std::string> names = for_people ? shortNames(arguments.runs) : arguments.runs;
+  std::vector<std::pair<std::string, RunRecord>> runs;
+  for (size_t i = 0; i < names.size(); ++i)
+    runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
+  std::fputs(compareRuns(runs).toString(format).c_str(), stdout);
   const std::vector<std::string> refusals = refusalsOf(runs);
   if (for_people && !refusals.empty()) {
     std::printf("\n");

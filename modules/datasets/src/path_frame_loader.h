@@ -19,7 +19,7 @@ inline FrameLoader::Result loadPair(TimeNs t, const std::string& left, const std
   if (!decode) return result;
   const auto load = [&](const std::string& path, const PinholeRadtan& camera) {
     if (!result.problem.empty()) return cv::Mat();
-    const cv::Mat image = readGrayImage(path, &result.problem);
+    cv::Mat image = readGrayImage(path, &result.problem);
     if (result.problem.empty()) result.problem = checkImage(image, camera);
     if (!result.problem.empty()) result.file = path;
     return image;

@@ -10,9 +10,9 @@
 namespace etalon {
 namespace {
 
-std::string formatNumber(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
+std::string formatted(const char* format, int precision, double value) {
+  char text[352];  // "%.*f" of the largest double has 309 digits before the point
+  std::snprintf(text, sizeof text, format, precision, value);
   return text;
 }
 
@@ -70,7 +70,7 @@ void Table::setText(const std::string& key, const std::string& text) {
 void Table::setNumber(const std::string& key, double value) {
   Cell& cell = rows_.back()[indexOf(key)];
   cell.value = value;
-  cell.text = formatNumber(value, 9);
+  cell.text = formatted("%.*g", 9, value);
   cell.empty = !std::isfinite(value);
 }
 
@@ -90,40 +90,42 @@ std::string Table::toString(TableFormat format) const {
 
 std::string Table::rounded(size_t column, const Cell& cell) const {
   if (cell.empty) return "-";
-  return columns_[column].number ? formatNumber(cell.value, columns_[column].digits) : cell.text;
+  const Column& c = columns_[column];
+  return c.number ? formatted("%.*f", c.decimals, c.factor * cell.value) : cell.text;
 }
 
 std::string Table::aligned(bool markdown) const {
-  std::vector<std::vector<std::string>> lines(1);
-  for (const Column& column : columns_) lines[0].push_back(column.title);
-  for (const std::vector<Cell>& row : rows_) {
-    lines.emplace_back();
-    for (size_t c = 0; c < row.size(); ++c) lines.back().push_back(rounded(c, row[c]));
-  }
-  if (markdown)
-    for (auto& line : lines)
-      for (std::string& text : line) text = markdownField(text);
-  std::vector<size_t> widths(columns_.size(), 3);
-  for (const auto& line : lines)
-    for (size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], displayWidth(line[c]));
+  std::vector<size_t> shown;
+  for (size_t c = 0; c < columns_.size(); ++c)
+    if (!columns_[c].data_only) shown.push_back(c);
 
-  const auto join = [&](const std::vector<std::string>& cells) {
-    std::string line = markdown ? "| " : "";
-    for (size_t c = 0; c < cells.size(); ++c) {
-      if (c > 0) line += markdown ? " | " : "  ";
-      line += padded(cells[c], widths[c], columns_[c].number);
+  std::vector<std::vector<std::string>> lines(1 + rows_.size());
+  std::vector<size_t> widths;
+  for (const size_t c : shown) {
+    lines[0].push_back(columns_[c].title);
+    for (size_t r = 0; r < rows_.size(); ++r) lines[r + 1].push_back(rounded(c, rows_[r][c]));
+    widths.push_back(3);
+    for (auto& line : lines) {
+      if (markdown) line.back() = markdownField(line.back());
+      widths.back() = std::max(widths.back(), displayWidth(line.back()));
     }
-    if (markdown) return line + " |\n";
-    return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  };
-  std::string text = join(lines[0]);
-  std::vector<std::string> rule;
-  for (size_t c = 0; c < columns_.size(); ++c) {
-    rule.emplace_back(widths[c], '-');
-    if (markdown && columns_[c].number) rule.back().back() = ':';
   }
-  text += join(rule);
-  for (size_t r = 1; r < lines.size(); ++r) text += join(lines[r]);
+  std::vector<std::string> rule;
+  for (size_t i = 0; i < shown.size(); ++i) {
+    rule.emplace_back(widths[i], '-');
+    if (markdown && columns_[shown[i]].number) rule.back().back() = ':';
+  }
+  lines.insert(lines.begin() + 1, rule);
+
+  std::string text;
+  for (const auto& cells : lines) {
+    std::string line = markdown ? "| " : "";
+    for (size_t i = 0; i < cells.size(); ++i) {
+      if (i > 0) line += markdown ? " | " : "  ";
+      line += padded(cells[i], widths[i], columns_[shown[i]].number);
+    }
+    text += markdown ? line + " |\n" : line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
   return text;
 }
 
@@ -160,23 +162,23 @@ std::string Table::json() const {
 
 namespace {
 
-Table emptyComparison() {
+Table emptyComparison(bool one_source, bool all_succeeded) {
   return Table({{"run", "run"},
-                {"source", "source"},
+                {"source", "source", false, 0, 1.0, one_source},
                 {"initializer", "initializer"},
-                {"initialized_at_s", "init at [s]", true, 4},
-                {"attempts", "attempts", true, 6},
-                {"status", "status"},
+                {"initialized_at_s", "init [s]", true, 2},
+                {"attempts", "attempts", true, 0},
+                {"status", "status", false, 0, 1.0, all_succeeded},
                 {"stage", "stage"},
-                {"rre_deg", "RRE [deg]", true, 3},
-                {"ate_m", "ATE [m]", true, 3},
-                {"gravity_deg", "gravity [deg]", true, 3},
-                {"velocity_mps", "velocity [m/s]", true, 3},
-                {"gyro_bias_rps", "b_g [rad/s]", true, 3},
+                {"rre_deg", "RRE [deg]", true, 4},
+                {"ate_m", "ATE [mm]", true, 2, 1e3},
+                {"gravity_deg", "gravity [deg]", true, 2},
+                {"velocity_mps", "v [m/s]", true, 4},
+                {"gyro_bias_rps", "b_g [rad/s]", true, 5},
                 {"accel_bias_mps2", "b_a [m/s2]", true, 3},
-                {"scale_error", "scale [-]", true, 3},
-                {"ms", "time [ms]", true, 3},
-                {"trajectory_ate_m", "whole ATE [m]", true, 3}});
+                {"scale_error", "scale [-]", true, 4},
+                {"ms", "time [ms]", true, 2},
+                {"trajectory_ate_m", "whole ATE [mm]", true, 1, 1e3}});
 }
 
 /** The last part of a path: the folder or file that it names. */
@@ -226,7 +228,12 @@ void addStageCells(Table* table, const AttemptRecord& attempt, const StageRecord
 }  // namespace
 
 Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs) {
-  Table table = emptyComparison();
+  bool one_source = true, all_succeeded = true;
+  for (const auto& [name, record] : runs) {
+    one_source = one_source && record.source == runs.front().second.source;
+    all_succeeded = all_succeeded && record.acceptedAttempt() != nullptr;
+  }
+  Table table = emptyComparison(one_source, all_succeeded);
   for (const auto& [name, record] : runs) {
     const AttemptRecord* attempt = attemptToShow(record);
     if (!attempt || attempt->stages.empty()) {

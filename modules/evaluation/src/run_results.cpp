@@ -80,9 +80,8 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   const auto path = [&folder](const char* name) {
     return (std::filesystem::path(folder) / name).string();
   };
-  const std::vector<std::string> files = {path("trajectory.tum"), path("initialization.json"),
-                                          path(kRunLogName), path("trajectory.png"),
-                                          path("config.ini")};
+  std::vector<std::string> files = {path("trajectory.tum"), path("initialization.json"),
+                                    path(kRunLogName), path("trajectory.png"), path("config.ini")};
   writeTum(files[0], run.pipeline.trajectory());
   writeInitializationJson(files[1], record);
   RunLog log;

@@ -14,37 +14,41 @@ namespace {
 
 using testing::exampleRecord;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 Table smallTable() {
-  Table table({{"name", "name"}, {"value", "value [m]", true, 3}});
+  Table table({{"name", "name"},
+               {"value", "value [mm]", true, 1, 1000.0},
+               {"more", "more", false, 0, 1.0, true}});
   table.addRow();
   table.setText("name", "a,\"b\"|c");
   table.setNumber("value", 1.23456789012);
+  table.setText("more", "x");
   table.addRow();
   table.setText("name", "caf\xC3\xA9");
   table.setNumber("value", std::numeric_limits<double>::quiet_NaN());
   return table;
 }
 
-TEST(Table, TextIsAligned) {
+TEST(Table, TextIsAlignedAndRounded) {
   EXPECT_EQ(smallTable().toString(TableFormat::kText),
-            "name     value [m]\n"
-            "-------  ---------\n"
-            "a,\"b\"|c       1.23\n"
-            "caf\xC3\xA9             -\n");
+            "name     value [mm]\n"
+            "-------  ----------\n"
+            "a,\"b\"|c      1234.6\n"
+            "caf\xC3\xA9              -\n");
 }
 
 TEST(Table, Markdown) {
   EXPECT_EQ(smallTable().toString(TableFormat::kMarkdown),
-            "| name     | value [m] |\n"
-            "| -------- | --------: |\n"
-            "| a,\"b\"\\|c |      1.23 |\n"
-            "| caf\xC3\xA9     |         - |\n");
+            "| name     | value [mm] |\n"
+            "| -------- | ---------: |\n"
+            "| a,\"b\"\\|c |     1234.6 |\n"
+            "| caf\xC3\xA9     |          - |\n");
 }
 
-TEST(Table, CsvIsQuotedAndKeepsNineDigits) {
+TEST(Table, CsvIsQuotedAndKeepsNineDigitsInTheKeysUnit) {
   EXPECT_EQ(smallTable().toString(TableFormat::kCsv),
-            "name,value\n\"a,\"\"b\"\"|c\",1.23456789\ncaf\xC3\xA9,\n");
+            "name,value,more\n\"a,\"\"b\"\"|c\",1.23456789,x\ncaf\xC3\xA9,,\n");
 }
 
 TEST(Table, Json) {
@@ -94,6 +98,9 @@ TEST(Comparison, RunsThatNeverInitialisedSayWhy) {
   EXPECT_TRUE(json[2]["initialized_at_s"].is_null());
   EXPECT_TRUE(json[2]["stage"].is_null());
   EXPECT_EQ(json[3]["status"], "no attempt");
+  const std::string text = compareRuns(runs).toString(TableFormat::kText);
+  EXPECT_THAT(text, HasSubstr("status"));
+  EXPECT_THAT(text, Not(HasSubstr("source")));  // the same for all of them
   const std::vector<std::string> sentences = refusalsOf(runs);
   ASSERT_EQ(sentences.size(), 2u);
   EXPECT_THAT(sentences[0], HasSubstr("b: never initialised; 1 attempt, the last one: "

@@ -49,7 +49,7 @@ class Eta : public Initializer {
       T_VB[k].R = T_VB[k - 1].R * step.preintegrations[k - 1].corrected(step.map.bias).dR;
     VisualFrameEstimate estimate;
     estimate.bias = step.map.bias;
-    const InitializationResult refusal = estimateTranslations(problem, visual, T_VB, &estimate);
+    InitializationResult refusal = estimateTranslations(problem, visual, T_VB, &estimate);
     if (!refusal.reason.empty()) return refusal;
     const double translation_ms = watch.lapMilliseconds();
 

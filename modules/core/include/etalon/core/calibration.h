@@ -17,7 +17,7 @@ struct ImuNoiseDensities {
 
 struct CameraCalibration {
   PinholeRadtan model;
-  SE3 T_BC;              ///< camera to body (IMU)
+  SE3 T_BC;               ///< camera to body (IMU)
   double rate_hz = 20.0;  ///< nominal
 };
 

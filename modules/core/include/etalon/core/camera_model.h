@@ -18,15 +18,16 @@ struct PinholeRadtan {
   double fu = 0, fv = 0, cu = 0, cv = 0;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
 
-  /** Normalised image coordinates (X/Z, Y/Z) to distorted ones. `J`, if given, receives the 2x2 derivative. */
+  /** Normalised image coordinates (X/Z, Y/Z) to distorted ones. `J`, if given, receives the 2x2
+   * derivative. */
   Eigen::Vector2d distort(const Eigen::Vector2d& xy, Eigen::Matrix2d* J = nullptr) const;
 
   /** Normalised image coordinates to pixels. `J`, if given, receives d(pixel)/d(xy), 2x2. */
   Eigen::Vector2d normalizedToPixel(const Eigen::Vector2d& xy, Eigen::Matrix2d* J = nullptr) const;
 
   /**
-   * A point in the camera frame (m) to its pixel; nothing if it lies behind the camera or outside the range where the
-   * distortion is one-to-one. `J`, if given, receives d(pixel)/d(p_C), 2x3.
+   * A point in the camera frame (m) to its pixel; nothing if it lies behind the camera or outside
+   * the range where the distortion is one-to-one. `J`, if given, receives d(pixel)/d(p_C), 2x3.
    */
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_C,
                                          Eigen::Matrix<double, 2, 3>* J = nullptr) const;

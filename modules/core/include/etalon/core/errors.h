@@ -5,7 +5,8 @@
 
 namespace etalon {
 
-/** Base of everything that this project throws on purpose: what() is a whole sentence for the user. */
+/** Base of everything that this project throws on purpose: what() is a whole sentence for the user.
+ */
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

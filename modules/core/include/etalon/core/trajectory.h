@@ -17,7 +17,8 @@ struct StampedPose {
 /** Poses in strictly increasing time. */
 using Trajectory = std::vector<StampedPose>;
 
-/** One row of ground truth. Velocity and biases are zero where the recording has none (see GroundTruth). */
+/** One row of ground truth. Velocity and biases are zero where the recording has none (see
+ * GroundTruth). */
 struct GroundTruthState {
   TimeNs t = 0;
   SE3 T_WB;
@@ -35,14 +36,15 @@ struct GroundTruth {
   bool empty() const { return states.empty(); }
 
   /**
-   * State at `t`, interpolated between its neighbours (rotation geodesically, position by the cubic Hermite polynomial
-   * of positions and velocities where there are velocities, else linearly; the rest linearly). Nothing outside the
-   * recording or inside a gap longer than `max_gap_s`.
+   * State at `t`, interpolated between its neighbours (rotation geodesically, position by the cubic
+   * Hermite polynomial of positions and velocities where there are velocities, else linearly; the
+   * rest linearly). Nothing outside the recording or inside a gap longer than `max_gap_s`.
    */
   std::optional<GroundTruthState> at(TimeNs t, double max_gap_s = 0.1) const;
 };
 
-/** Writes `t[s, 9 decimals] x y z qx qy qz qw` lines (TUM format, T_WB). Throws DataError if it cannot. */
+/** Writes `t[s, 9 decimals] x y z qx qy qz qw` lines (TUM format, T_WB). Throws DataError if it
+ * cannot. */
 void writeTum(const std::string& path, const Trajectory& trajectory);
 
 /** Reads a TUM file; comments start with '#'. Throws DataError naming file and line. */

@@ -17,10 +17,12 @@ TableFormat tableFormatFromName(const std::string& name);
 class Table {
  public:
   struct Column {
-    std::string key;      ///< for CSV and JSON, e.g. "rre_deg"
-    std::string title;    ///< for people, e.g. "RRE [deg]"
-    bool number = false;  ///< aligned right; unquoted in JSON
-    int digits = 4;       ///< significant ones, in text and Markdown
+    std::string key;         ///< for CSV and JSON, e.g. "ate_m"
+    std::string title;       ///< for people, e.g. "ATE [mm]"
+    bool number = false;     ///< aligned right; unquoted in JSON
+    int decimals = 0;        ///< in text and Markdown
+    double factor = 1.0;     ///< from the key's unit to the title's
+    bool data_only = false;  ///< not in text and Markdown
   };
 
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
@@ -32,8 +34,9 @@ class Table {
   void setNumber(const std::string& key, double value);
 
   /**
-   * Text and Markdown: columns aligned, numbers rounded, "-" for an empty cell. CSV (RFC 4180) and
-   * JSON (an array of objects): numbers in `%.9g`, an empty cell is empty or null.
+   * Text and Markdown: columns aligned, numbers in the title's unit and rounded, "-" for an empty
+   * cell. CSV (RFC 4180) and JSON (an array of objects): numbers in `%.9g`, an empty cell is empty
+   * or null.
    */
   std::string toString(TableFormat format) const;
 
@@ -55,7 +58,8 @@ class Table {
 
 /**
  * One row a run and stage (`init`, `vi_ba`) of its accepted attempt, else of the last one that got
- * so far; a run whose attempts have no stage has one row, with the last attempt's status.
+ * so far; a run whose attempts have no stage has one row, with the last attempt's status. Text and
+ * Markdown leave the source out where it is the same for all, and the status where all succeeded.
  * @param runs name (e.g. the folder) and record of each
  */
 Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs);

@@ -37,8 +37,9 @@ struct SyntheticWindowOptions {
 };
 
 /**
- * A window of stereo tracks and IMU samples with exact truth. The truth is the midpoint integral of the noise-free IMU
- * samples, so a noise-free window is consistent with Preintegration to rounding, whatever the IMU's rate.
+ * A window of stereo tracks and IMU samples with exact truth. The truth is the midpoint integral of
+ * the noise-free IMU samples, so a noise-free window is consistent with Preintegration to rounding,
+ * whatever the IMU's rate.
  */
 struct SyntheticWindow {
   StereoInertialCalibration calibration;  ///< EuRoC's
@@ -56,7 +57,8 @@ StereoInertialCalibration eurocCalibration();
 
 SyntheticWindow makeSyntheticWindow(const SyntheticWindowOptions& options);
 
-/** The window as an initialization problem whose visual solution is the project's stereo odometry. */
+/** The window as an initialization problem whose visual solution is the project's stereo odometry.
+ */
 InitializationProblem makeProblem(const SyntheticWindow& window,
                                   const SyntheticWindowOptions& options);
 
