@@ -7,7 +7,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/core/version.hpp>
+#include <optional>
 
+#include "checks.h"
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
@@ -20,7 +22,8 @@ namespace etalon::app {
 namespace {
 
 struct Arguments {
-  std::string source, config, initializer, out = "out/replay";
+  std::string source, config, out = "out/replay";
+  std::optional<std::string> initializer;
   std::vector<std::string> set, plugin_path;
   double from_s = 0.0, to_s = 1e18;
 };
@@ -59,8 +62,8 @@ class ProgressLine {
 IniFile readConfiguration(const Arguments& arguments) {
   IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
                                          : IniFile::fromFile(arguments.config);
-  if (!arguments.initializer.empty())
-    ini.set("pipeline", "initializer", arguments.initializer, "--initializer");
+  if (arguments.initializer)
+    ini.set("pipeline", "initializer", *arguments.initializer, "--initializer");
   for (const std::string& argument : arguments.set) ini.setFromArgument(argument);
   return ini;
 }
@@ -185,6 +188,13 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
   for (const std::string& file : files) std::printf("  %s\n", file.c_str());
 }
 
+/** Before the run: what cannot be written should not show after minutes of work. */
+void makeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw DataError(path, 0, "cannot be made: " + error.message());
+}
+
 int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
@@ -194,6 +204,7 @@ int replay(const Arguments& arguments) {
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
+  makeFolder(arguments.out);
   Replay run(source.get(), configuration);
   std::exception_ptr failure;
   try {
@@ -224,13 +235,15 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_option("--initializer", arguments->initializer,
                       "Initializer plugin (etalon plugins lists them)");
   command->add_option("--from", arguments->from_s, "Start, seconds after the first image")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--to", arguments->to_s, "End, seconds after the first image");
+      ->check(checkSeconds(true));
+  command->add_option("--to", arguments->to_s, "End, seconds after the first image")
+      ->check(checkSeconds(false));
   command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
       ->allow_extra_args(false);
   command
       ->add_option("--plugin-path", arguments->plugin_path,
                    "Folder or library searched first for plugins; repeatable")
+      ->check(CLI::ExistingPath)
       ->allow_extra_args(false);
   command->add_option("--out", arguments->out, "Folder for the results")->capture_default_str();
   command->footer(

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 
+#include "checks.h"
 #include "commands.h"
 #include "etalon/simulation/simulate_recording.h"
 
@@ -70,6 +71,7 @@ void addSimulateCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--force", o.overwrite,
                     "Overwrite the sensors' folders in a folder that is not empty");
   command->add_option("--seed", o.seed, "Of motion, biases, noise, room and textures")
+      ->check(checkWholeNumber())
       ->capture_default_str();
   CLI::Option* duration = command->add_option("--duration", arguments->duration_s,
                                               "Seconds; default 30, or all of a recorded flight");

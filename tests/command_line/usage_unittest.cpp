@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,17 +26,31 @@ TEST(Usage, HelpNamesCommandsAndExitCodes) {
     const CommandResult result = runEtalon({flag});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.err, IsEmpty());
-    for (const char* word : {"plugins", "info", "convert", "replay", "Exit codes"}) {
+    for (const char* word :
+         {"info", "convert", "simulate", "replay", "compare", "plugins", "Exit codes"}) {
       EXPECT_THAT(result.out, HasSubstr(word));
     }
   }
 }
 
-TEST(Usage, EveryCommandHasHelp) {
-  for (const char* command : {"info", "convert", "simulate", "replay", "plugins"}) {
+TEST(Usage, EveryCommandHasHelpThatNamesItsOptions) {
+  const std::map<std::string, std::vector<std::string>> options = {
+      {"info", {"SRC", "--json"}},
+      {"convert", {"SRC", "DST", "--embed"}},
+      {"simulate",
+       {"--out", "--force", "--seed", "--duration", "--profile", "--trajectory", "--imu",
+        "--stamps", "--from", "--blur", "--noise-free", "--threads"}},
+      {"replay",
+       {"SRC", "--config", "--initializer", "--from", "--to", "--set", "--plugin-path", "--out",
+        "1 never initialised"}},
+      {"compare", {"RUN", "--format", "csv", "json"}},
+      {"plugins", {"--plugin-path", "--describe", "--ini"}}};
+  for (const auto& [command, words] : options) {
     const CommandResult result = runEtalon({command, "--help"});
     EXPECT_EQ(result.exit_code, 0) << command;
-    EXPECT_THAT(result.out, HasSubstr(std::string("Usage: etalon ") + command));
+    EXPECT_THAT(result.err, IsEmpty());
+    EXPECT_THAT(result.out, HasSubstr("Usage: etalon " + command));
+    for (const std::string& word : words) EXPECT_THAT(result.out, HasSubstr(word)) << command;
   }
 }
 

@@ -3,19 +3,25 @@
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "etalon/core/errors.h"
 
 namespace etalon {
 
-/** MRPT's exceptions carry a banner and a stack trace around their message. */
+/** MRPT's exceptions carry a banner and a stack trace around their message, and in it bytes of the
+ * file as they are. */
 static std::string messageOf(const std::exception& e) {
   std::string text = e.what();
   const std::string key = "Message:";
   const size_t at = text.find(key);
   if (at != std::string::npos) text.erase(0, text.find_first_not_of(' ', at + key.size()));
-  return text.substr(0, text.find('\n'));
+  constexpr size_t kLongest = 160;
+  text = text.substr(0, std::min(text.find('\n'), kLongest));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
 }
 
 /** Counts the bytes of the current object, which tells the end of the log from the end inside an

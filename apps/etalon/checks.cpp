@@ -1,0 +1,44 @@
+#include "checks.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+namespace etalon::app {
+
+namespace {
+
+template <typename T>
+bool parsesWhole(const std::string& text, T* value) {
+  const char* const end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, *value);
+  return result.ec == std::errc() && result.ptr == end;
+}
+
+}  // namespace
+
+CLI::Validator checkSeconds(bool not_negative) {
+  return {[not_negative](const std::string& text) {
+            double value = 0.0;
+            const bool ok = parsesWhole(text, &value) && std::isfinite(value) &&
+                            (!not_negative || value >= 0.0);
+            return ok ? std::string()
+                      : "expected a number of seconds" +
+                            std::string(not_negative ? ", at least 0" : "") + ", found '" + text +
+                            "'";
+          },
+          ""};
+}
+
+CLI::Validator checkWholeNumber() {
+  return {[](const std::string& text) {
+            std::uint64_t value = 0;
+            return parsesWhole(text, &value)
+                       ? std::string()
+                       : "expected a whole number from 0 to 2^64 - 1, found '" + text + "'";
+          },
+          ""};
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace etalon::app {
+
+// CLI11's own checks either let such values through or answer with 300 digits of a largest double.
+
+/** Accepts any finite number of seconds, at least 0 if `not_negative`. */
+CLI::Validator checkSeconds(bool not_negative);
+
+/** Accepts an integer from 0 to 2^64 - 1. */
+CLI::Validator checkWholeNumber();
+
+}  // namespace etalon::app

@@ -1,0 +1,139 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "run_command.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/** Expects the exit code, nothing on stdout, and every text in the message. */
+void expectFails(const std::vector<std::string>& arguments, int exit_code,
+                 const std::vector<std::string>& expected) {
+  const CommandResult result = runEtalon(arguments);
+  EXPECT_EQ(result.exit_code, exit_code) << arguments.front() << ": " << result.err;
+  EXPECT_THAT(result.out, IsEmpty());
+  EXPECT_THAT(result.err, HasSubstr("etalon: "));
+  for (const std::string& text : expected) EXPECT_THAT(result.err, HasSubstr(text));
+}
+
+/** Whether a terminal can show it: the reader of a message is no binary file. */
+bool isPlainText(const std::string& text) {
+  for (const char c : text)
+    if (c != '\n' && c != '\r' && (c < ' ' || c > '~')) return false;
+  return true;
+}
+
+/** The command that reads `source`, with whatever else it needs; it must not get as far as to
+ * write. */
+std::vector<std::vector<std::string>> readersOf(const std::string& source,
+                                                const TemporaryFolder& folder) {
+  return {{"info", source},
+          {"info", source, "--json"},
+          {"convert", source, folder.path() + "/converted.rawlog"},
+          {"replay", source, "--out", folder.path() + "/run"}};
+}
+
+TEST(DataCommands, RefuseASourceThatIsNotThere) {
+  const TemporaryFolder folder;
+  for (const auto& arguments : readersOf("/no/such/recording", folder))
+    expectFails(arguments, 3, {"/no/such/recording", "expected a EuRoC (ASL) folder"});
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(DataCommands, RefuseAFolderThatIsNoRecording) {
+  const TemporaryFolder folder, empty;
+  for (const auto& arguments : readersOf(empty.path(), folder))
+    expectFails(arguments, 3, {empty.path(), "cam0", "expected a EuRoC (ASL) folder"});
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(DataCommands, RefuseAFileThatIsNoRawlogInPlainText) {
+  std::string noise;
+  for (int i = 0; i < 4000; ++i) noise += static_cast<char>((i * 7919 + i * i * 31) >> 3 & 0xFF);
+  const TemporaryFolder folder, sources;
+  const std::vector<std::string> files = {
+      sources.write("text.rawlog", "no log at all\n"), sources.write("noise.rawlog", noise),
+      sources.write("noise", std::string(1, '\x01') + noise), sources.write("empty.rawlog", "")};
+  for (const std::string& file : files) {
+    for (const auto& arguments : readersOf(file, folder)) expectFails(arguments, 3, {file});
+    EXPECT_TRUE(isPlainText(runEtalon({"info", file}).err)) << file;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(ConvertCommand, RefusesADestinationThatIsNoRawlog) {
+  expectFails({"convert", "/no/such/recording", "/tmp/log.txt"}, 2, {".rawlog", "/tmp/log.txt"});
+  expectFails({"convert", "/no/such/recording"}, 2, {"DST", "--help"});
+  expectFails({"convert", "/no/such/recording", "/tmp/a.rawlog", "extra"}, 2, {"extra", "--help"});
+}
+
+TEST(CompareCommand, RefusesWhatIsNoRun) {
+  const TemporaryFolder folder;
+  const std::string text = folder.write("text.rawlog", "no log at all\n");
+  expectFails({"compare", folder.path()}, 3, {folder.path() + "/run.rawlog", "etalon replay"});
+  expectFails({"compare", "/no/such/run"}, 3, {"/no/such/run", "etalon replay"});
+  expectFails({"compare", text}, 3, {text, "expected an MRPT rawlog"});
+  expectFails({"compare"}, 2, {"RUN", "--help"});
+  expectFails({"compare", folder.path(), "--format", "xml"}, 2, {"--format", "xml", "csv"});
+}
+
+TEST(SimulateCommand, RefusesWrongValues) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() + "/flight";
+  const std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>> wrong = {
+      {{"--profile", "wild"}, {"--profile", "wild", "aggressive"}},
+      {{"--duration", "0"}, {"duration", "more than 0 s"}},
+      {{"--duration", "-1"}, {"duration", "more than 0 s"}},
+      {{"--duration", "nan"}, {"duration", "more than 0 s"}},
+      {{"--duration", "long"}, {"--duration", "long"}},
+      {{"--seed", "-1"}, {"--seed", "'-1'", "whole number"}},
+      {{"--seed", "1.5"}, {"--seed", "'1.5'", "whole number"}},
+      {{"--seed", "99999999999999999999"}, {"--seed", "whole number"}},
+      {{"--blur", "-1"}, {"--blur", "-1"}},
+      {{"--threads", "many"}, {"--threads", "many"}},
+      {{"--imu", "imu.csv"}, {"--imu", "--trajectory"}},
+      {{"--stamps", "stamps.txt"}, {"--stamps", "--trajectory"}},
+      {{"--from", "3"}, {"--from", "--trajectory"}},
+      {{"--trajectory", "gt.csv", "--profile", "static"}, {"--profile", "--trajectory"}}};
+  for (const auto& [words, expected] : wrong) {
+    std::vector<std::string> arguments = {"simulate", "--out", out};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    expectFails(arguments, 2, expected);
+  }
+  expectFails({"simulate"}, 2, {"--out"});
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(SimulateCommand, SaysFileAndLineOfAWrongTrajectory) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() + "/flight";
+  expectFails({"simulate", "--out", out, "--trajectory", "/no/such.csv"}, 3, {"/no/such.csv"});
+  const std::string row = "1400000000000000000,0,0,1,1,0,0,0\n";
+  const std::string words = folder.write("words.csv", "#stamp\nsoon,0,0,1,1,0,0,0\n");
+  expectFails({"simulate", "--out", out, "--trajectory", words}, 3, {words + ":2", "soon"});
+  const std::string twice = folder.write("twice.csv", row + row);
+  expectFails({"simulate", "--out", out, "--trajectory", twice}, 3, {twice + ":2"});
+  const std::string short_row = folder.write("short.csv", "1400000000000000000,0,0,1\n");
+  expectFails({"simulate", "--out", out, "--trajectory", short_row}, 3,
+              {short_row + ":1", "8 or 17 columns"});
+}
+
+TEST(SimulateCommand, DoesNotWriteOverWhatIsThere) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("file", "of mine");
+  expectFails({"simulate", "--out", file, "--duration", "0.1"}, 2, {file, "not a folder"});
+  expectFails({"simulate", "--out", folder.path(), "--duration", "0.1"}, 2,
+              {folder.path(), "not empty", "--force"});
+  expectFails({"simulate", "--out", file + "/below", "--duration", "0.1"}, 3, {file + "/below"});
+}
+
+}  // namespace
+}  // namespace etalon::testing
