@@ -23,10 +23,14 @@ std::string readFile(const std::string& path) {
 }  // namespace
 
 CommandResult runEtalon(const std::vector<std::string>& arguments) {
+  return runProgram(ETALON_EXECUTABLE, arguments);
+}
+
+CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments) {
   const TemporaryFolder folder;
   const std::string out = folder.write("out", "");
   const std::string err = folder.write("err", "");
-  std::vector<std::string> words = {ETALON_EXECUTABLE};
+  std::vector<std::string> words = {program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);

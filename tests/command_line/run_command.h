@@ -11,7 +11,10 @@ struct CommandResult {
   std::string out, err;
 };
 
-/** Runs the built `etalon` with these arguments, no shell between, and waits for it. */
+/** Runs a program with these arguments, no shell between, and waits for it. */
+CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments);
+
+/** The same with the built `etalon`. */
 CommandResult runEtalon(const std::vector<std::string>& arguments);
 
 /** A new empty folder, removed with everything in it at the end of its life. */

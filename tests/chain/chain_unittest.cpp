@@ -1,0 +1,193 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "chain_files.h"
+
+namespace etalon::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr char kFilesOfARun[][20] = {"trajectory.tum", "initialization.json", "run.rawlog",
+                                     "trajectory.png", "config.ini"};
+
+/** Replays in motion, with success, and returns the trajectory. */
+std::vector<TumLine> replayed(const std::string& source, const std::string& initializer,
+                              const std::string& out) {
+  const CommandResult result = runEtalon(
+      {"replay", source, "--initializer", initializer, "--from", kInMotion, "--out", out});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  return readTum(out + "/trajectory.tum");
+}
+
+size_t countLines(const std::string& text) {
+  return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST(Chain, InfoDescribesTheFlight) {
+  const CommandResult text = runEtalon({"info", kFlight});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.err, IsEmpty());
+  EXPECT_THAT(text.out, AllOf(HasSubstr("stereo frames  80, 20.00 Hz"), HasSubstr("200.00 Hz"),
+                              HasSubstr("velocity: yes, biases: yes"), HasSubstr("0 gaps"),
+                              HasSubstr("warnings       none")));
+  const CommandResult result = runEtalon({"info", kFlight, "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const json info = json::parse(result.out);
+  EXPECT_EQ(info.at("kind"), "euroc");
+  EXPECT_EQ(info.at("stereo").at("count"), 80);
+  EXPECT_NEAR(info.at("calibration").at("baseline_m").get<double>(), 0.11, 1e-3);  // EuRoC's rig
+}
+
+TEST(Chain, RawlogsHoldWhatTheFolderHolds) {
+  const TemporaryFolder folder;
+  const json original = json::parse(runEtalon({"info", kFlight, "--json"}).out);
+  for (const bool embed : {false, true}) {
+    const std::string log = folder.path() + (embed ? "/embedded.rawlog" : "/external.rawlog");
+    std::vector<std::string> arguments = {"convert", kFlight, log};
+    if (embed) arguments.emplace_back("--embed");
+    const CommandResult converted = runEtalon(arguments);
+    ASSERT_EQ(converted.exit_code, 0) << converted.err;
+    EXPECT_THAT(converted.out, HasSubstr(embed ? "(embedded)" : "(external images)"));
+    const json info = json::parse(runEtalon({"info", log, "--json"}).out);
+    EXPECT_EQ(info.at("kind"), "rawlog");
+    for (const char* key : {"stereo", "imu", "ground_truth", "calibration"})
+      EXPECT_EQ(info.at(key), original.at(key)) << key;
+    // 80 pairs of 752 x 480 bytes are 58 MB; random textures hardly compress below half of it.
+    EXPECT_EQ(std::filesystem::file_size(log) > 10'000'000, embed);
+  }
+}
+
+class ChainWith : public ::testing::TestWithParam<const char*> {
+ protected:
+  std::string out(const std::string& name) const { return folder_.path() + "/" + name; }
+  TemporaryFolder folder_;
+};
+INSTANTIATE_TEST_SUITE_P(Initializers, ChainWith,
+                         ::testing::Values("eta", "orbslam3_inertial_only"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST_P(ChainWith, InitialisesInMotionAndWritesItsResults) {
+  const std::string run_folder = out("deep/run");
+  const std::vector<TumLine> trajectory = replayed(kFlight, GetParam(), run_folder);
+  for (const char* name : kFilesOfARun)
+    EXPECT_GT(std::filesystem::file_size(run_folder + "/" + name), 0U) << name;
+
+  const json run = readJson(run_folder + "/initialization.json");
+  EXPECT_EQ(run.at("initializer"), GetParam());
+  EXPECT_THAT(run.at("warnings"), IsEmpty());
+  const json attempt = acceptedAttempt(run);
+  ASSERT_FALSE(attempt.is_null());
+  EXPECT_EQ(attempt.at("keyframes_ns").size(), 10U);
+  // The success criterion of the evaluation; measured: 0.1 deg and 0.002 m/s.
+  const json errors = errorsAfterViBa(attempt);
+  EXPECT_LT(errors.at("gravity_deg").get<double>(), 2.0);
+  EXPECT_LT(errors.at("velocity_mps").get<double>(), 0.1);
+  EXPECT_EQ(trajectory.size(), run.at("statistics").at("stereo_frames").get<size_t>());
+  EXPECT_EQ(trajectory.size(), 60U);  // 1 s to 3.95 s at 20 Hz
+
+  const cv::Mat picture = cv::imread(run_folder + "/trajectory.png");
+  EXPECT_GE(picture.cols, 300);
+  EXPECT_GE(picture.rows, 200);
+}
+
+TEST_P(ChainWith, FolderAndRawlogsGiveTheSameTrajectoryAndSoDoesASecondRun) {
+  ASSERT_EQ(runEtalon({"convert", kFlight, out("external.rawlog")}).exit_code, 0);
+  ASSERT_EQ(runEtalon({"convert", kFlight, out("embedded.rawlog"), "--embed"}).exit_code, 0);
+  const std::vector<TumLine> trajectory = replayed(kFlight, GetParam(), out("folder"));
+  for (const char* log : {"external", "embedded"}) {
+    const std::vector<TumLine> other =
+        replayed(out(log) + std::string(".rawlog"), GetParam(), out(log));
+    EXPECT_LE(largestDistance(trajectory, other), 1e-6) << log;
+  }
+  replayed(kFlight, GetParam(), out("again"));
+  EXPECT_EQ(readText(out("folder") + "/trajectory.tum"),
+            readText(out("again") + "/trajectory.tum"));
+}
+
+TEST_P(ChainWith, ItsConfigurationGivesTheSameRun) {
+  // Some value other than the default, so that a file that is ignored would show.
+  const CommandResult first =
+      runEtalon({"replay", kFlight, "--initializer", GetParam(), "--from", kInMotion, "--set",
+                 "pipeline.keyframes=8", "--set", "frontend.max_features=150", "--out", out("a")});
+  ASSERT_EQ(first.exit_code, 0) << first.out << first.err;
+  const CommandResult second = runEtalon(
+      {"replay", kFlight, "-c", out("a") + "/config.ini", "--from", kInMotion, "--out", out("b")});
+  ASSERT_EQ(second.exit_code, 0) << second.out << second.err;
+  EXPECT_EQ(readText(out("a") + "/trajectory.tum"), readText(out("b") + "/trajectory.tum"));
+  EXPECT_EQ(readText(out("a") + "/config.ini"), readText(out("b") + "/config.ini"));
+  const json attempt = acceptedAttempt(readJson(out("b") + "/initialization.json"));
+  EXPECT_EQ(attempt.at("keyframes_ns").size(), 8U);
+}
+
+TEST_P(ChainWith, AtAStandstillItInitialisesOrSaysWhyNot) {
+  const CommandResult result =
+      runEtalon({"replay", kStandstill, "--initializer", GetParam(), "--out", out("run")});
+  EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 1)) << result.err;
+  const json run = readJson(out("run") + "/initialization.json");
+  ASSERT_THAT(run.at("attempts"), Not(IsEmpty()));
+  EXPECT_EQ(result.exit_code == 0, !acceptedAttempt(run).is_null());
+  for (const json& attempt : run.at("attempts")) {
+    if (attempt.at("status") != "success") {
+      EXPECT_THAT(result.out, HasSubstr("because " + attempt.at("reason").get<std::string>()));
+    }
+  }
+}
+
+TEST(Chain, CompareTabulatesRuns) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> runs = {folder.path() + "/one", folder.path() + "/two"};
+  replayed(kFlight, "eta", runs[0]);
+  replayed(kFlight, "orbslam3_inertial_only", runs[1]);
+  const auto compare = [&runs](const std::string& format) {
+    const CommandResult result =
+        runEtalon({"compare", runs[0], runs[1] + "/run.rawlog", "--format", format});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_THAT(compare("text"), AllOf(HasSubstr("\none "), HasSubstr("\ntwo "), HasSubstr("eta "),
+                                     HasSubstr("RRE [deg]"), HasSubstr("orbslam3_inertial_only "),
+                                     HasSubstr("vi_ba")));
+  EXPECT_THAT(compare("markdown"), HasSubstr("| initializer"));
+
+  const std::string csv = compare("csv");  // no field has a comma here
+  EXPECT_EQ(countLines(csv), 5U);          // header, and two stages of each run
+  const size_t columns = static_cast<size_t>(std::count(csv.begin(), csv.end(), ',')) / 5;
+  std::istringstream lines(csv);
+  for (std::string line; std::getline(lines, line);)
+    EXPECT_EQ(static_cast<size_t>(std::count(line.begin(), line.end(), ',')), columns) << line;
+
+  const json table = json::parse(compare("json"));
+  ASSERT_EQ(table.size(), 4U);
+  const json record = readJson(runs[0] + "/initialization.json");
+  const double gravity_deg =
+      errorsAfterViBa(acceptedAttempt(record)).at("gravity_deg").get<double>();
+  EXPECT_EQ(table[1].at("stage"), "vi_ba");
+  EXPECT_NEAR(table[1].at("gravity_deg").get<double>(), gravity_deg, 1e-8);  // 9 digits are printed
+  EXPECT_EQ(table[3].at("initializer"), "orbslam3_inertial_only");
+}
+
+TEST(Chain, RawlogEditReadsTheLogOfARun) {
+  if (std::string(ETALON_RAWLOG_EDIT).empty()) GTEST_SKIP() << "rawlog-edit is not installed";
+  const TemporaryFolder folder;
+  replayed(kFlight, "eta", folder.path() + "/run");
+  const CommandResult result =
+      runProgram(ETALON_RAWLOG_EDIT, {"--info", "-i", folder.path() + "/run/run.rawlog"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  for (const char* label : {"eta/init", "eta/vi_ba", "eta/odometry", "ground_truth", "stereo"})
+    EXPECT_THAT(result.out, HasSubstr(label));
+}
+
+}  // namespace
+}  // namespace etalon::testing
