@@ -30,7 +30,8 @@ std::vector<TumLine> readTum(const std::string& path) {
     words >> parsed.stamp;
     for (double& number : parsed.pose) words >> number;
     std::string rest;
-    if (!words || words >> rest) throw std::runtime_error(path + ": not 8 numbers: " + line);
+    if (!words || words >> rest)
+      throw std::runtime_error(path + " holds a line that is not 8 numbers");
     lines.push_back(parsed);
   }
   return lines;
