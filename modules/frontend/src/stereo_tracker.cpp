@@ -100,7 +100,7 @@ class StereoTracker::Impl {
       setAnchor(left, &tracks_.back());
       ++statistics_.added;
     }
-    const TrackedFrame frame = observe(t, left, left_pyramid, right, right_half);
+    TrackedFrame frame = observe(t, left, left_pyramid, right, right_half);
     previous_ = std::move(left_pyramid);
     statistics_.milliseconds = watch.lapMilliseconds();
     return frame;
