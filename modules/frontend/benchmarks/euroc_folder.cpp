@@ -51,8 +51,9 @@ CameraCalibration readCamera(const std::string& path) {
   const auto k = node["intrinsics"].as<std::vector<double>>();
   const auto d = node["distortion_coefficients"].as<std::vector<double>>();
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) camera.T_BC.R(r, c) = T.at(static_cast<size_t>(4 * r + c));
-    camera.T_BC.t[r] = T.at(static_cast<size_t>(4 * r + 3));
+    for (int c = 0; c < 3; ++c)
+      camera.T_BC.R(r, c) = T.at(4 * static_cast<size_t>(r) + static_cast<size_t>(c));
+    camera.T_BC.t[r] = T.at(4 * static_cast<size_t>(r) + 3);
   }
   camera.T_BC.R = nearestRotation(camera.T_BC.R);
   camera.model.width = node["resolution"][0].as<int>();

@@ -61,7 +61,7 @@ AnchorPatch::AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, in
   Eigen::Matrix<float, Eigen::Dynamic, kParameters> G(count, kParameters);
   for (int v = 0; v < inner; ++v)
     for (int u = 0; u < inner; ++u) {
-      const float* p = &wide[static_cast<size_t>((v + 1) * outer + u + 1)];
+      const float* p = wide.data() + static_cast<std::ptrdiff_t>(v + 1) * outer + u + 1;
       const float gx = 0.5F * (p[1] - p[-1]), gy = 0.5F * (p[outer] - p[-outer]);
       const auto dx = static_cast<float>(u - radius_), dy = static_cast<float>(v - radius_);
       const Eigen::Index i = static_cast<Eigen::Index>(v) * inner + u;
