@@ -1,6 +1,9 @@
 #include "etalon/odometry/run_configuration.h"
 
+#include <filesystem>
 #include <sstream>
+
+#include "etalon/core/errors.h"
 
 namespace etalon {
 
@@ -40,7 +43,13 @@ RunConfiguration loadRunConfiguration(const IniFile& ini,
     known.push_back(section.section());
   }
   std::vector<std::string> search = plugin_path;
-  for (const std::string& folder : split(plugin_options.path)) search.push_back(folder);
+  for (const std::string& folder : split(plugin_options.path)) {
+    if (!std::filesystem::exists(folder))
+      throw ConfigError(ini.section("plugins").at("path").origin + ": [plugins] path = '" +
+                        plugin_options.path + "': there is no '" + folder +
+                        "'; expected folders or libraries, separated by ':'");
+    search.push_back(folder);
+  }
   PluginLoader loader(PluginLoader::defaultSearchPath(search));
   run.initializer = loader.create(run.pipeline.initializer);
   run.plugin = loader.info(run.pipeline.initializer);
