@@ -118,6 +118,8 @@ TEST(ReplayUsage, RefusesPluginsThatCannotBeLoaded) {
   const std::string text = folder.write("text.so", "not a library\n");
   const std::string tests = ETALON_TEST_INITIALIZERS;
   expectRefused({{"--plugin-path", "/no/such/folder"}, {"--plugin-path", "/no/such/folder"}});
+  expectRefused(
+      {{"--set", "plugins.path=/no/such/folder"}, {"--set", "[plugins] path", "/no/such/folder"}});
   expectRefused({{"--initializer", text}, {text, "not a shared library"}});
   expectRefused({{"--initializer", "/no/such/plugin.so"}, {"/no/such/plugin.so", "no such file"}});
   expectRefused({{"--plugin-path", tests + "/wrong_abi", "--initializer", "wrong_abi"},
