@@ -63,10 +63,12 @@ AcceptanceDecision judge(const VisualInertialBaResult& refined, const Acceptance
     return refuse(Status::kNotConverged, chi2,
                   "the inertial residuals have chi2/dof %.2f, at most %.2f is wanted",
                   options.max_chi2_per_dof_inertial);
-  if (refined.covariance.size() == 0)
-    return refuse(Status::kIllConditioned, 0.0,
-                  "the normal equations are singular: the data do not determine the state%.0s%.0s",
-                  0.0);
+  if (refined.covariance.size() == 0) {
+    AcceptanceDecision decision;
+    decision.status = Status::kIllConditioned;
+    decision.reason = "the normal equations are singular: the data do not determine the state";
+    return decision;
+  }
   const double sigma_gravity_deg = refined.sigmaTilt() * 180.0 / M_PI;
   if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
     return refuse(Status::kIllConditioned, sigma_gravity_deg,

@@ -3,6 +3,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/optimization/pose_only.h"
+#include "etalon/optimization/starting_landmarks.h"
 
 namespace etalon {
 
@@ -98,27 +99,17 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
     poses.push_back(k.T_VB);
   }
   window_ = buildVisualWindow(calibration_, frames, options_.sigma_px);
-  std::vector<Eigen::Vector3d> points(static_cast<size_t>(window_.landmarkCount()),
-                                      Eigen::Vector3d::Zero());
-  std::vector<char> valid(points.size(), 0);
-  for (size_t l = 0; l < points.size(); ++l) {
-    const auto known = landmarks_.find(window_.landmark_ids[l]);
-    if (known != landmarks_.end()) {
-      points[l] = known->second;
-      valid[l] = 1;
-    } else if (const auto p_V = triangulate(window_, static_cast<int>(l), poses, 0.01)) {
-      points[l] = *p_V;
-      valid[l] = 1;
-    }
-  }
-  StereoBaResult result = solveStereoBa(window_, poses, points, valid, options);
+  StartingLandmarks start = startingLandmarks(window_, landmarks_);
+  constexpr double kMinParallax = 0.01;  // rad
+  triangulateMissing(window_, poses, kMinParallax, &start);
+  StereoBaResult result = solveStereoBa(window_, poses, start.positions, start.valid, options);
   for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
   T_VB_ = keyframes_.back().T_VB;
   // Keep the landmarks of the window only: what it no longer sees cannot be observed again.
   std::map<LandmarkId, Eigen::Vector3d> kept;
   for (const Observation& o : keyframes_.back().frame.observations)
     if (const auto known = landmarks_.find(o.id); known != landmarks_.end()) kept.insert(*known);
-  for (size_t l = 0; l < points.size(); ++l) {
+  for (size_t l = 0; l < window_.landmark_ids.size(); ++l) {
     const LandmarkId id = window_.landmark_ids[l];
     if (result.landmark_valid[l])
       kept[id] = result.landmarks[l];

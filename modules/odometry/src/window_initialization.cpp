@@ -1,6 +1,7 @@
 #include "etalon/odometry/window_initialization.h"
 
 #include "etalon/core/stopwatch.h"
+#include "etalon/optimization/starting_landmarks.h"
 
 namespace etalon {
 
@@ -47,23 +48,14 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
     states.push_back({s.T_WB, s.v_WB});
     poses.push_back(s.T_WB);
   }
-  std::vector<Eigen::Vector3d> points(static_cast<size_t>(window.landmarkCount()),
-                                      Eigen::Vector3d::Zero());
-  std::vector<char> valid(points.size(), 0);
-  for (size_t l = 0; l < points.size(); ++l) {
-    const auto known = result.landmarks.find(window.landmark_ids[l]);
-    if (known != result.landmarks.end()) {
-      points[l] = known->second;
-      valid[l] = 1;
-    } else if (const auto p_W = triangulate(window, static_cast<int>(l), poses)) {
-      points[l] = *p_W;
-      valid[l] = 1;
-    }
-  }
-  VisualInertialBaResult refined = solveVisualInertialBa(
-      window, problem.preintegrate(result.bias), states, result.bias, points, valid, options);
+  StartingLandmarks start = startingLandmarks(window, result.landmarks);
+  constexpr double kMinParallax = 1e-3;  // rad
+  triangulateMissing(window, poses, kMinParallax, &start);
+  VisualInertialBaResult refined =
+      solveVisualInertialBa(window, problem.preintegrate(result.bias), states, result.bias,
+                            start.positions, start.valid, options);
   if (landmarks)
-    for (size_t l = 0; l < points.size(); ++l)
+    for (size_t l = 0; l < window.landmark_ids.size(); ++l)
       if (refined.landmark_valid[l]) (*landmarks)[window.landmark_ids[l]] = refined.landmarks[l];
   return refined;
 }

@@ -5,6 +5,7 @@
 #include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/inertial_only_step.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/optimization/starting_landmarks.h"
 #include "etalon/optimization/translation_ba.h"
 
 namespace etalon::plugins {
@@ -80,18 +81,11 @@ class Eta : public Initializer {
     for (int k = 0; k < problem.keyframeCount(); ++k) keyframes.push_back(&problem.keyframe(k));
     const VisualWindow window =
         buildVisualWindow(problem.calibration(), keyframes, problem.sigmaPx());
-    std::vector<Eigen::Vector3d> points(static_cast<size_t>(window.landmarkCount()),
-                                        Eigen::Vector3d::Zero());
-    std::vector<char> valid(points.size(), 0);
-    for (size_t l = 0; l < points.size(); ++l) {
-      const auto known = visual.landmarks.find(window.landmark_ids[l]);
-      if (known == visual.landmarks.end()) continue;
-      points[l] = known->second;
-      valid[l] = 1;
-    }
+    const StartingLandmarks start = startingLandmarks(window, visual.landmarks);
     TranslationBaOptions options = translation_;
     options.landmarks_free = landmarks_ == "free";
-    const TranslationBaResult ba = solveTranslationBa(window, T_VB, points, valid, options);
+    const TranslationBaResult ba =
+        solveTranslationBa(window, T_VB, start.positions, start.valid, options);
     if (!ba.ok || ba.fewest_inliers < min_inliers_) {
       char text[160];
       std::snprintf(text, sizeof(text),
@@ -102,8 +96,8 @@ class Eta : public Initializer {
                                            ba.fewest_inliers);
     }
     estimate->T_VB = ba.T_VB;
-    for (size_t l = 0; l < points.size(); ++l)
-      if (valid[l]) estimate->landmarks[window.landmark_ids[l]] = ba.landmarks[l];
+    for (size_t l = 0; l < window.landmark_ids.size(); ++l)
+      if (start.valid[l]) estimate->landmarks[window.landmark_ids[l]] = ba.landmarks[l];
     return {};
   }
 
