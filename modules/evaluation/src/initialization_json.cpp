@@ -78,6 +78,8 @@ Json errorsJson(const SegmentErrors& e) {
   json["gyro_bias_rps"] = number(e.gyro_bias_rps);
   json["accel_bias_mps2"] = number(e.accel_bias_mps2);
   json["scale_error"] = number(e.scale_error);
+  json["ate_yaw_m"] = number(e.ate_yaw_m);
+  json["gravity_corrected_deg"] = number(e.gravity_corrected_deg);
   return json;
 }
 
@@ -91,6 +93,9 @@ SegmentErrors errorsFromJson(const JsonReader& json) {
   e.gyro_bias_rps = json.at("gyro_bias_rps").number();
   e.accel_bias_mps2 = json.at("accel_bias_mps2").number();
   e.scale_error = json.at("scale_error").number();
+  if (json.has("ate_yaw_m")) e.ate_yaw_m = json.at("ate_yaw_m").number();
+  if (json.has("gravity_corrected_deg"))
+    e.gravity_corrected_deg = json.at("gravity_corrected_deg").number();
   return e;
 }
 

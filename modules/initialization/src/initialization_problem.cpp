@@ -40,6 +40,12 @@ InitializationProblem::InitializationProblem(Data data, VisualSolver visual_solv
   lazy_->solver = std::move(visual_solver);
 }
 
+std::vector<const TrackedFrame*> InitializationProblem::keyframes() const {
+  std::vector<const TrackedFrame*> result;
+  for (int k = 0; k < keyframeCount(); ++k) result.push_back(&keyframe(k));
+  return result;
+}
+
 std::vector<Preintegration> InitializationProblem::preintegrate(const ImuBias& bias) const {
   std::vector<Preintegration> result;
   for (int k = 1; k < keyframeCount(); ++k) {

@@ -23,13 +23,11 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
   const InitializationProblem without_vision(data, nullptr);
   const StereoOdometryOptions odometry = options.odometry;
   auto solver = [without_vision, odometry]() {
-    std::vector<const TrackedFrame*> keyframes;
-    for (int k = 0; k < without_vision.keyframeCount(); ++k)
-      keyframes.push_back(&without_vision.keyframe(k));
     std::vector<Eigen::Matrix3d> rotations;
     for (const Preintegration& p : without_vision.preintegrate(without_vision.priors().mean))
       rotations.push_back(p.deltas().dR);
-    return solveVisualOdometry(without_vision.calibration(), keyframes, rotations, odometry);
+    return solveVisualOdometry(without_vision.calibration(), without_vision.keyframes(), rotations,
+                               odometry);
   };
   return InitializationProblem(std::move(data), solver);
 }
@@ -38,10 +36,8 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
                               const InitializationResult& result,
                               const VisualInertialBaOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
-  std::vector<const TrackedFrame*> keyframes;
-  for (int k = 0; k < problem.keyframeCount(); ++k) keyframes.push_back(&problem.keyframe(k));
   const VisualWindow window =
-      buildVisualWindow(problem.calibration(), keyframes, problem.sigmaPx());
+      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
   std::vector<VisualInertialState> states;
   std::vector<SE3> poses;
   for (const KeyframeState& s : result.states) {

@@ -77,10 +77,8 @@ class Eta : public Initializer {
                                             const VisualSolution& visual,
                                             const std::vector<SE3>& T_VB,
                                             VisualFrameEstimate* estimate) const {
-    std::vector<const TrackedFrame*> keyframes;
-    for (int k = 0; k < problem.keyframeCount(); ++k) keyframes.push_back(&problem.keyframe(k));
     const VisualWindow window =
-        buildVisualWindow(problem.calibration(), keyframes, problem.sigmaPx());
+        buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
     const StartingLandmarks start = startingLandmarks(window, visual.landmarks);
     TranslationBaOptions options = translation_;
     options.landmarks_free = landmarks_ == "free";

@@ -35,6 +35,9 @@ struct SegmentErrors {
   double gyro_bias_rps = kNone;    ///< norm of the bias vector's error, rad/s
   double accel_bias_mps2 = kNone;  ///< norm of the bias vector's error, m/s^2
   double scale_error = kNone;      ///< abs(1 - s) of the Sim(3) alignment
+  double ate_yaw_m = kNone;        ///< as ate_m, but aligned in yaw and position only, m
+  /** As gravity_deg, but against gravity as the whole recording's IMU says it is, deg. */
+  double gravity_corrected_deg = kNone;
 
   /** Gravity < 2 deg and velocity < 0.1 m/s; nothing where one of them is not known. */
   std::optional<bool> success() const;

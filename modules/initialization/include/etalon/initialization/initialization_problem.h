@@ -58,6 +58,8 @@ class InitializationProblem {
   const TrackedFrame& keyframe(int k) const {
     return data_->frames[static_cast<size_t>(data_->keyframe_indices[static_cast<size_t>(k)])];
   }
+  /** All of them, in order; valid as long as the problem. */
+  std::vector<const TrackedFrame*> keyframes() const;
   const std::vector<int>& keyframeIndices() const { return data_->keyframe_indices; }
 
   /** Preintegration between keyframes k-1 and k for every k >= 1, at `bias`: keyframeCount() - 1 of

@@ -5,6 +5,7 @@
 
 #include "etalon/core/parameters.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/optimization/noise_check.h"
 #include "etalon/optimization/visual_window.h"
 
 namespace etalon {
@@ -45,6 +46,7 @@ struct VisualInertialBaResult {
   double chi2_visual = 0.0;    ///< over the inliers
   int dof_visual = 0;          ///< their number less three a landmark
   int inlier_measurements = 0, measurements = 0;
+  NoiseCheck noise;  ///< residuals against their expectation; zero without covariance
   /**
    * Covariance of every keyframe's [rotation, position, velocity] and then [b_g, b_a]: (9N+6)
    * square, gauge (position and yaw of the first keyframe) fixed. Empty if not computed or

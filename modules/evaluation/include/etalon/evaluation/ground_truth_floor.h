@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+#include "etalon/core/trajectory.h"
+#include "etalon/imu/imu_sample.h"
+
+namespace etalon {
+
+/**
+ * What a recording's ground truth is worth, told by the recording's own IMU: no method can be
+ * measured below it. NaN where it cannot be found.
+ */
+struct GroundTruthFloor {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  double interval_s = kNone;  ///< length of the intervals behind rre_deg
+  /** RMSE over all intervals of the angle between the ground truth's relative rotation and the
+   * gyro's, integrated with the one constant bias that fits them best, deg. */
+  double rre_deg = kNone;
+  ImuBias bias;  ///< constant biases that fit the whole recording best, rad/s and m/s^2
+  /** Unit vector of gravity in the ground truth's world as the whole recording's accelerometer says
+   * it is; (0, 0, -1) where it cannot be found. */
+  Eigen::Vector3d gravity_direction_G = -Eigen::Vector3d::UnitZ();
+  double world_tilt_deg = kNone;  ///< angle between gravity_direction_G and (0, 0, -1), deg
+};
+
+/**
+ * Compares a whole recording's ground truth with its IMU. Rotations: gyro integration over
+ * consecutive intervals against the ground truth, one constant bias. Gravity: least squares of
+ * velocity changes (from the ground truth's positions where it has no velocity) over the intervals,
+ * unknown gravity vector and constant accelerometer bias.
+ * @param imu increasing in time
+ * @param interval_s length of an interval; a quarter of a second is a pair of keyframes at 4 Hz
+ */
+GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
+                                  const std::vector<ImuSample>& imu, double interval_s = 0.25);
+
+}  // namespace etalon

@@ -1,0 +1,78 @@
+#include "etalon/evaluation/benchmark_record.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace etalon {
+namespace {
+
+std::string number(double value) {
+  if (std::isnan(value)) return "";
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+/** RFC 4180: quoted where it must be. */
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c;
+    if (c == '"') quoted += c;
+  }
+  return quoted + "\"";
+}
+
+}  // namespace
+
+std::optional<bool> SegmentRow::success() const {
+  if (status != kStatusSuccess) return false;
+  return errors.success();
+}
+
+SegmentRow segmentRow(const SlotRecord& slot, const std::string& stage) {
+  SegmentRow row;
+  row.sequence = slot.sequence;
+  row.segment = slot.segment;
+  row.t0 = slot.t0;
+  row.keyframes = slot.keyframes;
+  row.rate_hz = slot.rate_hz;
+  row.initializer = slot.initializer;
+  row.stage = stage;
+  const StageRecord* reached = slot.attempt.stage(stage);
+  const bool gave_estimate = stage == kStageInit && reached != nullptr;
+  row.status = gave_estimate ? kStatusSuccess : slot.attempt.status;
+  row.reason = gave_estimate ? "" : slot.attempt.reason;
+  if (reached && reached->errors) row.errors = *reached->errors;
+  row.runtime_ms = slot.attempt.milliseconds(stage == kStageInit ? kTimingInitialize : kTimingViBa);
+  return row;
+}
+
+std::vector<SegmentRow> segmentRows(const BenchmarkRecord& record) {
+  std::vector<SegmentRow> rows;
+  for (const SlotRecord& slot : record.slots) {
+    rows.push_back(segmentRow(slot, kStageInit));
+    if (record.protocol.vi_ba) rows.push_back(segmentRow(slot, kStageViBa));
+  }
+  return rows;
+}
+
+std::string segmentsCsv(const std::vector<SegmentRow>& rows) {
+  std::string csv =
+      "sequence,segment,t0_ns,keyframes,rate_hz,initializer,stage,status,reason,rre_deg,ate_m,"
+      "gravity_deg,velocity_mps,gyro_bias_rps,accel_bias_mps2,scale_error,runtime_ms\n";
+  for (const SegmentRow& row : rows) {
+    const SegmentErrors& e = row.errors;
+    csv += field(row.sequence) + "," + std::to_string(row.segment) + "," + std::to_string(row.t0) +
+           "," + std::to_string(row.keyframes) + "," + number(row.rate_hz) + "," +
+           field(row.initializer) + "," + row.stage + "," + row.status + "," + field(row.reason);
+    for (const double value : {e.rre_deg, e.ate_m, e.gravity_deg, e.velocity_mps, e.gyro_bias_rps,
+                               e.accel_bias_mps2, e.scale_error, row.runtime_ms})
+      csv += "," + number(value);
+    csv += "\n";
+  }
+  return csv;
+}
+
+}  // namespace etalon

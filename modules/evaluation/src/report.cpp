@@ -1,0 +1,7 @@
+#include "etalon/evaluation/report.h"
+
+namespace etalon {
+
+std::string benchmarkReportHtml(const BenchmarkRecord&) { return {}; }
+
+}  // namespace etalon
