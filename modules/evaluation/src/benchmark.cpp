@@ -1,6 +1,7 @@
 #include "etalon/evaluation/benchmark.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <mutex>
 #include <set>
@@ -297,7 +298,11 @@ class Benchmark {
     const GroundTruth& truth = tracks_[task.sequence]->ground_truth;
     const InitializationAttempt attempt = attemptInitialization(
         problem, *configuration_.initializers[k].initializer, window_options_);
-    slot.attempt = makeAttemptRecord(attempt, window_options_.gravity_mps2, truth);
+    const GroundTruthFloor& floor = record_.sequences[task.sequence].floor;
+    std::optional<Eigen::Vector3d> gravity_direction_G;
+    if (!std::isnan(floor.world_tilt_deg)) gravity_direction_G = floor.gravity_direction_G;
+    slot.attempt =
+        makeAttemptRecord(attempt, window_options_.gravity_mps2, truth, gravity_direction_G);
     for (StageRecord& stage : slot.attempt.stages) {
       stage.covariance.resize(0, 0);
       stage.covariance_order.clear();
