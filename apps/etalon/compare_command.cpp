@@ -21,6 +21,7 @@ struct Arguments {
   std::vector<std::string> runs, initializers, metrics;
   std::string format = "text";
   std::uint64_t seed = BootstrapOptions().seed;
+  bool bold = false;
 };
 
 bool isForPeople(TableFormat format) {
@@ -96,7 +97,7 @@ void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
   if (isForPeople(format))
     for (const TitledTable& table : benchmarkTables(record))
       if (isAskedFor(table, arguments.metrics))
-        std::printf("%s\n", toString(table, format).c_str());
+        std::printf("%s\n", toString(table, format, arguments.bold).c_str());
   if (several) std::fputs(toString(comparisonTable(comparisons, options), format).c_str(), stdout);
 }
 
@@ -140,6 +141,8 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")
       ->check(checkWholeNumber())
       ->capture_default_str();
+  command->add_flag("--bold", arguments->bold,
+                    "Benchmarks, as text: the best of a row in the terminal's bold");
   command->callback([arguments, exit_code] {
     compare(*arguments);
     *exit_code = kOk;
