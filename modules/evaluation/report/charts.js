@@ -46,7 +46,7 @@ function limitLines(metric) {
   }
   return lines;
 }
-function markLine(lines, key, position = "insideEndTop") {
+function markLine(lines, key, position = "end") {
   return {
     silent: true,
     symbol: "none",
@@ -93,7 +93,7 @@ function cdfOption(metric, small) {
   });
   if (series.length) series[0].markLine = markLine(limitLines(metric), "xAxis");
   return {
-    grid: { left: 56, right: 16, top: 14, bottom: 46 },
+    grid: { left: 56, right: 16, top: 24, bottom: 46 },
     xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
     yAxis: axis(small ? "" : "share of all [%]", { type: "value", min: 0, max: 100, nameGap: 34 }),
     tooltip: tooltip({
@@ -136,7 +136,7 @@ function boxOption(metric) {
     return boxes.length;
   });
   return {
-    grid: { left: 12, right: 16, top: 14, bottom: 46, containLabel: false, outerBoundsMode: "same", outerBoundsContain: "axisLabel" },
+    grid: { left: 12, right: 16, top: 24, bottom: 46, outerBoundsMode: "same", outerBoundsContain: "axisLabel" },
     xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
     yAxis: axis("", {
       type: "category", inverse: true, data: groups.map((g) => `${initializerName(g.i)}\nn = ${g.values.length}`),
@@ -171,9 +171,10 @@ function successOption() {
   const rows = [...counts].filter(([, list]) => list.some((c) => c.judged));
   if (!rows.length) return nothing("no ground truth: success cannot be judged");
   return {
-    grid: { left: 56, right: 20, top: 14, bottom: 56 },
+    grid: { left: 56, right: 20, top: 24, bottom: 60 },
     xAxis: axis("length of the window", {
-      type: "category", nameGap: 38, splitLine: { show: false }, boundaryGap: true,
+      type: "category", nameGap: 40, splitLine: { show: false }, boundaryGap: true,
+      axisLabel: { color: cssColour("--quiet"), fontSize: 11, lineHeight: 14, interval: 0 },
       data: windows.map(({ w }) => (w[1] ? `${number(windowSeconds(w))} s\n${w[0]} at ${number(w[1])} Hz` : `${w[0]} keyframes`)),
     }),
     yAxis: axis("success [%]", { type: "value", min: 0, max: 100, nameGap: 34 }),
@@ -293,12 +294,12 @@ function trajectoryErrorsOption() {
     type: "line", name, xAxisIndex: gridIndex, yAxisIndex: gridIndex, showSymbol: false,
     data: rows.map((r) => [r[0], r[column] === null ? null : r[column] * scale]),
     lineStyle: { color: colourOf(0), width: 1.4 }, itemStyle: { color: colourOf(0) },
-    markLine: markLine(start, "xAxis", gridIndex ? "start" : "insideEndTop"),
+    markLine: { ...markLine(start, "xAxis"), label: { show: gridIndex === 0, formatter: "initialised", color: cssColour("--quiet"), fontSize: 11 } },
   });
   const time = { type: "value", min: rows[0][0], max: rows[rows.length - 1][0] };
   const ends = { axisLabel: { color: cssColour("--quiet"), fontSize: 11, hideOverlap: true, formatter: (v) => number(v, 4) } };
   return {
-    grid: [{ left: 64, right: 16, top: 14, height: "38%" }, { left: 64, right: 16, bottom: 46, height: "38%" }],
+    grid: [{ left: 64, right: 16, top: 26, height: "38%" }, { left: 64, right: 16, bottom: 46, height: "38%" }],
     xAxis: [axis("", { gridIndex: 0, ...time, ...ends, axisLabel: { show: false } }), axis("time since the first image [s]", { gridIndex: 1, nameGap: 26, ...time, ...ends })],
     yAxis: [axis("position [mm]", { gridIndex: 0, type: "value", nameGap: 44 }), axis("rotation [deg]", { gridIndex: 1, type: "value", nameGap: 44 })],
     tooltip: tooltip({ trigger: "axis", valueFormatter: (v) => number(v) }),

@@ -44,9 +44,9 @@ function drawFailures() {
   const shown = list.slice(0, failuresShown);
   document.getElementById("failures").innerHTML = shown
     .map((s) => {
-      const cells = [esc(sequenceName(s.sequence)), esc(windowName(data.windows[s.window])), s.segment, number(s.start, 5), esc(initializerName(s.initializer)),
+      const cells = [esc(sequenceName(s.sequence)), s.segment, number(s.start, 5), esc(initializerName(s.initializer)),
         esc(outcomeNamed.get(outcomeOf(s, state.stage)).name), esc(s.status), esc(reasonOf(s))];
-      return `<tr data-slot="${s.index}">${cells.map((c, k) => `<td${k === 2 || k === 3 ? ' class="number"' : ""}>${c}</td>`).join("")}</tr>`;
+      return `<tr data-slot="${s.index}">${cells.map((c, k) => `<td${k === 1 || k === 2 ? ' class="number"' : ""}>${c}</td>`).join("")}</tr>`;
     })
     .join("");
   document.getElementById("failure-count").textContent = `${list.length} of ${selected().length} ${slotWord}s${shown.length < list.length ? `, the first ${shown.length} shown` : ""}`;

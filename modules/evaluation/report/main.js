@@ -24,9 +24,10 @@ function setUpControls() {
   const preferred = ["velocity_mps", "gravity_deg", "ate_m"].map(metricIndex).find((k) => shown.includes(k));
   state.metric = preferred ?? shown[0] ?? 0;
   state.stage = STAGES.length - 1;
+  state.window = Math.max(0, data.windows.findIndex((w) => w[0] === 10 && w[1] === 4)); // that of the papers
   fillSelect("metric", (shown.length ? shown : [0]).map((k) => [k, metrics[k].title]), state.metric, (v) => { state.metric = v; });
   fillSelect("stage", STAGES.map((name, k) => [k, STAGE_NAMES[name]]), state.stage, (v) => { state.stage = v; });
-  fillSelect("window", data.windows.map((w, k) => [k, windowName(w)]), 0, (v) => {
+  fillSelect("window", data.windows.map((w, k) => [k, windowName(w)]), state.window, (v) => {
     state.window = v;
     if (state.slot === null) return;
     const slot = slots[state.slot];
@@ -90,12 +91,15 @@ function drawAll() {
   drawLegend();
   layTimelines();
   for (const sequence of shownSequences()) drawTimeline(sequence);
-  draw("cdf", cdfOption(state.metric, false));
-  draw("box", boxOption(state.metric));
-  draw("success", successOption());
-  draw("runtime", runtimeOption());
-  drawMetrics();
-  drawRun();
+  if (isRun) {
+    drawRun();
+  } else {
+    draw("cdf", cdfOption(state.metric, false));
+    draw("box", boxOption(state.metric));
+    draw("success", successOption());
+    draw("runtime", runtimeOption());
+    drawMetrics();
+  }
   drawStatusCounts();
   drawFailures();
   showPanel();
@@ -137,11 +141,19 @@ function setUpPage() {
   });
 }
 
+/** Long names of columns may break at their underscores. */
+function breakColumnNames() {
+  for (const cell of document.querySelectorAll("table.etalon thead th.number"))
+    cell.innerHTML = esc(cell.textContent).replaceAll("_", "_<wbr>");
+}
+
 applyTheme();
 setUpPage();
+breakColumnNames();
 if (slots.length) {
   document.getElementById("charts").hidden = false;
   document.getElementById("whole-run").hidden = !isRun;
+  for (const section of document.querySelectorAll(".benchmark-only")) section.hidden = isRun;
   if (isRun)
     document.getElementById("trajectory-note").textContent = data.trajectory.some((r) => r[7] !== null)
       ? "Aligned with ground truth in yaw and position." : "No ground truth.";

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "benchmark_side_tables.h"
 #include "etalon/evaluation/benchmark_summary.h"
 #include "etalon/evaluation/benchmark_tables.h"
 #include "etalon/evaluation/comparison_table.h"
@@ -119,22 +120,39 @@ std::string tableText(const TitledTable& table, bool open) {
   return "<details class=\"table\"><summary>" + title + "</summary>\n" + body + "</details>\n";
 }
 
-/** Those to read first, and behind them the others, closed. */
-std::string tablesText(const std::vector<TitledTable>& tables) {
-  std::string first, others;
-  size_t closed = 0;
-  for (const TitledTable& table : tables) {
-    if (table.headline) {
+/** A closed group of tables; nothing without one. */
+std::string groupText(const std::string& title, const std::string& tables) {
+  if (tables.empty()) return "";
+  return "<details class=\"more\"><summary>" + title + "</summary>\n" + tables + "</details>\n";
+}
+
+/** The papers' window where it is there, else the first. */
+std::pair<int, double> mainWindow(const BenchmarkRecord& record) {
+  const std::vector<std::pair<int, double>> windows = windowsOf(record);
+  const std::pair<int, double> papers = {10, 4.0};
+  if (std::find(windows.begin(), windows.end(), papers) != windows.end() || windows.empty())
+    return papers;
+  return windows.front();
+}
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/** Those to read first, of one window; closed behind them those of other windows, and the rest. */
+std::string tablesText(const BenchmarkRecord& record) {
+  const std::string main_window = windowId(mainWindow(record));
+  std::string first, other_windows, rest;
+  for (const TitledTable& table : benchmarkTables(record)) {
+    if (!table.headline)
+      rest += tableText(table, false);
+    else if (endsWith(table.id, main_window) || !endsWith(table.id, "hz"))
       first += tableText(table, true);
-    } else {
-      others += tableText(table, false);
-      ++closed;
-    }
+    else
+      other_windows += tableText(table, true);
   }
-  if (closed == 0) return first;
-  return first + "<details class=\"more\"><summary>" +
-         counted(closed, first.empty() ? "table" : "more table") + "</summary>\n" + others +
-         "</details>\n";
+  return first + groupText("The same for the other windows", other_windows) +
+         groupText("Every metric by mean, median and 90th percentile; parts of the run time", rest);
 }
 
 std::string page(const std::string& title, const std::string& summary, const std::string& tables,
@@ -170,8 +188,7 @@ std::string benchmarkReportHtml(const BenchmarkRecord& record) {
                                       "adjustment and acceptance (vi_ba)"
                                     : "initializer alone (init)") +
       term("Versions", versionsText(record.versions));
-  return page("Benchmark of initializers", summary, tablesText(benchmarkTables(record)), record,
-              data);
+  return page("Benchmark of initializers", summary, tablesText(record), record, data);
 }
 
 std::string runReportHtml(const RunRecord& record, const Trajectory& odometry,
