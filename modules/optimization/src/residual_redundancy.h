@@ -47,4 +47,7 @@ NoiseCheck checkNoise(const SolvedWindow& solved, const std::vector<InertialResi
  */
 double meanOfTruncatedPair(double variance, double bound);
 
+/** Its inverse in the variance: the maximum-likelihood estimate from the mean. At most 100. */
+double varianceOfTruncatedPairs(double mean, double bound);
+
 }  // namespace etalon

@@ -119,10 +119,10 @@ class VisualInertialSolver {
     if (!with_covariance) return;
     result->covariance = covariance(*result, inertial);
     if (result->covariance.size() == 0) return;
-    result->noise = checkNoise({window_, poses(result->states), result->landmarks, result->inlier,
-                                options_.huber_pixel, options_.prior_sigma_gyro_rps,
-                                options_.prior_sigma_accel_mps2},
-                               inertial, result->covariance);
+    result->noise = checkNoise(
+        {window_, poses(result->states), result->landmarks, result->inlier, options_.huber_pixel,
+         options_.prior_sigma_gyro_rps, options_.prior_sigma_accel_mps2},
+        inertial, result->covariance);
   }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "etalon/optimization/visual_inertial_ba.h"
@@ -83,19 +84,24 @@ void print(const char* what, const NoiseCheck& c) {
               c.vision.chi2 / c.vision.dof, c.vision.dof);
 }
 
+void solvePrint(const NoiseCheck& c) {
+  Eigen::Vector3d chi2(c.gyro.chi2, c.accel.chi2, c.vision.chi2);
+  std::printf("   theta %.3f %.3f %.3f (\n", (c.coupling.inverse() * chi2)(0), (c.coupling.inverse() * chi2)(1), (c.coupling.inverse() * chi2)(2));
+}
 TEST(NoiseCheck, Explore) {
   VisualInertialBaOptions ba = leastSquares();
-  print("ls 1", monteCarlo(noisy(), {}, leastSquares(), 120));
-  ba.huber_inertial = 16.92;
-  print("hub inertial", monteCarlo(noisy(), {}, ba, 120));
-  ba = leastSquares();
-  ba.huber_pixel = 5.991;
-  print("hub pixel", monteCarlo(noisy(), {}, ba, 120));
-  ba.rounds = 6;
-  print("hub pixel, 6 rounds", monteCarlo(noisy(), {}, ba, 120));
-  ba = leastSquares();
-  ba.prior_sigma_accel_mps2 = ba.prior_sigma_gyro_rps = 0.1;
-  print("prior", monteCarlo(noisy(), {}, ba, 120));
+  auto run = [](const char* n, const SyntheticWindowOptions& o, Belief b, VisualInertialBaOptions ba, int k) { auto c = monteCarlo(o, b, ba, k); print(n, c); solvePrint(c);};
+  run("ls 1", noisy(), {}, leastSquares(), 120);
+  run("ls gyro.5", noisy(), {0.5, 1, 1}, leastSquares(), 60);
+  run("ls acc.5", noisy(), {1, 0.5, 1}, leastSquares(), 60);
+  run("ls px.5", noisy(), {1, 1, 0.5}, leastSquares(), 60);
+  run("rob 1", noisy(), {}, {}, 120);
+  run("rob .5", noisy(), {0.5, 0.5, 0.5}, {}, 60);
+  run("rob 2", noisy(), {2, 2, 2}, {}, 60);
+  run("rob acc 6", noisy(), {1, 1/6., 1}, {}, 60);
+  SyntheticWindowOptions o = noisy();
+  o.outlier_share = 0.05;
+  run("rob 1 outl", o, {}, {}, 120);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 namespace etalon {
 
 /** Sum of squared whitened residuals, and what is expected of it if the noise is believed right. */
@@ -24,22 +26,31 @@ struct ResidualGroup {
  * part); `vision` the pixels. Leverages J P J^T come from the joint covariance P of the fit; vision
  * has what remains of the parameters after the inertial residuals, the bias priors and the gauge.
  *
- * Residuals in the robust tail: an inertial residual beyond the Huber width (weight w < 1) enters
- * chi2 and dof with w^2, so that the former's share is bounded and the latter's vanishes; with
- * Gaussian noise believed right that moves chi2/dof by less than 1 %. Pixels are the inliers;
- * `vision.chi2` is dof times their variance by maximum likelihood for a Gaussian that is truncated
- * at the inlier threshold. Both are meant for noise that is right to a factor of two; where it is
- * not, chi2/dof says too little, and iteration (noise_calibration.h) finds the factor.
+ * Robust losses. An inertial residual beyond the Huber width (weight w < 1) enters chi2 and dof
+ * with w^2, so that its part of the former is bounded and that of the latter vanishes; with
+ * Gaussian noise believed right this moves chi2/dof by less than 1 %. Pixels are the inliers; their
+ * Gaussian is truncated at the inlier threshold. `vision.chi2` is dof times their variance by
+ * maximum likelihood of the truncated Gaussian, and the inertial groups expect of the pixels only
+ * the noise that truncation leaves (at 95 %, 0.84 of the variance).
+ *
+ * A group's residuals hold the noise of the others too: where the fit takes much out of a group,
+ * its chi2/dof moves far less than the square of the factor by which its own noise is believed
+ * wrong. `coupling` says how far, and estimateNoiseFactors() (noise_calibration.h) solves for it.
  *
  * The biases are constants of the window: their random walk within it counts as noise of the group.
  */
 struct NoiseCheck {
   ResidualGroup gyro, accel, vision;
+  /** E[chi2] = coupling * (true variance over believed variance), order gyro, accel, vision: traces
+   * of (I - H)_gh (I - H)_hg, the matrix of Helmert's variance component estimation. Rows sum to
+   * the dof. */
+  Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
 
   NoiseCheck& operator+=(const NoiseCheck& other) {
     gyro += other.gyro;
     accel += other.accel;
     vision += other.vision;
+    coupling += other.coupling;
     return *this;
   }
 };
