@@ -60,6 +60,7 @@ int run(const std::vector<std::string>& arguments) {
   addEvaluateCommand(app, &exit_code);
   addBenchCommand(app, &exit_code);
   addMergeCommand(app, &exit_code);
+  addCalibrateNoiseCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   try {
     // CLI11 takes the words in reverse.
