@@ -20,5 +20,6 @@ void addSimulateCommand(CLI::App& app, int* exit_code);
 void addReplayCommand(CLI::App& app, int* exit_code);
 void addCompareCommand(CLI::App& app, int* exit_code);
 void addPluginsCommand(CLI::App& app, int* exit_code);
+void addCheckPluginCommand(CLI::App& app, int* exit_code);
 
 }  // namespace etalon::app

@@ -58,6 +58,7 @@ int run(const std::vector<std::string>& arguments) {
   addSimulateCommand(app, &exit_code);
   addCompareCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
+  addCheckPluginCommand(app, &exit_code);
   try {
     // CLI11 takes the words in reverse.
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
