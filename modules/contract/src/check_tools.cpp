@@ -128,8 +128,4 @@ std::string describe(const std::vector<Bounded>& errors) {
   return text;
 }
 
-bool isUsable(const WindowErrors& errors) {
-  return errors.gravity_deg < 2.0 && errors.velocity_mps < 0.1;
-}
-
 }  // namespace etalon::contract

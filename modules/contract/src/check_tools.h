@@ -72,8 +72,4 @@ bool anyExceeded(const std::vector<Bounded>& errors);
 /** "RRE 1e-09 deg, ..."; bounds where they are exceeded. */
 std::string describe(const std::vector<Bounded>& errors);
 
-/** Whether the result would count as a successful initialization in the evaluation: gravity within
- * 2 deg, velocity within 0.1 m/s. */
-bool isUsable(const WindowErrors& errors);
-
 }  // namespace etalon::contract

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <thread>
 
 #include "check_tools.h"
 #include "etalon/core/so3.h"
@@ -38,7 +39,8 @@ std::string firstDifference(const InitializationResult& a, const InitializationR
   return "";
 }
 
-/** The same question again: to the same object after another one, and to a copy of it. */
+/** The same question again: to the same object after another one, to a copy of it, in another
+ * thread. */
 std::string repeatedDifference(const Initializer& initializer, const Trial& trial,
                                const Trial& other, bool* answered) {
   const InitializationResult first = initializer.initialize(trial.problem());
@@ -50,7 +52,12 @@ std::string repeatedDifference(const Initializer& initializer, const Trial& tria
   const auto* const twin = dynamic_cast<const Initializer*>(copy.get());
   if (!twin) return "its copy is no initializer, and it";
   difference = firstDifference(first, twin->initialize(trial.problem()));
-  return difference.empty() ? "" : difference + " differs when a copy is asked";
+  if (!difference.empty()) return difference + " differs when a copy is asked";
+  // Another thread has another heap: what is ordered by address comes in another order there.
+  InitializationResult elsewhere;
+  std::thread([&] { elsewhere = initializer.initialize(trial.problem()); }).join();
+  difference = firstDifference(first, elsewhere);
+  return difference.empty() ? "" : difference + " differs in another thread";
 }
 
 ContractCheck isDeterministic(const Initializer& initializer, const ContractOptions&) {
