@@ -12,7 +12,7 @@ set -euo pipefail
 packages=(
   cmake ninja-build ccache g++ git
   libmrpt-obs-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev
-  nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev
+  nlohmann-json3-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
 for argument in "$@"; do
   case "$argument" in
