@@ -164,18 +164,17 @@ TEST(Contract, FindsWrongAndMissingResponsesToBiases) {
 TEST(Contract, FindsWhatDependsOnMoreThanTheProblem) {
   int calls = 0;
   expectFailure("deterministic", ofSuccess([&calls](auto* r) {
-                  r->bias.gyro.x() += 1e-18 * ++calls;  // what the last bits are lost to
-                  r->landmarks.begin()->second.x() += 1e-9 * calls;
+                  r->landmarks.begin()->second.x() += 1e-15 * ++calls;
                 }),
-                "landmarks differs when asked again");
+                "differs when asked again");
   expectFailure(
       "invariant.time_origin",
       [](const InitializationProblem& problem, InitializationResult* result) {
         if (!result->ok()) return;
         // Absolute time in seconds, as a double.
-        const double t0 = 1e-9 * static_cast<double>(problem.keyframe(0).t);
+        const double t0 = 1e-9 * static_cast<double>(problem.frames()[0].t);
         const double t1 = 1e-9 * static_cast<double>(problem.keyframe(1).t);
-        result->states[1].v_WB *= (t1 - t0) / 0.25;
+        result->states[1].v_WB *= (t1 - t0) / 0.05;
       },
       "velocity");
 }

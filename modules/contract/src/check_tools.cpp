@@ -112,6 +112,7 @@ SyntheticWindowOptions noisyOptions(Motion motion, unsigned seed) {
   options.seed = seed;
   options.sigma_px = options.assumed_sigma_px = 0.5;
   options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  options.start = 1'403'636'579'763'555'584;  // nothing that a double in seconds could hold
   return options;
 }
 
