@@ -25,5 +25,6 @@ void addBenchCommand(CLI::App& app, int* exit_code);
 void addMergeCommand(CLI::App& app, int* exit_code);
 void addCalibrateNoiseCommand(CLI::App& app, int* exit_code);
 void addPluginsCommand(CLI::App& app, int* exit_code);
+void addCheckPluginCommand(CLI::App& app, int* exit_code);
 
 }  // namespace etalon::app

@@ -62,6 +62,7 @@ int run(const std::vector<std::string>& arguments) {
   addMergeCommand(app, &exit_code);
   addCalibrateNoiseCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
+  addCheckPluginCommand(app, &exit_code);
   try {
     // CLI11 takes the words in reverse.
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
