@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 #include "etalon/core/so3.h"
 
@@ -73,6 +74,8 @@ EpipolarCost smallestEigenvalueCost(const EpipolarMoments& moments, const Matrix
 
   EpipolarCost cost;
   cost.value = eigen.eigenvalues()(0);
+  if (eigen.eigenvalues()(1) > 0.0)
+    cost.certainty = std::clamp(1.0 - cost.value / eigen.eigenvalues()(1), 0.0, 1.0);
   // Columns t_m with t_m^T N t_m = 1 and t_m^T M t_m = lambda_m.
   const Matrix3d T = whitening.matrixU().solve(eigen.eigenvectors());
   const Vector3d t = T.col(0);

@@ -38,6 +38,7 @@ struct Pair {
   std::vector<Match> matches;
   EpipolarMoments moments;
   Matrix3d N = Matrix3d::Identity();
+  double certainty = 1.0;
   double factor = 1.0;  ///< from the pair's cost to squared standard deviations
   double sigma = 1.0;   ///< robust, of the residuals
   Vector3d direction = Vector3d::UnitZ();
@@ -255,6 +256,7 @@ Linearization Estimator::linearize(const Vector3d& b_g, int span, bool with_deri
     if (pair.j - pair.i > span) break;
     const EpipolarCost cost = costOf(pair, rotation(pair));
     pair.direction = cost.direction;
+    pair.certainty = cost.certainty;
     sum.cost += pair.factor * cost.value;
     if (!with_derivatives) continue;
     const Matrix3d A = R_BC_[static_cast<size_t>(pair.camera)].transpose() * relative(pair).dR_dbg;
@@ -286,6 +288,9 @@ void Estimator::fillMoments(Pair* pair, const Matrix3d& R, Weights weights) cons
     pair->N.setIdentity();
     pair->factor = 1.0 / (2.0 * sigma * sigma);  // a normal has the noise of two bearings
   }
+  if (weights == Weights::kStart) return;
+  pair->factor /= std::max(1.0, pair->sigma * pair->sigma);
+  if (options_.noise_weighted) pair->factor *= pair->certainty * pair->certainty;
 }
 
 void Estimator::reweight(const Vector3d& b_g, int span, Weights weights) {
@@ -388,8 +393,8 @@ NormalEpipolarStatus fillCovariance(const std::vector<Preintegration>& preintegr
   const double gyro_density = preintegrations.front().noise().gyro_noise_density;
   const double duration_s =
       secondsBetween(preintegrations.front().start(), preintegrations.back().end());
-  result->covariance = estimator->repetition() * std::max(1.0, result->noise * result->noise) *
-                       eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
+  result->covariance = estimator->repetition() * eigen.eigenvectors() *
+                       eigen.eigenvalues().cwiseInverse().asDiagonal() *
                        eigen.eigenvectors().transpose();
   result->covariance.diagonal().array() += gyro_density * gyro_density / duration_s;
   return NormalEpipolarStatus::kOk;

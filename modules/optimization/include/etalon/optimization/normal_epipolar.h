@@ -66,6 +66,9 @@ struct EpipolarCost {
    * the residuals vanish. 1/rad^2 */
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of translation, in Ci, unit, sign free
+  /** 1 - lambda_0 / lambda_1: 0 where noise alone decides on the direction, 1 where parallax does.
+   */
+  double certainty = 1.0;
 };
 
 /**
@@ -79,7 +82,7 @@ EpipolarCost smallestEigenvalueCost(const EpipolarMoments& moments, const Eigen:
  * The trace of N^-1 M(R): what remains of the normals where there was no translation at all; the
  * landmarks at infinity, the camera at rest. Its expectation is three, or two where the bearings
  * span a narrow cone (a normal has two components), for every unit of smallestEigenvalueCost()'s
- * one. `direction` is left as it is.
+ * one. `direction` and `certainty` are left as they are.
  */
 EpipolarCost rotationOnlyCost(const EpipolarMoments& moments, const Eigen::Matrix3d& R,
                               const Eigen::Matrix3d& N);
