@@ -68,12 +68,6 @@ TEST(NormalEpipolarBias, KeepsItsAccuracyWithNoiseAndThirtyPercentOutliers) {
       EXPECT_NEAR(found.noise, 1.0, 0.5);
       // Three degrees of freedom, one draw: 99.9 % is 16.3; the covariance is approximate.
       EXPECT_LT((found.gyro - kBias).dot(found.covariance.ldlt().solve(found.gyro - kBias)), 30.0);
-      std::printf("%s err %.5f noise %.2f inl %.2f nees %.2f sig %.5f it %d restart %d rot %d\n",
-                  testing::toString(motion), (found.gyro - kBias).norm(), found.noise,
-                  found.inlier_share,
-                  (found.gyro - kBias).dot(found.covariance.ldlt().solve(found.gyro - kBias)),
-                  std::sqrt(found.covariance.trace() / 3), found.iterations, found.restart,
-                  found.rotation_only);
     }
 }
 

@@ -38,7 +38,7 @@ class Drt : public Initializer {
         "weighting", &weighting_, {"robust", "none"},
         "Rows of the constraint weighted by noise and residual, or by noise at the first "
         "solution alone.");
-    parameters.add("passes", &passes_, {2, 100},
+    parameters.add("passes", &passes_, {5, 100},
                    "Linear solutions, at most; between two the rows are weighted anew.");
     parameters.add("min_parallax_rad", &min_parallax_rad_, {1e-6, 1.0},
                    "A landmark whose views differ by a smaller angle is left out, rad.");
@@ -67,7 +67,7 @@ class Drt : public Initializer {
 
     TranslationConstraint constraint(problem.calibration(), problem.keyframes(), R_VB,
                                      problem.sigmaPx(), min_parallax_rad_);
-    const int support = std::min(constraint.landmarks(), constraint.fewestRows());
+    const int support = std::min(constraint.landmarks(), constraint.fewestViews());
     if (support < min_landmarks_)
       return refused(InitializationStatus::kTooFewTracks,
                      "%.0f landmarks with parallax support the translation of the weakest "
@@ -111,7 +111,9 @@ class Drt : public Initializer {
                                    LinearState* state) const {
     const Eigen::Index n = 3 * static_cast<Eigen::Index>(state->p.size());
     constexpr double kConverged = 1e-5;  // m
+    constexpr int kWithStereoBases = 4;
     for (int pass = 0; pass < passes_; ++pass) {
+      if (pass == kWithStereoBases) constraint->chooseWidestBases();
       constraint->reweight(state->p, pass > 1 && weighting_ == "robust");
       Eigen::MatrixXd H = Eigen::MatrixXd::Zero(imu.size(), imu.size());
       Eigen::VectorXd gradient = Eigen::VectorXd::Zero(imu.size());
@@ -127,7 +129,7 @@ class Drt : public Initializer {
                        "the tracks do not determine the translations (pass %.0f of %.0f)", pass + 1,
                        passes_);
       *state = imu.moved(*state, step);
-      if (pass > 2 && step.head(n).lpNorm<Eigen::Infinity>() < kConverged) break;
+      if (pass > kWithStereoBases && step.head(n).lpNorm<Eigen::Infinity>() < kConverged) break;
     }
     constraint->reweight(state->p, false);
     if (!(constraint->noise() <= max_noise_))
@@ -159,7 +161,7 @@ class Drt : public Initializer {
   std::string variant_ = "tight";
   std::string accel_bias_ = "prior";
   std::string weighting_ = "robust";
-  int passes_ = 10;
+  int passes_ = 12;
   double min_parallax_rad_ = 0.01;
   int min_landmarks_ = 15;
   double max_noise_ = 5.0;

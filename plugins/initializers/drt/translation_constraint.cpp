@@ -4,17 +4,22 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 namespace etalon::plugins {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+constexpr double kInlier = 4.0;  // standard deviations
+}
+
 TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& calibration,
                                              const std::vector<const TrackedFrame*>& keyframes,
                                              const std::vector<Matrix3d>& R_VB, double sigma_px,
                                              double min_parallax_rad)
-    : keyframe_count_(static_cast<int>(keyframes.size())) {
+    : keyframe_count_(static_cast<int>(keyframes.size())), min_parallax_rad_(min_parallax_rad) {
   const PinholeRadtan& left = calibration.cameras[0].model;
   sigma_rad_ = sigma_px / std::sqrt(left.fu * left.fv);
   std::map<LandmarkId, Landmark> seen;
@@ -35,25 +40,56 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
     }
   for (auto& [id, landmark] : seen) {
     const bool moving = landmark.views.front().keyframe != landmark.views.back().keyframe;
-    if (moving && chooseBase(min_parallax_rad, &landmark)) landmarks_.push_back(landmark);
+    if (!moving) continue;
+    chooseStereoBase(&landmark);
+    landmarks_.push_back(std::move(landmark));
   }
 }
 
-bool TranslationConstraint::chooseBase(double min_parallax_rad, Landmark* landmark) {
-  const std::vector<View>& views = landmark->views;
-  for (size_t a = 0; a < views.size(); ++a)
-    for (size_t b = a + 1; b < views.size(); ++b) {
-      const double sine = views[a].ray.cross(views[b].ray).norm();
-      if (sine <= landmark->sine) continue;
-      landmark->sine = sine;
-      landmark->a = a;
-      landmark->b = b;
-    }
-  if (landmark->sine < min_parallax_rad) return false;
-  const Vector3d& d_b = views[landmark->b].ray;
-  const Vector3d n = d_b.cross(views[landmark->a].ray);
+void TranslationConstraint::setBase(size_t a, size_t b, Landmark* landmark) const {
+  const Vector3d& d_b = landmark->views[b].ray;
+  const Vector3d n = d_b.cross(landmark->views[a].ray);
+  landmark->sine = n.norm();
+  landmark->a = landmark->b = a;
+  if (landmark->sine < min_parallax_rad_) return;
+  landmark->b = b;
   landmark->slope = n.cross(d_b) / n.squaredNorm();  // n . (d_b x y) = (n x d_b) . y
-  return true;
+}
+
+void TranslationConstraint::chooseStereoBase(Landmark* landmark) const {
+  const std::vector<View>& views = landmark->views;
+  std::vector<std::pair<double, size_t>> distances;  // and index of the left view
+  for (size_t i = 0; i + 1 < views.size(); ++i) {
+    if (views[i].keyframe != views[i + 1].keyframe) continue;
+    const Vector3d n = views[i + 1].ray.cross(views[i].ray);
+    const double z =
+        n.dot(views[i + 1].ray.cross(views[i + 1].offset - views[i].offset)) / n.squaredNorm();
+    if (n.norm() >= min_parallax_rad_ && z > 0.0) distances.emplace_back(z, i);
+  }
+  if (distances.empty()) return;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  setBase(middle->second, middle->second + 1, landmark);
+}
+
+void TranslationConstraint::chooseWidestBases() {
+  const double limit = kInlier * std::max(1.0, noise_);
+  for (Landmark& landmark : landmarks_) {
+    std::vector<size_t> right;
+    for (size_t i = 0; i < landmark.views.size(); ++i)
+      if (!landmark.hasBase() || landmark.views[i].residual < limit) right.push_back(i);
+    double widest = 0.0;
+    std::pair<size_t, size_t> base{0, 0};
+    for (size_t i = 0; i < right.size(); ++i)
+      for (size_t j = i + 1; j < right.size(); ++j) {
+        const double squared =
+            landmark.views[right[i]].ray.cross(landmark.views[right[j]].ray).squaredNorm();
+        if (squared <= widest) continue;
+        widest = squared;
+        base = {right[i], right[j]};
+      }
+    if (base.first != base.second) setBase(base.first, base.second, &landmark);
+  }
 }
 
 double TranslationConstraint::depth(const Landmark& landmark, const std::vector<Vector3d>& p) {
@@ -62,11 +98,17 @@ double TranslationConstraint::depth(const Landmark& landmark, const std::vector<
                             p[static_cast<size_t>(a.keyframe)] - a.offset);
 }
 
-int TranslationConstraint::fewestRows() const {
-  std::vector<int> rows(static_cast<size_t>(keyframe_count_), 0);
+int TranslationConstraint::landmarks() const {
+  return static_cast<int>(std::count_if(landmarks_.begin(), landmarks_.end(),
+                                        [](const Landmark& l) { return l.hasBase(); }));
+}
+
+int TranslationConstraint::fewestViews() const {
+  std::vector<int> views(static_cast<size_t>(keyframe_count_), 0);
   for (const Landmark& landmark : landmarks_)
-    for (const View& view : landmark.views) ++rows[static_cast<size_t>(view.keyframe)];
-  return *std::min_element(rows.begin(), rows.end());
+    for (const View& view : landmark.views)
+      if (landmark.hasBase()) ++views[static_cast<size_t>(view.keyframe)];
+  return *std::min_element(views.begin(), views.end());
 }
 
 void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust) {
@@ -74,7 +116,9 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
   constexpr double kCauchyWidth = 2.385;                      // 95 % efficient on normal residuals
   std::vector<double> sizes;
   for (Landmark& landmark : landmarks_) {
-    const View& a = landmark.views[landmark.a];
+    if (!landmark.hasBase()) continue;
+    View& a = landmark.views[landmark.a];
+    a.residual = 0.0;
     const Vector3d c_a = p[static_cast<size_t>(a.keyframe)] + a.offset;
     const double z = depth(landmark, p);
     const double z_noise = std::clamp(z, kMinDistance, kMaxDistance);
@@ -99,8 +143,8 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
   std::nth_element(sizes.begin(), middle, sizes.end());
   noise_ = *middle / 1.17741;  // the median of a two-dimensional normal distribution's norm
   const double scale = std::max(1.0, noise_);
-  inlier_share_ = static_cast<double>(std::count_if(sizes.begin(), sizes.end(),
-                                                    [&](double r) { return r < 4.0 * scale; })) /
+  inlier_share_ = static_cast<double>(std::count_if(
+                      sizes.begin(), sizes.end(), [&](double r) { return r < kInlier * scale; })) /
                   static_cast<double>(sizes.size());
   if (!robust) return;
   for (Landmark& landmark : landmarks_)
@@ -113,6 +157,7 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
 void TranslationConstraint::addTo(const std::vector<Vector3d>& p, Eigen::MatrixXd* H,
                                   Eigen::VectorXd* g) const {
   for (const Landmark& landmark : landmarks_) {
+    if (!landmark.hasBase()) continue;
     const View &a = landmark.views[landmark.a], &b = landmark.views[landmark.b];
     const Vector3d point =
         p[static_cast<size_t>(a.keyframe)] + a.offset + depth(landmark, p) * a.ray;
