@@ -4,7 +4,7 @@
 #   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
 #
 # Without arguments: what building takes, the unit tests included. --test adds what the tests call
-# (rawlog-edit), --lint the formatter and the linter, --benchmarks Google Benchmark.
+# (rawlog-edit, GNU parallel), --lint the formatter and the linter, --benchmarks Google Benchmark.
 # Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
 set -euo pipefail
 
@@ -12,11 +12,11 @@ set -euo pipefail
 packages=(
   cmake ninja-build ccache g++ git
   libmrpt-obs-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev
-  nlohmann-json3-dev libcli11-dev libgtest-dev libgmock-dev
+  nlohmann-json3-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
 for argument in "$@"; do
   case "$argument" in
-    --test) packages+=(mrpt-apps) ;;
+    --test) packages+=(mrpt-apps parallel) ;;
     --lint) packages+=(clang-format-14 clang-tidy-14) ;;
     --benchmarks) packages+=(libbenchmark-dev) ;;
     *)

@@ -10,6 +10,7 @@ enum ExitCode : int {
   kNotInitialised = 1,  ///< replay: never initialised (reasons printed)
   kUsageError = 2,      ///< usage or configuration
   kDataErrorExit = 3,   ///< data
+  kInterrupted = 130,   ///< Ctrl-C, as shells have it
 };
 
 // One file a subcommand, <name>_command.cpp. Each function adds its subcommand to `app`; the
@@ -19,6 +20,8 @@ void addConvertCommand(CLI::App& app, int* exit_code);
 void addSimulateCommand(CLI::App& app, int* exit_code);
 void addReplayCommand(CLI::App& app, int* exit_code);
 void addCompareCommand(CLI::App& app, int* exit_code);
+void addBenchCommand(CLI::App& app, int* exit_code);
+void addMergeCommand(CLI::App& app, int* exit_code);
 void addPluginsCommand(CLI::App& app, int* exit_code);
 
 }  // namespace etalon::app

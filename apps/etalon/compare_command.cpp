@@ -54,7 +54,7 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       "compare", "Print a table of runs: errors before and after VI-BA, times, refusals.");
   command->add_option("RUN", arguments->runs, "Folder of a run, or its run.rawlog")->required();
   command->add_option("--format", arguments->format, "How to print the table")
-      ->check(CLI::IsMember({"text", "markdown", "csv", "json"}))
+      ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
   command->callback([arguments, exit_code] {
     compare(*arguments);

@@ -1,12 +1,7 @@
-#include <ceres/version.h>
-#include <mrpt/version.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <opencv2/core/version.hpp>
 #include <optional>
 
 #include "checks.h"
@@ -16,6 +11,8 @@
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/run_results.h"
 #include "etalon/odometry/run_configuration.h"
+#include "progress_line.h"
+#include "versions.h"
 
 namespace etalon::app {
 
@@ -28,36 +25,21 @@ struct Arguments {
   double from_s = 0.0, to_s = 1e18;
 };
 
-/** The live line on stderr: time in the recording, frames per second, state. */
-class ProgressLine {
- public:
-  void update(const Pipeline& pipeline, const PipelineOptions& options, double seconds, bool last) {
-    const auto now = std::chrono::steady_clock::now();
-    const double period_s = terminal_ ? 0.2 : 5.0;
-    if (!last && std::chrono::duration<double>(now - printed_).count() < period_s) return;
-    printed_ = now;
-    const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-    const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
-    std::string state = "initialised";
-    if (pipeline.state() == PipelineState::kCollecting)
-      state = pipeline.attempts().empty()
-                  ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
-                        std::to_string(options.keyframes)
-                  : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
-    std::fprintf(stderr, "%sreplay: %7.2f s  %5.1f frames/s  %-28s%s", terminal_ ? "\r" : "",
-                 seconds, rate, state.c_str(), terminal_ && !last ? "" : "\n");
-  }
-
-  /** Before anything else is printed. */
-  void interrupt() const {
-    if (terminal_) std::fprintf(stderr, "\r%70s\r", "");
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) == 1;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::chrono::steady_clock::time_point printed_ = start_;
-};
+/** The live line: time in the recording, frames per second, state. */
+std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& options,
+                             double seconds, double elapsed_s) {
+  const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
+  std::string state = "initialised";
+  if (pipeline.state() == PipelineState::kCollecting)
+    state = pipeline.attempts().empty()
+                ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
+                      std::to_string(options.keyframes)
+                : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
+  char text[120];
+  std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
+                state.c_str());
+  return text;
+}
 
 IniFile readConfiguration(const Arguments& arguments) {
   IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
@@ -102,19 +84,8 @@ class Replay {
   }
 
   FinishedRun finished() {
-    // 0x258 is 2.5.8.
-    const std::string mrpt = std::to_string(MRPT_VERSION >> 8) + "." +
-                             std::to_string(MRPT_VERSION >> 4 & 15) + "." +
-                             std::to_string(MRPT_VERSION & 15);
-    return {source_,
-            configuration_,
-            pipeline_,
-            images_,
-            1e-3 * watch_.lapMilliseconds(),
-            {{"etalon", ETALON_VERSION},
-             {"opencv", CV_VERSION},
-             {"ceres", CERES_VERSION_STRING},
-             {"mrpt", mrpt}}};
+    return {source_,   configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
+            versions()};
   }
 
   const Pipeline& pipeline() const { return pipeline_; }
@@ -131,7 +102,10 @@ class Replay {
     }
     const double seconds =
         images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t);
-    progress_.update(pipeline_, configuration_.pipeline, seconds, last);
+    if (!last && !progress_.due()) return;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+    progress_.print(describeProgress(pipeline_, configuration_.pipeline, seconds, elapsed.count()),
+                    last);
   }
 
   SensorSource& source_;
@@ -139,6 +113,7 @@ class Replay {
   Pipeline pipeline_;
   std::vector<StereoReference> images_;
   ProgressLine progress_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
   size_t reported_ = 0;
 };

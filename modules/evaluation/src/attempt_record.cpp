@@ -9,10 +9,17 @@ constexpr const char* kViBaCovarianceOrder =
     "rotation [rad, right perturbation], position [m], v_WB [m/s] of every keyframe, then b_g "
     "[rad/s], b_a [m/s^2]";
 
+/** What a stage is compared with. */
+struct Truth {
+  const GroundTruth& ground_truth;
+  const std::optional<Eigen::Vector3d>& gravity_direction_G;
+};
+
 StageRecord makeStage(const std::string& name, std::vector<KeyframeState> states,
-                      const ImuBias& bias, double gravity_mps2, const GroundTruth& ground_truth) {
+                      const ImuBias& bias, double gravity_mps2, const Truth& truth) {
   StageRecord stage = StageRecord::fromStates(name, std::move(states), bias, gravity_mps2);
-  const SegmentErrors errors = evaluateSegment(stage.states, bias, ground_truth);
+  const SegmentErrors errors =
+      evaluateSegment(stage.states, bias, truth.ground_truth, truth.gravity_direction_G);
   if (errors.keyframes > 0) stage.errors = errors;
   return stage;
 }
@@ -20,7 +27,9 @@ StageRecord makeStage(const std::string& name, std::vector<KeyframeState> states
 }  // namespace
 
 AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gravity_mps2,
-                                const GroundTruth& ground_truth) {
+                                const GroundTruth& ground_truth,
+                                const std::optional<Eigen::Vector3d>& gravity_direction_G) {
+  const Truth truth{ground_truth, gravity_direction_G};
   AttemptRecord record;
   record.t = attempt.t;
   record.keyframes = attempt.keyframes;
@@ -36,7 +45,7 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
 
   if (attempt.init.ok()) {
     StageRecord stage =
-        makeStage(kStageInit, attempt.init.states, attempt.init.bias, gravity_mps2, ground_truth);
+        makeStage(kStageInit, attempt.init.states, attempt.init.bias, gravity_mps2, truth);
     if (attempt.init.covariance.size() > 0) {
       stage.covariance = attempt.init.covariance;
       stage.covariance_order = kInitCovarianceOrder;
@@ -49,7 +58,7 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
       states.push_back(
           {attempt.keyframes[k], attempt.vi_ba.states[k].T_WB, attempt.vi_ba.states[k].v_WB});
     StageRecord stage =
-        makeStage(kStageViBa, std::move(states), attempt.vi_ba.bias, gravity_mps2, ground_truth);
+        makeStage(kStageViBa, std::move(states), attempt.vi_ba.bias, gravity_mps2, truth);
     if (attempt.vi_ba.covariance.size() > 0) {
       stage.covariance = attempt.vi_ba.covariance;
       stage.covariance_order = kViBaCovarianceOrder;

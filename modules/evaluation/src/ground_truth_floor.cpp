@@ -1,9 +1,177 @@
 #include "etalon/evaluation/ground_truth_floor.h"
 
-namespace etalon {
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <utility>
 
-GroundTruthFloor groundTruthFloor(const GroundTruth&, const std::vector<ImuSample>&, double) {
-  return {};
+#include "etalon/core/so3.h"
+#include "etalon/imu/imu_buffer.h"
+#include "etalon/imu/preintegration.h"
+
+namespace etalon {
+namespace {
+
+constexpr double kDegreesPerRadian = 57.29577951308232;
+/** An interval with a longer step between IMU samples is left out, s. */
+constexpr double kMaxImuGapS = 0.03;
+/** An interval's length may differ from the one asked for by this share of it. */
+constexpr double kMaxLengthDeviation = 0.2;
+/** Gauss-Newton on the gyro's bias: quadratic, from zero to rounding in three or four. */
+constexpr int kBiasIterations = 5;
+/** Gravity and accelerometer bias are told apart by rotation alone; the least eigenvalue of the
+ * mean of [I, R]^T [I, R] is 1 - cos(a) for a body that leans by +-a. This is a of 0.8 deg. */
+constexpr double kMinRotationSpread = 1e-4;
+
+/** An interval between two states of the ground truth, with the IMU between them. */
+struct Interval {
+  GroundTruthState begin, end;
+  Preintegration imu;
+
+  Eigen::Matrix3d rotation() const { return begin.T_WB.R.transpose() * end.T_WB.R; }
+};
+
+/** The state nearest to t. @param states not empty */
+const GroundTruthState& nearest(const std::vector<GroundTruthState>& states, TimeNs t) {
+  auto after =
+      std::lower_bound(states.begin(), states.end(), t,
+                       [](const GroundTruthState& s, TimeNs value) { return s.t < value; });
+  if (after == states.end()) return states.back();
+  if (after != states.begin() && t - (after - 1)->t < after->t - t) --after;
+  return *after;
+}
+
+/** Consecutive intervals from state to state: nothing is interpolated in the ground truth, whatever
+ * its rate. */
+std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
+                                  const std::vector<ImuSample>& samples, double interval_s) {
+  const ImuBuffer imu(samples);
+  std::vector<Interval> intervals;
+  const TimeNs step = durationNs(interval_s);
+  const std::vector<GroundTruthState>& states = ground_truth.states;
+  const GroundTruthState* begin = &states.front();
+  for (TimeNs t = states.front().t + step; t <= states.back().t + step / 2; t += step) {
+    const GroundTruthState& end = nearest(states, t);
+    const double length_s = secondsBetween(begin->t, end.t);
+    if (std::abs(length_s - interval_s) <= kMaxLengthDeviation * interval_s &&
+        imu.covers(begin->t, end.t) && imu.longestGap(begin->t, end.t) <= kMaxImuGapS)
+      intervals.push_back(
+          {*begin, end, Preintegration(imu.between(begin->t, end.t), ImuBias(), {})});
+    begin = &end;
+  }
+  return intervals;
+}
+
+/** Moves the intervals' integration to the gyro bias of least squared rotation error, rad/s. */
+Eigen::Vector3d fitGyroBias(std::vector<Interval>* intervals) {
+  ImuBias bias;
+  for (int iteration = 0; iteration < kBiasIterations; ++iteration) {
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (const Interval& interval : *intervals) {
+      const Eigen::Vector3d error =
+          logSO3(interval.rotation().transpose() * interval.imu.deltas().dR);
+      const Eigen::Matrix3d J = rightJacobianInverseSO3(error) * interval.imu.dR_dbg();
+      A += J.transpose() * J;
+      b -= J.transpose() * error;
+    }
+    bias.gyro += A.ldlt().solve(b);
+    for (Interval& interval : *intervals) interval.imu = interval.imu.reintegrated(bias);
+  }
+  return bias.gyro;
+}
+
+double rotationRmseDeg(const std::vector<Interval>& intervals) {
+  double sum = 0.0;
+  for (const Interval& interval : intervals)
+    sum += logSO3(interval.rotation().transpose() * interval.imu.deltas().dR).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(intervals.size())) * kDegreesPerRadian;
+}
+
+using Matrix3x6 = Eigen::Matrix<double, 3, 6>;
+
+/** A (g_G, b_a) = rhs: three equations of one velocity change. */
+struct VelocityEquation {
+  Matrix3x6 A;
+  Eigen::Vector3d rhs;
+};
+
+/** v_1 - v_0 = g dt + R_0 (dv + dv_dba b_a). */
+VelocityEquation equationOf(const Interval& interval) {
+  const Eigen::Matrix3d& R = interval.begin.T_WB.R;
+  VelocityEquation equation;
+  equation.A << Eigen::Matrix3d::Identity() * interval.imu.dt(), R * interval.imu.dv_dba();
+  equation.rhs = interval.end.v_WB - interval.begin.v_WB - R * interval.imu.deltas().dv;
+  return equation;
+}
+
+/**
+ * The same from positions: the difference of the mean velocities of two consecutive intervals a and
+ * b, (p_2 - p_1) / dt_b - (p_1 - p_0) / dt_a
+ *   = g (dt_a + dt_b) / 2 + R_0 dv_a + R_1 dp_b / dt_b - R_0 dp_a / dt_a.
+ */
+VelocityEquation equationOf(const Interval& a, const Interval& b) {
+  const Eigen::Matrix3d &R_0 = a.begin.T_WB.R, &R_1 = b.begin.T_WB.R;
+  const double dt_a = a.imu.dt(), dt_b = b.imu.dt();
+  VelocityEquation equation;
+  equation.A << Eigen::Matrix3d::Identity() * (0.5 * (dt_a + dt_b)),
+      R_0 * a.imu.dv_dba() + R_1 * b.imu.dp_dba() / dt_b - R_0 * a.imu.dp_dba() / dt_a;
+  equation.rhs = (b.end.T_WB.t - b.begin.T_WB.t) / dt_b - (a.end.T_WB.t - a.begin.T_WB.t) / dt_a -
+                 R_0 * a.imu.deltas().dv - R_1 * b.imu.deltas().dp / dt_b +
+                 R_0 * a.imu.deltas().dp / dt_a;
+  return equation;
+}
+
+/** Gravity in the ground truth's world and accelerometer bias, m/s^2; nothing where the motion does
+ * not tell them apart. */
+std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> fitGravity(
+    const std::vector<Interval>& intervals, bool has_velocity) {
+  std::vector<VelocityEquation> equations;
+  for (size_t i = 0; i < intervals.size(); ++i) {
+    if (has_velocity)
+      equations.push_back(equationOf(intervals[i]));
+    else if (i > 0 && intervals[i - 1].end.t == intervals[i].begin.t)
+      equations.push_back(equationOf(intervals[i - 1], intervals[i]));
+  }
+  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+  double squared_time = 0.0;
+  for (const VelocityEquation& equation : equations) {
+    A += equation.A.transpose() * equation.A;
+    b += equation.A.transpose() * equation.rhs;
+    squared_time += equation.A(0, 0) * equation.A(0, 0);
+  }
+  if (equations.empty()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(A / squared_time);
+  if (!(eigen.eigenvalues()[0] > kMinRotationSpread)) return std::nullopt;
+  const Eigen::Matrix<double, 6, 1> x = A.ldlt().solve(b);
+  return std::make_pair(Eigen::Vector3d(x.head<3>()), Eigen::Vector3d(x.tail<3>()));
+}
+
+}  // namespace
+
+GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
+                                  const std::vector<ImuSample>& imu, double interval_s) {
+  GroundTruthFloor floor;
+  floor.bias.gyro.setConstant(GroundTruthFloor::kNone);
+  floor.bias.accel.setConstant(GroundTruthFloor::kNone);
+  if (ground_truth.empty() || imu.empty() || !(interval_s > 0.0)) return floor;
+  std::vector<Interval> intervals = intervalsOf(ground_truth, imu, interval_s);
+  if (intervals.empty()) return floor;
+
+  floor.interval_s = interval_s;
+  floor.bias.gyro = fitGyroBias(&intervals);
+  floor.rre_deg = rotationRmseDeg(intervals);
+  if (const auto gravity = fitGravity(intervals, ground_truth.has_velocity)) {
+    floor.gravity_direction_G = gravity->first.normalized();
+    floor.bias.accel = gravity->second;
+    floor.world_tilt_deg =
+        angleBetween(floor.gravity_direction_G, -Eigen::Vector3d::UnitZ()) * kDegreesPerRadian;
+  }
+  return floor;
 }
 
 }  // namespace etalon

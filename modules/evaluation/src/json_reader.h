@@ -42,6 +42,10 @@ class JsonReader {
     if (!json_->is_string()) fail("expected a text");
     return json_->get<std::string>();
   }
+  bool boolean() const {
+    if (!json_->is_boolean()) fail("expected true or false");
+    return json_->get<bool>();
+  }
   /** null is NaN. */
   double number() const {
     if (json_->is_null()) return std::numeric_limits<double>::quiet_NaN();

@@ -47,13 +47,13 @@ double rmsAlignedDistance(const std::vector<Eigen::Vector3d>& p_G,
   return rms.value();
 }
 
+}  // namespace
+
 double pathLength(const std::vector<Eigen::Vector3d>& points) {
   double length = 0.0;
   for (size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).norm();
   return length;
 }
-
-}  // namespace
 
 std::optional<bool> SegmentErrors::success() const {
   if (std::isnan(gravity_deg) || std::isnan(velocity_mps)) return std::nullopt;
@@ -61,7 +61,8 @@ std::optional<bool> SegmentErrors::success() const {
 }
 
 SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const ImuBias& bias,
-                              const GroundTruth& ground_truth) {
+                              const GroundTruth& ground_truth,
+                              const std::optional<Eigen::Vector3d>& gravity_direction_G) {
   std::vector<std::optional<GroundTruthState>> truths;
   for (const KeyframeState& state : states) truths.push_back(ground_truth.at(state.t));
 
@@ -84,11 +85,16 @@ SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const Im
 
   errors.rre_deg = rmsRelativeRotationDeg(states, truths);
   errors.ate_m = rmsAlignedDistance(p_G, p_W, alignPoints(p_G, p_W, AlignmentType::kSE3));
+  errors.ate_yaw_m =
+      rmsAlignedDistance(p_G, p_W, alignPoints(p_G, p_W, AlignmentType::kYawPosition));
   if (truths.front()) {
     const Eigen::Vector3d g_W(0.0, 0.0, -1.0);
-    errors.gravity_deg = angleBetween(states.front().T_WB.R.transpose() * g_W,
-                                      truths.front()->T_WB.R.transpose() * g_W) *
-                         kDegreesPerRadian;
+    const Eigen::Vector3d g_B = states.front().T_WB.R.transpose() * g_W;
+    const Eigen::Matrix3d R_BG = truths.front()->T_WB.R.transpose();
+    errors.gravity_deg = angleBetween(g_B, R_BG * g_W) * kDegreesPerRadian;
+    if (gravity_direction_G)
+      errors.gravity_corrected_deg =
+          angleBetween(g_B, R_BG * *gravity_direction_G) * kDegreesPerRadian;
   }
   if (ground_truth.has_velocity) errors.velocity_mps = velocity.value();
   if (ground_truth.has_biases) {
@@ -100,23 +106,36 @@ SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const Im
   return errors;
 }
 
+double quantileOf(std::vector<double> values, double q) {
+  if (values.empty()) return SegmentErrors::kNone;
+  std::sort(values.begin(), values.end());
+  const double position = q * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<size_t>(position);
+  if (below + 1 >= values.size()) return values.back();
+  return values[below] +
+         (position - static_cast<double>(below)) * (values[below + 1] - values[below]);
+}
+
 ErrorStatistics statisticsOf(std::vector<double> errors) {
   ErrorStatistics statistics;
   statistics.count = errors.size();
   if (errors.empty()) return statistics;
-  std::sort(errors.begin(), errors.end());
-  double sum = 0.0, sum_of_squares = 0.0;
+  const auto n = static_cast<double>(errors.size());
+  double sum = 0.0;
+  statistics.sse = 0.0;
   for (const double e : errors) {
     sum += e;
-    sum_of_squares += e * e;
+    statistics.sse += e * e;
   }
-  const auto n = static_cast<double>(errors.size());
-  const size_t middle = errors.size() / 2;
-  statistics.rmse = std::sqrt(sum_of_squares / n);
+  statistics.rmse = std::sqrt(statistics.sse / n);
   statistics.mean = sum / n;
-  statistics.median =
-      errors.size() % 2 == 1 ? errors[middle] : 0.5 * (errors[middle - 1] + errors[middle]);
-  statistics.max = errors.back();
+  double spread = 0.0;
+  for (const double e : errors) spread += (e - statistics.mean) * (e - statistics.mean);
+  statistics.std = std::sqrt(spread / n);
+  const auto [min, max] = std::minmax_element(errors.begin(), errors.end());
+  statistics.min = *min;
+  statistics.max = *max;
+  statistics.median = quantileOf(std::move(errors), 0.5);
   return statistics;
 }
 

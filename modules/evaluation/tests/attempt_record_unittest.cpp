@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "etalon/core/so3.h"
 
 namespace etalon {
@@ -83,6 +85,18 @@ TEST(AttemptRecord, ARefusalKeepsItsReason) {
   EXPECT_EQ(record.reason, "still");
   EXPECT_EQ(record.reason_value, 0.1);
   EXPECT_TRUE(record.stages.empty());
+}
+
+TEST(AttemptRecord, PassesTheDirectionOfGravityOn) {
+  const InitializationAttempt attempt = exampleAttempt();
+  const Eigen::Vector3d g_G(0.0, std::sin(0.01), -std::cos(0.01));
+  const AttemptRecord record = makeAttemptRecord(attempt, 9.81, truthOf(attempt), g_G);
+  ASSERT_EQ(record.stages.size(), 2u);
+  for (const StageRecord& stage : record.stages) {
+    ASSERT_TRUE(stage.errors.has_value());
+    EXPECT_EQ(stage.errors->gravity_deg, 0.0);
+    EXPECT_NEAR(stage.errors->gravity_corrected_deg, 0.01 * 180 / M_PI, 1e-12);
+  }
 }
 
 }  // namespace

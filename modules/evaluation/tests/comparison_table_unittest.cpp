@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
-#include "etalon/core/errors.h"
 #include "example_run.h"
 
 namespace etalon {
@@ -15,56 +13,6 @@ namespace {
 using testing::exampleRecord;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-Table smallTable() {
-  Table table({{"name", "name"},
-               {"value", "value [mm]", true, 1, 1000.0},
-               {"more", "more", false, 0, 1.0, true}});
-  table.addRow();
-  table.setText("name", "a,\"b\"|c");
-  table.setNumber("value", 1.23456789012);
-  table.setText("more", "x");
-  table.addRow();
-  table.setText("name", "caf\xC3\xA9");
-  table.setNumber("value", std::numeric_limits<double>::quiet_NaN());
-  return table;
-}
-
-TEST(Table, TextIsAlignedAndRounded) {
-  EXPECT_EQ(smallTable().toString(TableFormat::kText),
-            "name     value [mm]\n"
-            "-------  ----------\n"
-            "a,\"b\"|c      1234.6\n"
-            "caf\xC3\xA9              -\n");
-}
-
-TEST(Table, Markdown) {
-  EXPECT_EQ(smallTable().toString(TableFormat::kMarkdown),
-            "| name     | value [mm] |\n"
-            "| -------- | ---------: |\n"
-            "| a,\"b\"\\|c |     1234.6 |\n"
-            "| caf\xC3\xA9     |          - |\n");
-}
-
-TEST(Table, CsvIsQuotedAndKeepsNineDigitsInTheKeysUnit) {
-  EXPECT_EQ(smallTable().toString(TableFormat::kCsv),
-            "name,value,more\n\"a,\"\"b\"\"|c\",1.23456789,x\ncaf\xC3\xA9,,\n");
-}
-
-TEST(Table, Json) {
-  const auto json = nlohmann::json::parse(smallTable().toString(TableFormat::kJson));
-  ASSERT_EQ(json.size(), 2u);
-  EXPECT_EQ(json[0]["value"], 1.23456789);
-  EXPECT_EQ(json[0]["name"], "a,\"b\"|c");
-  EXPECT_TRUE(json[1]["value"].is_null());
-}
-
-TEST(Table, RefusesUnknownColumnsAndFormats) {
-  Table table = smallTable();
-  EXPECT_THROW(table.setText("nam", "x"), Error);
-  EXPECT_EQ(tableFormatFromName("markdown"), TableFormat::kMarkdown);
-  EXPECT_THROW(tableFormatFromName("html"), ConfigError);
-}
 
 TEST(Comparison, OneRowAStage) {
   const auto json =

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <complex>
 #include <random>
 
 #include "etalon/core/errors.h"
@@ -105,6 +106,38 @@ TEST(SegmentMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
   EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);
   EXPECT_LT(e.rre_deg, 1e-12);
   EXPECT_EQ(e.success(), false);
+}
+
+TEST(SegmentMetrics, CorrectedGravityIsComparedWithTheDirectionThatIsGiven) {
+  const std::vector<KeyframeState> truth = square();
+  std::vector<KeyframeState> states = truth;
+  const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0));
+  for (KeyframeState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
+  // The estimate's gravity in the ground truth's world is lean^T (0, 0, -1).
+  const Vector3d g_G = expSO3(Vector3d(-1 * kRadians, 0, 0)) * Vector3d(0, 0, -1);
+  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias), g_G);
+  EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);  // stays raw
+  EXPECT_NEAR(e.gravity_corrected_deg, 2.0, 1e-12);
+  EXPECT_EQ(e.success(), false);
+  const Vector3d same = lean.transpose() * Vector3d(0, 0, -1);
+  EXPECT_LT(evaluateSegment(states, kBias, truthOf(truth, kBias), same).gravity_corrected_deg,
+            1e-12);
+  EXPECT_TRUE(
+      std::isnan(evaluateSegment(states, kBias, truthOf(truth, kBias)).gravity_corrected_deg));
+}
+
+TEST(SegmentMetrics, AlignmentInYawKeepsATilt) {
+  const std::vector<KeyframeState> truth = square();
+  // Corners (+-1/2, +-1/2, 0) leant by the angle a about x: y becomes cos(a) y, z becomes sin(a) y;
+  // off by 1/2 sqrt((1 - cos a)^2 + sin^2 a) = sin(a / 2) each, whatever the yaw.
+  for (const double yaw : {0.0, 2.0}) {
+    std::vector<KeyframeState> states = truth;
+    const SE3 T_WG(expSO3(Vector3d(0, 0, yaw)) * expSO3(Vector3d(0.1, 0, 0)), Vector3d(1, 2, 3));
+    for (KeyframeState& s : states) s.T_WB = T_WG * s.T_WB;
+    const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+    EXPECT_NEAR(e.ate_yaw_m, std::sin(0.05), 1e-14);
+    EXPECT_LT(e.ate_m, 1e-14);
+  }
 }
 
 TEST(SegmentMetrics, VelocityIsComparedAsAVectorInTheBody) {
@@ -221,10 +254,55 @@ double ateByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
   return std::sqrt(std::max(0.0, squares - 2.0 * lambda) / n);
 }
 
+/** Least RMS distance over all turns about z, by complex numbers: with centred x + i y as numbers,
+ * the best turn leaves sum |a|^2 + |b|^2 - 2 |sum a conj(b)|. */
+double ateInYawByComplexNumbers(const std::vector<KeyframeState>& a,
+                                const std::vector<KeyframeState>& b) {
+  using Complex = std::complex<double>;
+  const auto n = static_cast<double>(a.size());
+  Complex mean_a, mean_b, cross;
+  double height = 0.0, squares = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) {
+    mean_a += Complex(a[k].T_WB.t.x(), a[k].T_WB.t.y()) / n;
+    mean_b += Complex(b[k].T_WB.t.x(), b[k].T_WB.t.y()) / n;
+    height += (a[k].T_WB.t.z() - b[k].T_WB.t.z()) / n;
+  }
+  for (size_t k = 0; k < a.size(); ++k) {
+    const Complex p = Complex(a[k].T_WB.t.x(), a[k].T_WB.t.y()) - mean_a;
+    const Complex q = Complex(b[k].T_WB.t.x(), b[k].T_WB.t.y()) - mean_b;
+    cross += p * std::conj(q);
+    squares +=
+        std::norm(p) + std::norm(q) + std::pow(a[k].T_WB.t.z() - b[k].T_WB.t.z() - height, 2);
+  }
+  return std::sqrt(std::max(0.0, squares - 2.0 * std::abs(cross)) / n);
+}
+
+/** Scale of the Sim(3) alignment of b onto a: lambda / |b|^2, lambda as above. */
+double scaleByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
+                                   const std::vector<KeyframeState>& b) {
+  Vector3d mean_a = Vector3d::Zero(), mean_b = Vector3d::Zero();
+  const auto n = static_cast<double>(a.size());
+  for (size_t k = 0; k < a.size(); ++k) {
+    mean_a += a[k].T_WB.t / n;
+    mean_b += b[k].T_WB.t / n;
+  }
+  double squares_a = 0.0, squares_b = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) {
+    squares_a += (a[k].T_WB.t - mean_a).squaredNorm();
+    squares_b += (b[k].T_WB.t - mean_b).squaredNorm();
+  }
+  // n ate^2 = |a|^2 + |b|^2 - 2 lambda.
+  const double lambda =
+      0.5 * (squares_a + squares_b - n * std::pow(ateByQuaternionEigenvalue(a, b), 2));
+  return lambda / squares_b;
+}
+
 TEST(SegmentMetrics, AgreesWithASecondImplementationOnRandomSegments) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     const RandomSegment s(seed);
-    const SegmentErrors e = evaluateSegment(s.estimate, kBias, truthOf(s.truth, {}));
+    const Quaterniond tilt(Eigen::AngleAxisd(0.01 * seed, Vector3d(0.6, 0.8, 0).normalized()));
+    const Vector3d g_G = tilt * Vector3d(0, 0, -1);
+    const SegmentErrors e = evaluateSegment(s.estimate, kBias, truthOf(s.truth, {}), g_G);
     double rotation = 0.0, velocity = 0.0;
     for (size_t k = 0; k < s.truth.size(); ++k) {
       const Quaterniond truth(s.truth[k].T_WB.R), estimate(s.estimate[k].T_WB.R);
@@ -240,6 +318,14 @@ TEST(SegmentMetrics, AgreesWithASecondImplementationOnRandomSegments) {
     EXPECT_NEAR(e.velocity_mps, std::sqrt(velocity), 1e-12) << seed;
     // squares - 2 lambda loses digits: 1e-15 * 30 in the square of 0.01.
     EXPECT_NEAR(e.ate_m, ateByQuaternionEigenvalue(s.truth, s.estimate), 1e-11) << seed;
+    EXPECT_NEAR(e.ate_yaw_m, ateInYawByComplexNumbers(s.truth, s.estimate), 1e-11) << seed;
+    EXPECT_NEAR(e.scale_error, std::abs(1.0 - scaleByQuaternionEigenvalue(s.truth, s.estimate)),
+                1e-12)
+        << seed;
+    const Vector3d corrected = Quaterniond(s.truth[0].T_WB.R).conjugate() * g_G;
+    const Vector3d estimated = -(Quaterniond(s.estimate[0].T_WB.R).conjugate() * Vector3d::UnitZ());
+    EXPECT_NEAR(e.gravity_corrected_deg, std::acos(corrected.dot(estimated)) / kRadians,
+                1e-9);  // acos of an angle of 0.01 rad and more: 1e-16 / 0.01
     const Vector3d g_true = s.truth[0].T_WB.R.row(2), g_estimated = s.estimate[0].T_WB.R.row(2);
     EXPECT_NEAR(e.gravity_deg, std::asin(g_true.cross(g_estimated).norm()) / kRadians, 1e-10);
     EXPECT_NEAR(e.gyro_bias_rps, kBias.gyro.norm(), 1e-16);
@@ -254,8 +340,23 @@ TEST(Statistics, ByHand) {
   EXPECT_EQ(s.median, 2.5);
   EXPECT_EQ(s.max, 4.0);
   EXPECT_DOUBLE_EQ(s.rmse, std::sqrt(30.0 / 4.0));
+  EXPECT_EQ(s.min, 1.0);
+  EXPECT_EQ(s.sse, 30.0);
+  EXPECT_DOUBLE_EQ(s.std, std::sqrt((2.25 + 2.25 + 0.25 + 0.25) / 4.0));
   EXPECT_EQ(statisticsOf({5.0, 1.0, 3.0}).median, 3.0);
   EXPECT_TRUE(std::isnan(statisticsOf({}).rmse));
+}
+
+TEST(Statistics, QuantileIsInterpolatedLinearly) {
+  // R: quantile(c(1, 2, 4, 8, 16), c(0, 0.1, 0.5, 0.9, 1), type = 7): 1.0 1.4 4.0 12.8 16.0
+  const std::vector<double> values = {16, 1, 8, 2, 4};
+  EXPECT_EQ(quantileOf(values, 0.0), 1.0);
+  EXPECT_NEAR(quantileOf(values, 0.1), 1.4, 1e-15);
+  EXPECT_EQ(quantileOf(values, 0.5), 4.0);
+  EXPECT_NEAR(quantileOf(values, 0.9), 12.8, 1e-14);
+  EXPECT_EQ(quantileOf(values, 1.0), 16.0);
+  EXPECT_EQ(quantileOf({3.0}, 0.9), 3.0);
+  EXPECT_TRUE(std::isnan(quantileOf({}, 0.5)));
 }
 
 TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {

@@ -1,5 +1,6 @@
 #include "etalon/odometry/run_configuration.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -29,48 +30,98 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
+/** Everything but the initializers: reads and checks the sections of the pipeline and [plugins]. */
+class ConfigurationReader {
+ public:
+  ConfigurationReader(const IniFile& ini, const std::vector<std::string>& plugin_path,
+                      PipelineOptions* pipeline)
+      : ini_(ini) {
+    PluginOptions plugin_options;
+    std::vector<ParameterSet> sections = pipeline->sections();
+    sections.push_back(plugin_options.parameters());
+    for (const ParameterSet& section : sections) {
+      section.read(ini);
+      known_.push_back(section.section());
+      pipeline_ini_ += section.toIni() + "\n";
+    }
+    std::vector<std::string> search = plugin_path;
+    for (const std::string& folder : split(plugin_options.path)) {
+      if (!std::filesystem::exists(folder))
+        throw ConfigError(ini.section("plugins").at("path").origin + ": [plugins] path = '" +
+                          plugin_options.path + "': there is no '" + folder +
+                          "'; expected folders or libraries, separated by ':'");
+      search.push_back(folder);
+    }
+    loader_ = std::make_unique<PluginLoader>(PluginLoader::defaultSearchPath(search));
+  }
+
+  PluginLoader& loader() { return *loader_; }
+  const std::string& pipelineIni() const { return pipeline_ini_; }
+
+  /** A new instance of the initializer `name`, its section read. */
+  ConfiguredInitializer initializer(const std::string& name) {
+    ConfiguredInitializer configured;
+    configured.initializer = loader_->create(name);
+    configured.plugin = loader_->info(name);
+    ParameterSet own(configured.plugin.name);
+    configured.initializer->declareParameters(own);
+    own.read(ini_);
+    configured.ini = own.toIni();
+    known_.push_back(own.section());
+    return configured;
+  }
+
+  /** The sections of the plugins that were not chosen are checked, too; then that there is no
+   * other. */
+  void checkRest() {
+    for (const PluginInfo& other : loader_->available()) {
+      if (std::find(known_.begin(), known_.end(), other.name) != known_.end()) continue;
+      if (!ini_.section(other.name).empty()) initializer(other.name);
+      known_.push_back(other.name);
+    }
+    checkSections(ini_, known_);
+  }
+
+ private:
+  const IniFile& ini_;
+  std::vector<std::string> known_;
+  std::string pipeline_ini_;
+  std::unique_ptr<PluginLoader> loader_;
+};
+
 }  // namespace
 
 RunConfiguration loadRunConfiguration(const IniFile& ini,
                                       const std::vector<std::string>& plugin_path) {
   RunConfiguration run;
-  PluginOptions plugin_options;
-  std::vector<ParameterSet> sections = run.pipeline.sections();
-  sections.push_back(plugin_options.parameters());
-  std::vector<std::string> known;
-  for (const ParameterSet& section : sections) {
-    section.read(ini);
-    known.push_back(section.section());
-  }
-  std::vector<std::string> search = plugin_path;
-  for (const std::string& folder : split(plugin_options.path)) {
-    if (!std::filesystem::exists(folder))
-      throw ConfigError(ini.section("plugins").at("path").origin + ": [plugins] path = '" +
-                        plugin_options.path + "': there is no '" + folder +
-                        "'; expected folders or libraries, separated by ':'");
-    search.push_back(folder);
-  }
-  PluginLoader loader(PluginLoader::defaultSearchPath(search));
-  run.initializer = loader.create(run.pipeline.initializer);
-  run.plugin = loader.info(run.pipeline.initializer);
-  ParameterSet own(run.plugin.name);
-  run.initializer->declareParameters(own);
-  own.read(ini);
-  known.push_back(own.section());
-  for (const PluginInfo& other : loader.available()) {
-    if (other.name == run.plugin.name) continue;
-    known.push_back(other.name);
-    if (ini.section(other.name).empty()) continue;
-    const Initializer::Ptr initializer = loader.create(other.name);
-    ParameterSet parameters(other.name);
-    initializer->declareParameters(parameters);
-    parameters.read(ini);
-  }
-  checkSections(ini, known);
-
-  for (const ParameterSet& section : sections) run.effective_ini += section.toIni() + "\n";
-  run.effective_ini += own.toIni();
+  ConfigurationReader reader(ini, plugin_path, &run.pipeline);
+  ConfiguredInitializer configured = reader.initializer(run.pipeline.initializer);
+  reader.checkRest();
+  run.initializer = configured.initializer;
+  run.plugin = configured.plugin;
+  run.effective_ini = reader.pipelineIni() + configured.ini;
   return run;
+}
+
+SuiteConfiguration loadSuiteConfiguration(const IniFile& ini,
+                                          const std::vector<std::string>& plugin_path,
+                                          const std::vector<std::string>& names) {
+  SuiteConfiguration suite;
+  ConfigurationReader reader(ini, plugin_path, &suite.pipeline);
+  std::vector<std::string> wanted = names;
+  if (wanted.empty())
+    for (const PluginInfo& plugin : reader.loader().available()) wanted.push_back(plugin.name);
+  if (wanted.empty()) throw PluginError("no initializer plugin was found; see `etalon plugins`");
+  for (const std::string& name : wanted) {
+    suite.initializers.push_back(reader.initializer(name));
+    const std::string& chosen = suite.initializers.back().plugin.name;
+    for (size_t i = 0; i + 1 < suite.initializers.size(); ++i)
+      if (suite.initializers[i].plugin.name == chosen)
+        throw ConfigError("the initializer '" + chosen + "' is named twice");
+  }
+  reader.checkRest();
+  suite.pipeline_ini = reader.pipelineIni();
+  return suite;
 }
 
 }  // namespace etalon

@@ -64,19 +64,28 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
     attempt.keyframes.push_back(problem.keyframe(k).t);
   if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
 
+  // Another initializer may have asked for step 1 of the same problem before.
+  const bool step1_was_there = problem.visualSolutionComputed();
   Stopwatch watch;
   attempt.init = initializer.initialize(problem);
   attempt.initialize_ms = watch.lapMilliseconds();
-  attempt.used_visual_odometry = problem.visualSolutionComputed();
+  const bool step1_is_there = problem.visualSolutionComputed();
+  attempt.used_visual_odometry =
+      step1_is_there && (!step1_was_there || initializer.needsVisualSolution());
   if (attempt.used_visual_odometry) {
     attempt.visual_odometry_ms = problem.visualSolutionMilliseconds();
-    attempt.initialize_ms -= attempt.visual_odometry_ms;
+    if (!step1_was_there) attempt.initialize_ms -= attempt.visual_odometry_ms;
     attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
   }
   if (!attempt.init.ok()) {
     attempt.decision.status = attempt.init.status;
     attempt.decision.reason = attempt.init.reason;
     attempt.decision.value = attempt.init.reason_value;
+    return attempt;
+  }
+  if (!options.refine) {
+    attempt.decision.accepted = true;
+    attempt.decision.status = InitializationStatus::kSuccess;
     return attempt;
   }
   VisualInertialBaOptions vi_ba = options.vi_ba;

@@ -82,9 +82,12 @@ class VisualInertialSolver {
                                 bias_.data());
     problem->AddResidualBlock(&prior_, nullptr, bias_.data());
     problem->AddResidualBlock(&gauge_, nullptr, visual_.pose(0));
+    std::vector<double*> others;
+    for (Eigen::Vector3d& velocity : velocities_) others.push_back(velocity.data());
+    others.push_back(bias_.data());
     ceres::Solver::Summary summary;
-    ceres::Solve(visual_.solverOptions(problem.get(), options_.iterations_per_round), problem.get(),
-                 &summary);
+    ceres::Solve(visual_.solverOptions(*problem, others, options_.iterations_per_round),
+                 problem.get(), &summary);
     result->iterations += static_cast<int>(summary.iterations.size());
     result->converged = summary.termination_type == ceres::CONVERGENCE;
     result->message = summary.message;

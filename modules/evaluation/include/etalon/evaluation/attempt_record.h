@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
+
 #include "etalon/core/trajectory.h"
 #include "etalon/evaluation/initialization_json.h"
 #include "etalon/odometry/window_initialization.h"
@@ -11,8 +14,10 @@ namespace etalon {
  * `ground_truth` covers a keyframe; the times of step 1, initializer and VI-BA first, then the
  * initializer's own stages.
  * @param gravity_mps2 magnitude of gravity that the run was configured with
+ * @param gravity_direction_G see evaluateSegment()
  */
-AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gravity_mps2,
-                                const GroundTruth& ground_truth);
+AttemptRecord makeAttemptRecord(
+    const InitializationAttempt& attempt, double gravity_mps2, const GroundTruth& ground_truth,
+    const std::optional<Eigen::Vector3d>& gravity_direction_G = std::nullopt);
 
 }  // namespace etalon

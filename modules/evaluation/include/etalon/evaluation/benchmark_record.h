@@ -24,11 +24,13 @@ struct BenchmarkProtocol {
 struct BenchmarkSequence {
   std::string name;  ///< unique in the benchmark
   std::string source, source_kind;
-  std::string content;  ///< hash of the recording's files
+  std::string content;  ///< hash of the recording's files; empty where no slot of it was tried
+  TimeNs first_image = 0, last_image = 0;
   double duration_s = 0.0;
-  int stereo_frames = 0;
+  int stereo_frames = 0;  ///< in the recording
   int unreadable_images = 0;
   bool has_ground_truth = false;
+  std::vector<std::string> warnings;  ///< from opening it
   GroundTruthFloor floor;
   double frontend_ms = SegmentErrors::kNone;  ///< median of the front end's frames, decoding apart
   std::string error;                          ///< why it could not be used; empty if it could
@@ -36,7 +38,8 @@ struct BenchmarkSequence {
 
 /** An initializer as it was used. */
 struct BenchmarkInitializer {
-  std::string name, version;
+  std::string name, version, description;
+  std::string binary;  ///< hash of the plugin's file
   std::string config;  ///< its section, INI text
 };
 
@@ -59,8 +62,9 @@ struct SlotRecord {
 struct BenchmarkRecord {
   BenchmarkProtocol protocol;
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
-  std::string binaries;                         ///< hash of the program's own binaries
-  std::string config;                           ///< the effective configuration, INI text
+  std::string binaries;       ///< hash of the program's own binaries, plugins apart
+  int shard = 1, shards = 1;  ///< which part of the slots was tried
+  std::string config;         ///< of the pipeline, effective, INI text
   std::vector<BenchmarkInitializer> initializers;
   std::vector<BenchmarkSequence> sequences;
   /** In order of sequence, keyframes, rate, segment, initializer (each as listed above). */

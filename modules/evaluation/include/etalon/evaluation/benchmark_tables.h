@@ -4,21 +4,52 @@
 #include <vector>
 
 #include "etalon/evaluation/benchmark_record.h"
-#include "etalon/evaluation/comparison_table.h"
+#include "etalon/evaluation/benchmark_summary.h"
+#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/evaluation/table.h"
 
 namespace etalon {
 
 struct TitledTable {
-  std::string title;
-  std::string note;  ///< what to know when reading it; may be empty
+  std::string id;     ///< unique in a benchmark, e.g. "rre_deg_mean_10_4hz"
+  std::string title;  ///< one line, with the window it speaks of
+  std::string note;   ///< what to know when reading it; may be empty
   Table table;
+  bool headline = false;  ///< one of the few to print where all would be too many
 };
 
+/** A noise is called about right if it is at most this factor from what the residuals say. */
+constexpr double kNoiseTolerance = 1.25;
+
+/** The noise in use against the residuals. */
+struct NoiseVerdict {
+  double chi2_per_dof = SegmentErrors::kNone;
+  double factor = SegmentErrors::kNone;  ///< sqrt(chi2 / dof): what to multiply the noise by
+  std::string words;  ///< "too small", "about right", "too large"; empty without residuals
+};
+
+NoiseVerdict noiseVerdict(const ResidualGroup& residuals);
+
+enum class SummaryStatistic { kMean, kMedian, kP90 };
+
 /**
- * The tables of a benchmark: errors in the layout of the paper's Tables I and II (without and with
- * VI-BA; a row a sequence, and one over all; the initializers beside each other), run time,
- * success, gravity and velocity, the floor of the ground truth, the check of the noise.
+ * One error in the layout of the papers' tables: a row a sequence and one over all slots, the
+ * initializers beside each other without and with VI-BA, the best of each in bold; where there is
+ * one, the floor of the ground truth beside it.
+ * @param summary summarize(record)
+ */
+TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                       std::pair<int, double> window, const SegmentMetric& metric,
+                       SummaryStatistic statistic);
+
+/**
+ * The tables of a benchmark. For every window: success and refusals; every error by mean, median
+ * and 90th percentile (see errorTable()); run time; the check of the noise. Then the floor of the
+ * ground truth of every sequence.
  */
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record);
+
+/** The table with its title and its note. CSV and JSON: the table alone. */
+std::string toString(const TitledTable& table, TableFormat format, bool terminal_bold = false);
 
 }  // namespace etalon

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -46,20 +47,37 @@ struct SegmentErrors {
 /**
  * Compares the keyframes of an initialization with ground truth. Keyframes without ground truth are
  * left out; pairs are consecutive keyframes that both have it. Both worlds are taken to have
- * gravity along -z; a tilt of the ground truth's world counts as error. True biases are the ground
- * truth's mean over the keyframes.
+ * gravity along -z; a tilt of the ground truth's world counts as error, except in
+ * gravity_corrected_deg. True biases are the ground truth's mean over the keyframes.
+ * @param gravity_direction_G unit vector of gravity in the ground truth's world
+ * (GroundTruthFloor::gravity_direction_G), for gravity_corrected_deg; NaN without
  */
-SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const ImuBias& bias,
-                              const GroundTruth& ground_truth);
+SegmentErrors evaluateSegment(
+    const std::vector<KeyframeState>& states, const ImuBias& bias, const GroundTruth& ground_truth,
+    const std::optional<Eigen::Vector3d>& gravity_direction_G = std::nullopt);
 
 /** Statistics of a set of non-negative errors. NaN where the set is empty. */
 struct ErrorStatistics {
   std::size_t count = 0;
   double rmse = SegmentErrors::kNone, mean = SegmentErrors::kNone, median = SegmentErrors::kNone;
   double max = SegmentErrors::kNone;
+  double min = SegmentErrors::kNone;
+  double std = SegmentErrors::kNone;  ///< of the set itself: divided by count
+  double sse = SegmentErrors::kNone;  ///< sum of squares
 };
 
 ErrorStatistics statisticsOf(std::vector<double> errors);
+
+/**
+ * Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan, American
+ * Statistician 1996): the value at position q (n - 1) of the sorted set, counted from 0. NaN where
+ * the set is empty.
+ * @param q in [0, 1]
+ */
+double quantileOf(std::vector<double> values, double q);
+
+/** Length of the polygon through the points. */
+double pathLength(const std::vector<Eigen::Vector3d>& points);
 
 /** Errors of a trajectory: position, m, and rotation angle, deg. */
 struct TrajectoryErrors {

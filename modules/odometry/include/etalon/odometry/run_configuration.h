@@ -10,6 +10,21 @@
 
 namespace etalon {
 
+/** An initializer with the parameters of its section. */
+struct ConfiguredInitializer {
+  PluginInfo plugin;
+  Initializer::Ptr initializer;
+  std::string ini;  ///< its section: documentation and values in use
+};
+
+/** The pipeline as configured, and several initializers to try in it. */
+struct SuiteConfiguration {
+  PipelineOptions pipeline;
+  std::vector<ConfiguredInitializer> initializers;
+  /** The sections of the pipeline with documentation and values in use. */
+  std::string pipeline_ini;
+};
+
 /** A run as configured: every option resolved, the initializer loaded. */
 struct RunConfiguration {
   PipelineOptions pipeline;
@@ -28,5 +43,13 @@ struct RunConfiguration {
  */
 RunConfiguration loadRunConfiguration(const IniFile& ini,
                                       const std::vector<std::string>& plugin_path);
+
+/**
+ * The same for several initializers.
+ * @param names of the initializers in the order wanted, each once; empty: all that can be loaded
+ */
+SuiteConfiguration loadSuiteConfiguration(const IniFile& ini,
+                                          const std::vector<std::string>& plugin_path,
+                                          const std::vector<std::string>& names);
 
 }  // namespace etalon

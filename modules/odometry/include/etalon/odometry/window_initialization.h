@@ -18,6 +18,9 @@ struct WindowOptions {
       vi_ba;  ///< its priors and gravity are overwritten by `priors` and `gravity_mps2`
   AcceptanceOptions acceptance;
   double gravity_mps2 = 9.81;
+  /** Without, an attempt ends with the initializer: what it calls a success is accepted. Not a
+   * key. */
+  bool refine = true;
 };
 
 /** What one attempt did, stage by stage. */

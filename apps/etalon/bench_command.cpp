@@ -1,0 +1,213 @@
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <sstream>
+#include <thread>
+
+#include "checks.h"
+#include "commands.h"
+#include "etalon/core/errors.h"
+#include "etalon/evaluation/benchmark.h"
+#include "etalon/evaluation/benchmark_store.h"
+#include "etalon/evaluation/benchmark_tables.h"
+#include "print_tables.h"
+#include "progress_line.h"
+#include "versions.h"
+
+namespace etalon::app {
+
+namespace {
+
+struct Arguments {
+  std::vector<std::string> sources, initializers, set, plugin_path;
+  std::vector<int> keyframes;
+  std::vector<double> rates_hz;
+  std::string config, out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
+  double every_s = 2.5;
+  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  bool overwrite = false;
+};
+
+std::atomic<bool> stop_requested{false};
+
+/** The first Ctrl-C ends the work in order, the second one at once. */
+extern "C" void requestStop(int signal_number) {
+  stop_requested = true;
+  std::signal(signal_number, SIG_DFL);
+}
+
+SuiteConfiguration configure(const Arguments& arguments) {
+  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
+                                         : IniFile::fromFile(arguments.config);
+  for (const std::string& argument : arguments.set) ini.setFromArgument(argument);
+  std::vector<std::string> names = arguments.initializers;
+  if (names.size() == 1 && names.front() == "all") names.clear();
+  return loadSuiteConfiguration(ini, arguments.plugin_path, names);
+}
+
+void setShard(const std::string& text, BenchmarkOptions* options) {
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%d/%d%c", &options->shard, &options->shards, &rest) != 2 ||
+      options->shard < 1 || options->shards < options->shard)
+    throw ConfigError("bench: --shard: expected K/N with 1 <= K <= N, e.g. 2/8, found '" + text +
+                      "'");
+}
+
+std::string describe(const BenchmarkProgress& p) {
+  char text[160];
+  if (p.stage == BenchmarkProgress::Stage::kFrontEnd)
+    std::snprintf(text, sizeof text, "bench: front end %zu/%zu frames, %.0f frames/s, %s left",
+                  p.done, p.total, static_cast<double>(p.done) / std::max(1e-9, p.elapsed_s),
+                  clockTime(p.remaining_s).c_str());
+  else
+    std::snprintf(text, sizeof text, "bench: slots %zu/%zu, %s left", p.done, p.total,
+                  clockTime(p.remaining_s).c_str());
+  return text;
+}
+
+void printNotes(const BenchmarkOutcome& outcome) {
+  for (const std::string& note : outcome.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+  for (const BenchmarkSequence& sequence : outcome.record.sequences) {
+    for (const std::string& warning : sequence.warnings)
+      std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    if (sequence.unreadable_images > 0)
+      std::fprintf(stderr, "warning: %s: %d stereo pairs could not be read and were left out\n",
+                   sequence.name.c_str(), sequence.unreadable_images);
+  }
+}
+
+/** The recordings that could not be used; whether there are any. */
+bool printErrors(const BenchmarkRecord& record) {
+  bool any = false;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    if (sequence.error.empty()) continue;
+    std::fprintf(stderr, "error: %s was left out: %s\n", sequence.name.c_str(),
+                 sequence.error.c_str());
+    any = true;
+  }
+  return any;
+}
+
+int bench(const Arguments& arguments) {
+  const TableFormat format = tableFormatFromName(arguments.format);
+  const SuiteConfiguration configuration = configure(arguments);
+  BenchmarkOptions options;
+  options.sources = arguments.sources;
+  options.out = arguments.out;
+  options.tracks = arguments.tracks;
+  options.protocol.every_s = arguments.every_s;
+  options.protocol.keyframes = arguments.keyframes;
+  if (options.protocol.keyframes.empty())
+    options.protocol.keyframes = {configuration.pipeline.keyframes};
+  options.protocol.rates_hz = arguments.rates_hz;
+  if (options.protocol.rates_hz.empty())
+    options.protocol.rates_hz = {configuration.pipeline.keyframe_rate_hz};
+  options.protocol.vi_ba = arguments.vi_ba == "both";
+  options.jobs = arguments.jobs;
+  options.overwrite = arguments.overwrite;
+  options.versions = versions();
+  options.stop = &stop_requested;
+  setShard(arguments.shard, &options);
+  ProgressLine line;
+  options.progress = [&line](const BenchmarkProgress& p) {
+    const bool last = p.done == p.total;
+    if (last || line.due()) line.print(describe(p), last);
+  };
+  cv::setNumThreads(1);  // the jobs are the threads
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+
+  const BenchmarkOutcome outcome = runBenchmark(configuration, options);
+  line.interrupt();
+  printNotes(outcome);
+  if (outcome.interrupted) {
+    std::fprintf(stderr,
+                 "bench: interrupted; %zu results are on disk, %zu are missing; the same command "
+                 "goes on from here\n",
+                 outcome.slots_found + outcome.slots_tried, outcome.slots_missing);
+    return kInterrupted;
+  }
+  printBenchmarkTables(outcome.record, format);
+  std::fprintf(stderr, "\n%zu results (%zu were there already); front end %s, slots %s\nwritten:\n",
+               outcome.slots_found + outcome.slots_tried, outcome.slots_found,
+               clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
+  for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+  return printErrors(outcome.record) ? kDataErrorExit : kOk;
+}
+
+/** Checks every number of a list. */
+template <typename T>
+CLI::Validator within(T min, T max, const std::string& what) {
+  return CLI::Range(min, max, what);
+}
+
+}  // namespace
+
+void addBenchCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "bench",
+      "The exhaustive initialization test: every initializer on a window every few seconds of "
+      "every "
+      "recording, without and with VI-BA. Prints the tables; writes segments.csv, summary.csv and "
+      "report.html. An interrupted benchmark is resumed by the same command.");
+  command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+  command
+      ->add_option("--initializers", arguments->initializers,
+                   "Initializer plugins, separated by commas, or all")
+      ->delimiter(',')
+      ->default_str("all");
+  command->add_option("--every", arguments->every_s, "Seconds from slot to slot")
+      ->check(within(0.01, 1e6, "seconds from 0.01 to 1e6"))
+      ->capture_default_str();
+  command
+      ->add_option("--keyframes", arguments->keyframes,
+                   "Keyframes of a window; several, separated by commas, are tried each with each "
+                   "rate (default: the configuration's, 10)")
+      ->delimiter(',')
+      ->check(within(2, 200, "a whole number from 2 to 200"));
+  command
+      ->add_option("--rate", arguments->rates_hz,
+                   "Keyframes a second; one or several (default: the configuration's, 4)")
+      ->delimiter(',')
+      ->check(within(0.1, 100.0, "a rate from 0.1 to 100 Hz"));
+  command
+      ->add_option("--vi-ba", arguments->vi_ba, "Stages: without and with VI-BA, or without only")
+      ->check(CLI::IsMember({"both", "off"}))
+      ->capture_default_str();
+  command->add_option("--jobs", arguments->jobs, "Threads")
+      ->check(within(1, 1024, "a whole number from 1 to 1024"))
+      ->capture_default_str();
+  command->add_option("--out", arguments->out, "Folder for the results")->capture_default_str();
+  command->add_option("--tracks", arguments->tracks,
+                      "Folder for the cached tracks of the front end (default: OUT/tracks)");
+  command
+      ->add_option("--shard", arguments->shard,
+                   "Do part K of N only; `etalon merge` joins the parts")
+      ->type_name("K/N")
+      ->capture_default_str();
+  command->add_flag("--overwrite", arguments->overwrite,
+                    "Begin anew: discard the results in the folder");
+  command->add_option("--format", arguments->format, "How to print the tables")
+      ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
+      ->capture_default_str();
+  command->add_option("-c,--config", arguments->config, "INI file; without, built-in values")
+      ->check(CLI::ExistingFile);
+  command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--plugin-path", arguments->plugin_path,
+                   "Folder or library searched first for plugins; repeatable")
+      ->check(CLI::ExistingPath)
+      ->allow_extra_args(false);
+  command->footer(
+      "Example: etalon bench /data/euroc/* --out results\n"
+      "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "
+      "are done), 130 interrupted.");
+  command->callback([arguments, exit_code] { *exit_code = bench(*arguments); });
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,50 @@
+#include <cstdio>
+#include <memory>
+
+#include "commands.h"
+#include "etalon/evaluation/benchmark.h"
+#include "print_tables.h"
+
+namespace etalon::app {
+
+namespace {
+
+struct Arguments {
+  std::vector<std::string> folders;
+  std::string out, format = "text";
+  bool overwrite = false;
+};
+
+void merge(const Arguments& arguments) {
+  const TableFormat format = tableFormatFromName(arguments.format);
+  const BenchmarkOutcome outcome =
+      mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite);
+  printBenchmarkTables(outcome.record, format);
+  std::fprintf(stderr, "\n%zu results of %zu parts\nwritten:\n", outcome.slots_found,
+               arguments.folders.size());
+  for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+}
+
+}  // namespace
+
+void addMergeCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("merge",
+                         "Join the parts of a benchmark that ran as `etalon bench --shard K/N`. "
+                         "Refuses parts of other "
+                         "code, configuration or data, and slots that are missing or there twice.");
+  command->add_option("DIR", arguments->folders, "Folders of the parts")->required();
+  command->add_option("--out", arguments->out, "Folder for the joined benchmark")->required();
+  command->add_flag("--overwrite", arguments->overwrite,
+                    "Discard what another benchmark left in the folder");
+  command->add_option("--format", arguments->format, "How to print the tables")
+      ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
+      ->capture_default_str();
+  command->callback([arguments, exit_code] {
+    merge(*arguments);
+    *exit_code = kOk;
+  });
+}
+
+}  // namespace etalon::app

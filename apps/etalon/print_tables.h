@@ -1,0 +1,10 @@
+#pragma once
+
+#include "etalon/evaluation/benchmark_tables.h"
+
+namespace etalon::app {
+
+/** Prints a benchmark's tables to stdout. */
+void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
+
+}  // namespace etalon::app

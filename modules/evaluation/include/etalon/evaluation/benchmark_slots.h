@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "etalon/evaluation/benchmark_record.h"
+#include "etalon/evaluation/sequence_tracks.h"
+#include "etalon/odometry/window_initialization.h"
+
+namespace etalon {
+
+/** Length and rate of the windows of a benchmark. */
+struct BenchmarkWindow {
+  int keyframes = 10;
+  double rate_hz = 4.0;
+};
+
+/** Every number of keyframes with every rate, in the protocol's order. */
+std::vector<BenchmarkWindow> windowsOf(const BenchmarkProtocol& protocol);
+
+/**
+ * Number of slots of a recording: slot i starts every_s * i after the first image, and is there if
+ * its window ends at the last image or before (half a keyframe interval is granted).
+ */
+int slotCount(TimeNs first_image, TimeNs last_image, double every_s, const BenchmarkWindow& window);
+
+/**
+ * The window of slot number `segment` as a problem: keyframes by KeyframeSelector from the first
+ * frame of the slot on, all frames between them, raw IMU. Depends on nothing but its arguments. If
+ * images are missing to the end of the recording, the problem has fewer keyframes.
+ * @param noise densities to use
+ */
+InitializationProblem slotProblem(const SequenceTracks& tracks, double every_s,
+                                  const BenchmarkWindow& window, int segment,
+                                  const ImuNoiseDensities& noise, const WindowOptions& options);
+
+}  // namespace etalon

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "etalon/evaluation/benchmark_record.h"
+
+namespace etalon {
+
+// The folder of a benchmark (docs/evaluation.md):
+//   benchmark.json         everything of BenchmarkRecord but its slots
+//   slots/<sequence>.jsonl a line a finished slot and initializer, as they come
+//   config.ini             the effective configuration
+//   segments.csv, summary.csv, report.html   written at the end
+//   tracks/                the front end's tracks (sequence_tracks.h)
+
+/** Whether the folder holds a benchmark, finished or not. */
+bool isBenchmarkFolder(const std::string& folder);
+
+/**
+ * The benchmark in a folder. Of an unfinished one the slots that are there.
+ * @throws DataError naming file, line and what was expected
+ */
+BenchmarkRecord readBenchmark(const std::string& folder);
+
+/** Reads benchmark.json alone: a record without slots. */
+BenchmarkRecord readBenchmarkHead(const std::string& folder);
+
+/** Writes benchmark.json and config.ini. @throws DataError if they cannot be written */
+void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record);
+
+/** Writes segments.csv, summary.csv and report.html; their paths. */
+std::vector<std::string> writeBenchmarkResults(const std::string& folder,
+                                               const BenchmarkRecord& record);
+
+/** What tells a slot's line from all others: sequence, window, segment, initializer. */
+std::string slotKey(const SlotRecord& slot);
+
+/** Puts the slots into the order of BenchmarkRecord::slots; drops those that the head does not
+ * list. */
+void sortSlots(BenchmarkRecord* record);
+
+/** The slots that are missing for the record to be complete, as slotKey() names them. */
+std::vector<std::string> missingSlots(const BenchmarkRecord& record);
+
+/**
+ * Finished slots on disk: appended line by line as they come, so that an interrupted benchmark
+ * loses nothing. append() may be called from several threads.
+ */
+class SlotStore {
+ public:
+  explicit SlotStore(std::string folder);
+
+  /** Reads a sequence's lines; a line that was cut in the middle of writing is dropped from the
+   * file. @throws DataError for lines that are no slots */
+  std::vector<SlotRecord> read(const std::string& sequence);
+
+  /** @throws DataError if it cannot be written */
+  void append(const SlotRecord& slot);
+
+ private:
+  std::string path(const std::string& sequence) const;
+
+  std::string folder_;
+  std::mutex mutex_;
+  std::map<std::string, std::ofstream> files_;
+};
+
+}  // namespace etalon

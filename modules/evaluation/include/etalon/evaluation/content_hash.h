@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace etalon {
+
+class RecordedSource;
+
+/** XXH3 of 128 bit over everything that is added: fast, and no protection against intent. */
+class ContentHash {
+ public:
+  ContentHash();
+  ~ContentHash();
+  ContentHash(const ContentHash&) = delete;
+  ContentHash& operator=(const ContentHash&) = delete;
+
+  void add(const void* data, std::size_t size);
+  /** Length and characters. */
+  void add(const std::string& text);
+  /** The bytes of a file. @throws DataError if it cannot be read */
+  void addFile(const std::string& path);
+
+  /** 32 hexadecimal digits. */
+  std::string hex() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/**
+ * Hash of a recording's files: for a EuRoC folder the names and bytes of all files in mav0; for a
+ * rawlog its bytes and those of the images that it refers to.
+ * @throws DataError if a file cannot be read; an image that is missing counts as empty
+ */
+std::string recordingHash(const RecordedSource& recording);
+
+/** Hash of the bytes of those of Etalon's libraries that are named, e.g. "frontend", and loaded. */
+std::string librariesHash(const std::vector<std::string>& modules);
+
+/** Hash of the bytes of the program that runs: the executable and Etalon's own libraries. */
+std::string programHash();
+
+/** Hash of a file's bytes. @throws DataError if it cannot be read */
+std::string fileHash(const std::string& path);
+
+}  // namespace etalon

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "etalon/evaluation/metrics.h"
+
+namespace etalon {
+
+/** One of the errors of a segment, and how it is printed. */
+struct SegmentMetric {
+  std::string key;               ///< as in files, e.g. "ate_m"
+  std::string name;              ///< in words
+  std::string title;             ///< of a column: short, with the unit it is printed in
+  double SegmentErrors::*error;  ///< where it is
+  int decimals = 0;
+  double factor = 1.0;  ///< from the key's unit to the title's
+};
+
+/** All of them, in the order of the files. */
+std::vector<SegmentMetric> segmentMetrics();
+
+/** @throws ConfigError naming those that exist, if there is none of this key. */
+SegmentMetric segmentMetric(const std::string& key);
+
+}  // namespace etalon

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/trajectory.h"
+#include "etalon/datasets/recorded_source.h"
+#include "etalon/frontend/stereo_tracker.h"
+#include "etalon/imu/imu_buffer.h"
+
+namespace etalon {
+
+/** What the front end makes of a whole recording, and all else that an initialization needs of it.
+ * Stamps are cut to MRPT's tick of 100 ns, as in Pipeline. */
+struct SequenceTracks {
+  StereoInertialCalibration calibration;
+  GroundTruth ground_truth;
+  ImuBuffer imu;
+  TimeNs first_image = 0;            ///< of the recording, usable or not
+  std::vector<TrackedFrame> frames;  ///< of all readable stereo pairs inside the IMU's time
+  int unreadable_images = 0;         ///< pairs left out
+  double frontend_ms = 0.0;          ///< median time of a frame in the tracker, decoding apart
+};
+
+struct TrackingOptions {
+  StereoTrackerOptions frontend;
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< in the predicted rotations, rad/s
+  /** Decode the next pair while a pair is tracked, in a second thread. The tracks are the same. */
+  bool decode_ahead = false;
+  /** Called after every pair with the number of pairs done and of all pairs; may be empty. */
+  std::function<void(size_t, size_t)> progress;
+  /** Ends the work with an Interrupted where it becomes true; may be null. */
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/** Thrown where the work was told to stop. */
+struct Interrupted : public std::exception {
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
+/** Everything of the recording but its tracks. */
+SequenceTracks withoutTracks(const RecordedSource& recording);
+
+/**
+ * Runs the front end over the recording; a pair that cannot be read is left out and counted.
+ * @throws DataError if no pair can be used
+ */
+SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options);
+
+/**
+ * The key of a recording's tracks: changes with the recording's content (recordingHash), the
+ * options of the front end, and the code of the front end (Etalon's libraries up to it, OpenCV).
+ */
+std::string tracksKey(const std::string& recording_hash, const TrackingOptions& options);
+
+/**
+ * Reads tracks from a cache file (docs/evaluation.md has the format) into frames,
+ * unreadable_images and frontend_ms. False, with the reason in *why_not, if the file is not there,
+ * has another key or format, or is damaged (its checksum does not fit): then nothing is changed.
+ */
+bool readTracks(const std::string& path, const std::string& key, SequenceTracks* tracks,
+                std::string* why_not);
+
+/** Writes a cache file; a reader never sees it half written. @throws DataError if it cannot */
+void writeTracks(const std::string& path, const std::string& key, const SequenceTracks& tracks);
+
+}  // namespace etalon

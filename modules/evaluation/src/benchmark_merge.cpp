@@ -1,0 +1,151 @@
+#include <filesystem>
+#include <map>
+
+#include "etalon/core/errors.h"
+#include "etalon/evaluation/benchmark.h"
+#include "etalon/evaluation/benchmark_store.h"
+#include "folder_lock.h"
+
+namespace etalon {
+namespace {
+
+namespace fs = std::filesystem;
+
+/** The first line in which two texts differ. */
+std::string firstDifference(const std::string& a, const std::string& b) {
+  size_t begin = 0;
+  for (size_t i = 0; i <= std::min(a.size(), b.size()); ++i) {
+    const bool end = i == a.size() || i == b.size();
+    if (end || a[i] != b[i]) break;
+    if (a[i] == '\n') begin = i + 1;
+  }
+  const auto line = [begin](const std::string& text) {
+    return "'" + text.substr(begin, text.find('\n', begin) - begin) + "'";
+  };
+  return line(a) + " and " + line(b);
+}
+
+std::string differenceOfProtocols(const BenchmarkProtocol& a, const BenchmarkProtocol& b) {
+  if (a.every_s != b.every_s)
+    return "slots every " + std::to_string(a.every_s) + " s and every " +
+           std::to_string(b.every_s) + " s";
+  if (a.keyframes != b.keyframes || a.rates_hz != b.rates_hz)
+    return "other windows (keyframes, rates)";
+  if (a.vi_ba != b.vi_ba) return "one is with VI-BA, the other without";
+  return "";
+}
+
+std::string differenceOfInitializers(const std::vector<BenchmarkInitializer>& a,
+                                     const std::vector<BenchmarkInitializer>& b) {
+  if (a.size() != b.size()) return "other initializers";
+  for (size_t i = 0; i < a.size(); ++i) {
+    if (a[i].name != b[i].name)
+      return "other initializers ('" + a[i].name + "' and '" + b[i].name + "')";
+    if (a[i].binary != b[i].binary) return "another build of the plugin '" + a[i].name + "'";
+    if (a[i].config != b[i].config)
+      return "another configuration of '" + a[i].name +
+             "': " + firstDifference(a[i].config, b[i].config);
+  }
+  return "";
+}
+
+/** Joins the parts; head and slots of `merged` are those of all parts so far. */
+class Merger {
+ public:
+  void add(const std::string& folder, BenchmarkRecord part) {
+    if (first_.empty()) {
+      first_ = folder;
+      merged_ = part;
+      merged_.slots.clear();
+    } else {
+      const std::string difference = differenceOf(merged_, part);
+      if (!difference.empty())
+        throw ConfigError("merge: '" + first_ + "' and '" + folder +
+                          "' are no parts of one benchmark: " + difference);
+      adoptSequences(part);
+    }
+    for (SlotRecord& slot : part.slots) {
+      const auto [former, is_new] = owner_.emplace(slotKey(slot), folder);
+      if (!is_new)
+        throw ConfigError("merge: a slot is there twice, in '" + former->second + "' and in '" +
+                          folder + "': " + former->first);
+      merged_.slots.push_back(std::move(slot));
+    }
+  }
+
+  BenchmarkRecord finish() {
+    merged_.shard = merged_.shards = 1;
+    sortSlots(&merged_);
+    const std::vector<std::string> missing = missingSlots(merged_);
+    if (!missing.empty())
+      throw ConfigError("merge: " + std::to_string(missing.size()) +
+                        " slots are missing (is a shard missing, or was one interrupted?), the "
+                        "first: " +
+                        missing.front());
+    return std::move(merged_);
+  }
+
+ private:
+  /** A part knows only the recordings that it needed. */
+  void adoptSequences(const BenchmarkRecord& part) {
+    for (size_t i = 0; i < merged_.sequences.size(); ++i) {
+      BenchmarkSequence& known = merged_.sequences[i];
+      const BenchmarkSequence& other = part.sequences[i];
+      if (known.content.empty() && !other.content.empty()) known = other;
+      if (known.error.empty()) known.error = other.error;
+    }
+  }
+
+  std::string first_;
+  BenchmarkRecord merged_;
+  std::map<std::string, std::string> owner_;  ///< folder of each slot
+};
+
+}  // namespace
+
+std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b) {
+  if (a.binaries != b.binaries) return "another build of etalon";
+  if (a.config != b.config) return "another configuration: " + firstDifference(a.config, b.config);
+  for (const std::string& difference : {differenceOfProtocols(a.protocol, b.protocol),
+                                        differenceOfInitializers(a.initializers, b.initializers)})
+    if (!difference.empty()) return difference;
+  if (a.sequences.size() != b.sequences.size()) return "other recordings";
+  for (size_t i = 0; i < a.sequences.size(); ++i) {
+    const BenchmarkSequence& s = a.sequences[i];
+    const BenchmarkSequence& t = b.sequences[i];
+    if (s.name != t.name) return "other recordings ('" + s.name + "' and '" + t.name + "')";
+    if (!s.content.empty() && !t.content.empty() && s.content != t.content)
+      return "the recording '" + s.name + "' has other content";
+    if (s.error.empty() && t.error.empty() &&
+        (s.first_image != t.first_image || s.last_image != t.last_image))
+      return "the recording '" + s.name + "' has another length";
+  }
+  return "";
+}
+
+BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const std::string& out,
+                                 bool overwrite) {
+  for (const std::string& folder : folders)
+    if (!isBenchmarkFolder(folder))
+      throw ConfigError("merge: '" + folder + "' holds no benchmark (benchmark.json is missing)");
+  if (isBenchmarkFolder(out) && !overwrite)
+    throw ConfigError("merge: '" + out +
+                      "' holds a benchmark already; choose another --out, or --overwrite it");
+  Merger merger;
+  for (const std::string& folder : folders) merger.add(folder, readBenchmark(folder));
+  BenchmarkOutcome outcome;
+  outcome.record = merger.finish();
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error) throw DataError(out, 0, "cannot be made: " + error.message());
+  const FolderLock lock(out);
+  fs::remove_all(fs::path(out) / "slots");
+  writeBenchmarkHead(out, outcome.record);
+  SlotStore store(out);
+  for (const SlotRecord& slot : outcome.record.slots) store.append(slot);
+  outcome.slots_found = outcome.record.slots.size();
+  outcome.files = writeBenchmarkResults(out, outcome.record);
+  return outcome;
+}
+
+}  // namespace etalon

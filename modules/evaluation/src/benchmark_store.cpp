@@ -1,0 +1,205 @@
+#include "etalon/evaluation/benchmark_store.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+#include <tuple>
+
+#include "benchmark_json.h"
+#include "etalon/core/errors.h"
+#include "etalon/evaluation/benchmark_slots.h"
+#include "etalon/evaluation/benchmark_summary.h"
+#include "etalon/evaluation/report.h"
+
+namespace etalon {
+namespace {
+
+namespace fs = std::filesystem;
+using ReplaceInvalid = nlohmann::ordered_json::error_handler_t;
+
+constexpr const char* kHeadName = "benchmark.json";
+
+std::string pathIn(const std::string& folder, const std::string& name) {
+  return (fs::path(folder) / name).string();
+}
+
+/** Written beside and then moved there: never half of it. */
+void writeText(const std::string& path, const std::string& text) {
+  const std::string temporary = path + ".part";
+  std::ofstream file(temporary, std::ios::binary);
+  file << text;
+  file.close();
+  std::error_code error;
+  if (file) fs::rename(temporary, path, error);
+  if (!file || error)
+    throw DataError(path, 0,
+                    "cannot be written: " + (error ? error.message() : std::strerror(errno)));
+}
+
+std::string readText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) throw DataError(path, 0, std::string("cannot be read: ") + std::strerror(errno));
+  return text.str();
+}
+
+nlohmann::json parseJson(const std::string& text, const std::string& path, int line) {
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& e) {
+    throw DataError(path, line, std::string("expected JSON: ") + e.what());
+  }
+}
+
+template <typename Element>
+size_t placeOf(const std::vector<Element>& elements, const std::string& name) {
+  const auto found = std::find_if(elements.begin(), elements.end(),
+                                  [&](const Element& e) { return e.name == name; });
+  return static_cast<size_t>(found - elements.begin());
+}
+
+}  // namespace
+
+bool isBenchmarkFolder(const std::string& folder) { return fs::exists(pathIn(folder, kHeadName)); }
+
+BenchmarkRecord readBenchmarkHead(const std::string& folder) {
+  const std::string path = pathIn(folder, kHeadName);
+  const nlohmann::json json = parseJson(readText(path), path, 0);
+  return benchmarkHeadFromJson(JsonReader(json, path));
+}
+
+BenchmarkRecord readBenchmark(const std::string& folder) {
+  BenchmarkRecord record = readBenchmarkHead(folder);
+  SlotStore store(folder);
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (SlotRecord& slot : store.read(sequence.name)) record.slots.push_back(std::move(slot));
+  sortSlots(&record);
+  return record;
+}
+
+void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record) {
+  std::error_code error;
+  fs::create_directories(fs::path(folder) / "slots", error);
+  if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
+  writeText(pathIn(folder, kHeadName),
+            benchmarkHeadJson(record).dump(1, ' ', false, ReplaceInvalid::replace) + "\n");
+  std::string config = record.config;
+  for (const BenchmarkInitializer& initializer : record.initializers)
+    config += initializer.config + "\n";
+  writeText(pathIn(folder, "config.ini"), config);
+}
+
+std::vector<std::string> writeBenchmarkResults(const std::string& folder,
+                                               const BenchmarkRecord& record) {
+  std::vector<std::string> paths;
+  const auto write = [&](const char* name, const std::string& text) {
+    paths.push_back(pathIn(folder, name));
+    writeText(paths.back(), text);
+  };
+  write("segments.csv", segmentsCsv(segmentRows(record)));
+  write("summary.csv", summaryCsv(record));
+  write("report.html", benchmarkReportHtml(record));
+  return paths;
+}
+
+std::string slotKey(const SlotRecord& slot) {
+  char rate[40];
+  std::snprintf(rate, sizeof rate, "%.9g", slot.rate_hz);
+  return slot.sequence + ", " + std::to_string(slot.keyframes) + " keyframes at " + rate +
+         " Hz, slot " + std::to_string(slot.segment) + ", " + slot.initializer;
+}
+
+void sortSlots(BenchmarkRecord* record) {
+  const auto order = [record](const SlotRecord& slot) {
+    const auto& keyframes = record->protocol.keyframes;
+    const auto& rates = record->protocol.rates_hz;
+    return std::make_tuple(
+        placeOf(record->sequences, slot.sequence),
+        std::find(keyframes.begin(), keyframes.end(), slot.keyframes) - keyframes.begin(),
+        std::find(rates.begin(), rates.end(), slot.rate_hz) - rates.begin(), slot.segment,
+        placeOf(record->initializers, slot.initializer));
+  };
+  const auto listed = [record, &order](const SlotRecord& slot) {
+    const auto [sequence, keyframes, rate, segment, initializer] = order(slot);
+    return sequence < record->sequences.size() &&
+           keyframes < static_cast<std::ptrdiff_t>(record->protocol.keyframes.size()) &&
+           rate < static_cast<std::ptrdiff_t>(record->protocol.rates_hz.size()) &&
+           initializer < record->initializers.size();
+  };
+  std::vector<std::pair<decltype(order(SlotRecord())), size_t>> places;
+  for (size_t i = 0; i < record->slots.size(); ++i)
+    if (listed(record->slots[i])) places.emplace_back(order(record->slots[i]), i);
+  std::sort(places.begin(), places.end());
+  std::vector<SlotRecord> sorted;
+  sorted.reserve(places.size());
+  for (const auto& place : places) sorted.push_back(std::move(record->slots[place.second]));
+  record->slots = std::move(sorted);
+}
+
+std::vector<std::string> missingSlots(const BenchmarkRecord& record) {
+  std::vector<std::string> there;
+  for (const SlotRecord& slot : record.slots) there.push_back(slotKey(slot));
+  std::sort(there.begin(), there.end());
+  std::vector<std::string> missing;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    if (!sequence.error.empty()) continue;
+    for (const BenchmarkWindow& window : windowsOf(record.protocol)) {
+      const int slots =
+          slotCount(sequence.first_image, sequence.last_image, record.protocol.every_s, window);
+      for (int segment = 0; segment < slots; ++segment) {
+        for (const BenchmarkInitializer& initializer : record.initializers) {
+          SlotRecord slot;
+          slot.sequence = sequence.name;
+          slot.keyframes = window.keyframes;
+          slot.rate_hz = window.rate_hz;
+          slot.segment = segment;
+          slot.initializer = initializer.name;
+          const std::string key = slotKey(slot);
+          if (!std::binary_search(there.begin(), there.end(), key)) missing.push_back(key);
+        }
+      }
+    }
+  }
+  return missing;
+}
+
+SlotStore::SlotStore(std::string folder) : folder_(std::move(folder)) {}
+
+std::string SlotStore::path(const std::string& sequence) const {
+  return pathIn(folder_, "slots/" + sequence + ".jsonl");
+}
+
+std::vector<SlotRecord> SlotStore::read(const std::string& sequence) {
+  std::vector<SlotRecord> slots;
+  const std::string file = path(sequence);
+  if (!fs::exists(file)) return slots;
+  const std::string text = readText(file);
+  size_t begin = 0;
+  for (int line = 1; begin < text.size(); ++line) {
+    const size_t end = text.find('\n', begin);
+    if (end == std::string::npos) {  // the writer was killed in the middle of this line
+      fs::resize_file(file, begin);
+      break;
+    }
+    const nlohmann::json json = parseJson(text.substr(begin, end - begin), file, line);
+    slots.push_back(slotFromJson(JsonReader(json, file + ":" + std::to_string(line))));
+    begin = end + 1;
+  }
+  return slots;
+}
+
+void SlotStore::append(const SlotRecord& slot) {
+  const std::string line = slotJson(slot).dump(-1, ' ', false, ReplaceInvalid::replace) + "\n";
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::ofstream& file = files_[slot.sequence];
+  if (!file.is_open()) file.open(path(slot.sequence), std::ios::binary | std::ios::app);
+  file << line << std::flush;
+  if (!file)
+    throw DataError(path(slot.sequence), 0,
+                    std::string("cannot be written: ") + std::strerror(errno));
+}
+
+}  // namespace etalon

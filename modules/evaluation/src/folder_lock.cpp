@@ -1,0 +1,27 @@
+#include "folder_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+FolderLock::FolderLock(const std::string& folder) {
+  const std::string path = folder + "/.lock";
+  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file_ < 0)
+    throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
+  if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
+  close(file_);
+  throw ConfigError("another etalon is writing into '" + folder +
+                    "'; wait for it, or choose another --out");
+}
+
+FolderLock::~FolderLock() { close(file_); }
+
+}  // namespace etalon

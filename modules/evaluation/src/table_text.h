@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace etalon {
+
+/** RFC 4180: quoted where it must be. */
+std::string csvField(const std::string& text);
+
+/** A bar would end a Markdown cell. */
+std::string markdownText(const std::string& text);
+
+/** LaTeX's special characters as themselves. */
+std::string latexText(const std::string& text);
+
+/** HTML's special characters as themselves, in text and in attributes. */
+std::string htmlText(const std::string& text);
+
+/** Characters of UTF-8 text: bytes that do not continue one. */
+std::size_t displayWidth(const std::string& text);
+
+/** Filled with spaces to `width` characters. */
+std::string padded(const std::string& text, std::size_t width, bool right);
+
+}  // namespace etalon

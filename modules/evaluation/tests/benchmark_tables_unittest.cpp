@@ -1,0 +1,151 @@
+#include "etalon/evaluation/benchmark_tables.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "etalon/core/errors.h"
+#include "example_benchmark.h"
+
+namespace etalon {
+namespace {
+
+using testing::exampleBenchmark;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TitledTable find(const std::vector<TitledTable>& tables, const std::string& id) {
+  for (const TitledTable& table : tables)
+    if (table.id == id) return table;
+  throw Error("no table " + id);
+}
+
+nlohmann::json jsonOf(const BenchmarkRecord& record, const std::string& id) {
+  return nlohmann::json::parse(
+      find(benchmarkTables(record), id).table.toString(TableFormat::kJson));
+}
+
+TEST(BenchmarkTables, ErrorsInThePapersLayout) {
+  const TitledTable table = find(benchmarkTables(exampleBenchmark()), "rre_deg_median_10_4hz");
+  EXPECT_EQ(table.title, "RRE [deg], median, 10 keyframes at 4 Hz");
+  EXPECT_EQ(table.table.toString(TableFormat::kText),
+            "          without VI-BA   with VI-BA      ground truth\n"
+            "sequence    good     bad    good     bad         floor\n"
+            "--------  ------  ------  ------  ------  ------------\n"
+            "V1        0.1500  0.3500  0.0750  0.1750        0.0333\n"
+            "none           -       -       -       -             -\n"
+            "--------  ------  ------  ------  ------  ------------\n"
+            "all       0.1500  0.3500  0.0750  0.1750             -\n");
+  EXPECT_THAT(table.table.toString(TableFormat::kMarkdown),
+              HasSubstr("| V1       |          **0.1500** |"));
+}
+
+TEST(BenchmarkTables, EveryErrorHasMeanMedianAndPercentile) {
+  const BenchmarkRecord record = exampleBenchmark();
+  std::set<std::string> ids;
+  for (const TitledTable& table : benchmarkTables(record))
+    EXPECT_TRUE(ids.insert(table.id).second) << table.id;
+  for (const SegmentMetric& metric : segmentMetrics())
+    for (const char* statistic : {"_mean_10_4hz", "_median_10_4hz", "_p90_10_4hz"})
+      EXPECT_EQ(ids.count(metric.key + statistic), 1u) << metric.key;
+  EXPECT_DOUBLE_EQ(jsonOf(record, "gravity_deg_mean_10_4hz")[0]["good_init"], 1.6);
+  EXPECT_DOUBLE_EQ(jsonOf(record, "gravity_deg_mean_10_4hz")[0]["floor"], 0.25);
+  EXPECT_DOUBLE_EQ(jsonOf(record, "ate_m_p90_10_4hz")[0]["good_init"], 0.026);
+}
+
+TEST(BenchmarkTables, SuccessAndRefusals) {
+  const BenchmarkRecord record = exampleBenchmark();
+  const auto success = jsonOf(record, "success_10_4hz");
+  EXPECT_EQ(success[0]["slots"], 5);
+  EXPECT_EQ(success[0]["good_init"], 0.6);
+  EXPECT_EQ(success[0]["bad_vi_ba"], 0.4);
+  EXPECT_TRUE(success[1]["good_init"].is_null());  // no ground truth
+  EXPECT_EQ(success[2]["slots"], 6);
+  EXPECT_EQ(success[2]["judged"], 5);
+  EXPECT_THAT(find(benchmarkTables(record), "success_10_4hz").table.toString(TableFormat::kHtml),
+              HasSubstr("<b>60.0</b>"));  // the greatest is best
+  const auto refusals = jsonOf(record, "refusals_10_4hz");
+  EXPECT_EQ(refusals[0]["bad_init"], 1);
+  EXPECT_EQ(refusals[0]["bad_vi_ba"], 2);
+  EXPECT_EQ(refusals[2]["bad_vi_ba"], 3);
+}
+
+TEST(BenchmarkTables, RunTimeByPart) {
+  const auto parts = jsonOf(exampleBenchmark(), "runtime_parts_10_4hz");
+  ASSERT_EQ(parts.size(), 10u);
+  EXPECT_EQ(parts[0]["part"], "step 1 (stereo odometry)");
+  EXPECT_EQ(parts[1]["part"], "initializer");
+  EXPECT_EQ(parts[1]["median_ms"], 2);
+  EXPECT_EQ(parts[2]["part"], "VI-BA");
+  EXPECT_EQ(parts[3]["part"], "initializer: map");
+  EXPECT_EQ(parts[4]["part"], "all together");  // its own stages are not counted twice
+  EXPECT_NEAR(parts[4]["mean_ms"], 70.0 / 6 + 2.0 + 20.0, 1e-6);
+}
+
+TEST(BenchmarkTables, NoiseInWords) {
+  EXPECT_EQ(noiseVerdict({400, 100}).words, "too small");
+  EXPECT_EQ(noiseVerdict({400, 100}).factor, 2.0);
+  EXPECT_EQ(noiseVerdict({120, 100}).words, "about right");
+  EXPECT_EQ(noiseVerdict({70, 100}).words, "about right");
+  EXPECT_EQ(noiseVerdict({25, 100}).words, "too large");
+  EXPECT_EQ(noiseVerdict({0, 0}).words, "");
+  EXPECT_TRUE(std::isnan(noiseVerdict({0, 0}).factor));
+
+  BenchmarkRecord record = exampleBenchmark();
+  const auto noise = jsonOf(record, "noise_10_4hz");
+  EXPECT_EQ(noise[0]["slots"], 5);  // of the first initializer alone
+  EXPECT_EQ(noise[0]["gyro_chi2_per_dof"], 4);
+  EXPECT_EQ(noise[0]["gyro_noise"], "too small");
+  EXPECT_EQ(noise[0]["gyro_factor"], 2);
+  EXPECT_EQ(noise[0]["accel_noise"], "too large");
+  EXPECT_EQ(noise[0]["vision_noise"], "about right");
+  EXPECT_EQ(noise[2]["slots"], 6);
+  for (SlotRecord& slot : record.slots) slot.noise.reset();
+  EXPECT_THROW(find(benchmarkTables(record), "noise_10_4hz"), Error);
+}
+
+TEST(BenchmarkTables, FloorOfEverySequence) {
+  BenchmarkRecord record = exampleBenchmark();
+  auto floor = jsonOf(record, "floor");
+  ASSERT_EQ(floor.size(), 2u);
+  EXPECT_EQ(floor[0]["rre_deg"], 0.0333);
+  EXPECT_EQ(floor[0]["gyro_bias_rps"], 0.08);
+  EXPECT_EQ(floor[1]["ground_truth"], "none");
+  EXPECT_TRUE(floor[1]["rre_deg"].is_null());
+  const auto text = [&] {
+    return find(benchmarkTables(record), "floor").table.toString(TableFormat::kText);
+  };
+  EXPECT_THAT(text(), Not(HasSubstr("problem")));
+  record.sequences[1].error = "cam0/data.csv: no such file";
+  EXPECT_THAT(text(), HasSubstr("cam0/data.csv: no such file"));
+}
+
+TEST(BenchmarkTables, OneSetAWindow) {
+  BenchmarkRecord record = exampleBenchmark();
+  const size_t one = benchmarkTables(record).size();
+  SlotRecord slot = record.slots.front();
+  slot.keyframes = 5;
+  slot.rate_hz = 10.0;
+  record.slots.push_back(slot);
+  const std::vector<TitledTable> two = benchmarkTables(record);
+  EXPECT_EQ(two.size(), 2 * one - 1);  // the floor once
+  EXPECT_EQ(find(two, "success_5_10hz").title, "Success [%], 5 keyframes at 10 Hz");
+}
+
+TEST(BenchmarkTables, TitleAndNoteArePrintedForPeopleAlone) {
+  const TitledTable table = find(benchmarkTables(exampleBenchmark()), "success_10_4hz");
+  for (const TableFormat format :
+       {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kHtml, TableFormat::kLatex}) {
+    EXPECT_THAT(toString(table, format), HasSubstr("10 keyframes at 4 Hz"));
+    EXPECT_THAT(toString(table, format), HasSubstr("a refused slot counts as a failure."));
+  }
+  EXPECT_EQ(toString(table, TableFormat::kCsv), table.table.toString(TableFormat::kCsv));
+  EXPECT_THAT(toString(table, TableFormat::kText), Not(HasSubstr("\033")));
+  EXPECT_THAT(toString(table, TableFormat::kText, true), HasSubstr("\033[1m"));
+}
+
+}  // namespace
+}  // namespace etalon

@@ -1,0 +1,151 @@
+#include "etalon/evaluation/ground_truth_floor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "etalon/core/so3.h"
+#include "etalon/simulation/imu_synthesis.h"
+#include "etalon/simulation/profile_trajectory.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegrees = 180.0 / M_PI;
+
+struct Flight {
+  GroundTruth truth;
+  std::vector<ImuSample> imu;
+};
+
+/** A flight with exact ground truth at 200 Hz in its own gravity-aligned world. */
+Flight fly(MotionProfile profile, const ImuSynthesisOptions& imu, double truth_rate_hz = 200.0) {
+  ProfileOptions options;
+  options.profile = profile;
+  options.duration_s = 20.0;
+  const ProfileTrajectory trajectory(options);
+  Flight flight;
+  flight.imu = synthesizeImu(trajectory, trajectory.start(), trajectory.end(), imu).samples;
+  flight.truth.has_velocity = true;
+  const int rows = static_cast<int>(options.duration_s * truth_rate_hz);
+  for (int k = 0; k <= rows; ++k) {
+    const TrajectoryState s = trajectory.at(stampAtRate(trajectory.start(), truth_rate_hz, k));
+    flight.truth.states.push_back({s.t, s.T_WB, s.v_WB});
+  }
+  return flight;
+}
+
+ImuSynthesisOptions biased() {
+  ImuSynthesisOptions options = ImuSynthesisOptions::noiseFree();
+  options.initial_bias = {Vector3d(-0.002, 0.021, 0.077), Vector3d(-0.02, 0.13, 0.06)};
+  return options;
+}
+
+TEST(GroundTruthFloor, IsZeroForAnExactTruth) {
+  const Flight flight = fly(MotionProfile::kAggressive, ImuSynthesisOptions::noiseFree());
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_EQ(floor.interval_s, 0.25);
+  // What preintegration at 200 Hz leaves of a flight with up to 3 rad/s: second order in 5 ms.
+  EXPECT_LT(floor.rre_deg, 1e-3);
+  EXPECT_LT(floor.bias.gyro.norm(), 2e-5);
+  EXPECT_LT(floor.bias.accel.norm(), 2e-4);
+  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+}
+
+TEST(GroundTruthFloor, FindsTheBiases) {
+  const Flight flight = fly(MotionProfile::kAggressive, biased());
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_LT((floor.bias.gyro - biased().initial_bias.gyro).norm(), 2e-5);
+  EXPECT_LT((floor.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
+  EXPECT_LT(floor.rre_deg, 1e-3);
+  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+}
+
+TEST(GroundTruthFloor, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
+  Flight flight = fly(MotionProfile::kGentle, biased());
+  const SE3 T_GW(expSO3(Vector3d(0.6, -0.8, 0.0) * 0.55 / kDegrees), Vector3d(1, 2, 3));
+  for (GroundTruthState& s : flight.truth.states) {
+    s.T_WB = T_GW * s.T_WB;
+    s.v_WB = T_GW.R * s.v_WB;
+  }
+  for (const bool has_velocity : {true, false}) {
+    flight.truth.has_velocity = has_velocity;
+    if (!has_velocity)
+      for (GroundTruthState& s : flight.truth.states) s.v_WB.setZero();
+    const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+    EXPECT_NEAR(floor.world_tilt_deg, 0.55, 2e-3) << has_velocity;
+    EXPECT_LT((floor.gravity_direction_G - T_GW.R * Vector3d(0, 0, -1)).norm() * kDegrees, 2e-3);
+    EXPECT_LT((floor.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
+    EXPECT_LT(floor.rre_deg, 1e-3);  // a tilt of the world turns no relative rotation
+  }
+}
+
+TEST(GroundTruthFloor, MeasuresTheNoiseOfTheTruthsRotations) {
+  Flight flight = fly(MotionProfile::kGentle, biased());
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal;
+  const double sigma = 0.02 / kDegrees;
+  for (GroundTruthState& s : flight.truth.states)
+    s.T_WB.R *= expSO3(sigma * Vector3d(normal(generator), normal(generator), normal(generator)));
+  // Two ends, three axes: sqrt(6) sigma, from 80 intervals of 3 components: 6 %, of which 3 sigma.
+  EXPECT_NEAR(groundTruthFloor(flight.truth, flight.imu).rre_deg, std::sqrt(6.0) * 0.02,
+              0.2 * std::sqrt(6.0) * 0.02);
+}
+
+TEST(GroundTruthFloor, MeasuresTheNoiseOfTheGyro) {
+  ImuSynthesisOptions noisy = biased();
+  noisy.white_noise = true;
+  noisy.noise.gyro_noise_density = 2e-3;
+  noisy.noise.accel_noise_density = 0.0;
+  const Flight flight = fly(MotionProfile::kGentle, noisy);
+  // sigma_c sqrt(interval) an axis.
+  const double expected = 2e-3 * std::sqrt(3 * 0.25) * kDegrees;
+  EXPECT_NEAR(groundTruthFloor(flight.truth, flight.imu).rre_deg, expected, 0.2 * expected);
+}
+
+TEST(GroundTruthFloor, TakesTheTruthsOwnStatesAtALowRate) {
+  const Flight flight = fly(MotionProfile::kAggressive, biased(), 20.0);
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_LT(floor.rre_deg, 1e-3);
+  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+}
+
+TEST(GroundTruthFloor, LeavesOutWhatEitherDoesNotCover) {
+  Flight flight = fly(MotionProfile::kAggressive, biased());
+  auto& states = flight.truth.states;
+  states.erase(states.begin() + 1000, states.begin() + 1600);
+  flight.imu.erase(flight.imu.begin() + 2000, flight.imu.begin() + 2100);
+  flight.imu.resize(3500);
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_LT(floor.rre_deg, 1e-3);
+  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+}
+
+TEST(GroundTruthFloor, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
+  const Flight flight = fly(MotionProfile::kStatic, biased());
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_LT((floor.bias.gyro - biased().initial_bias.gyro).norm(), 1e-9);
+  EXPECT_LT(floor.rre_deg, 1e-6);
+  EXPECT_TRUE(std::isnan(floor.world_tilt_deg));
+  EXPECT_TRUE(std::isnan(floor.bias.accel.x()));
+  EXPECT_EQ(floor.gravity_direction_G, Vector3d(0, 0, -1));
+}
+
+TEST(GroundTruthFloor, WithoutTruthOrImuThereIsNone) {
+  const Flight flight = fly(MotionProfile::kGentle, biased());
+  for (const GroundTruthFloor& floor :
+       {groundTruthFloor({}, flight.imu), groundTruthFloor(flight.truth, {}),
+        groundTruthFloor(flight.truth, flight.imu, 100.0)}) {
+    EXPECT_TRUE(std::isnan(floor.rre_deg));
+    EXPECT_TRUE(std::isnan(floor.interval_s));
+    EXPECT_TRUE(std::isnan(floor.bias.gyro.x()));
+    EXPECT_TRUE(std::isnan(floor.world_tilt_deg));
+    EXPECT_EQ(floor.gravity_direction_G, Vector3d(0, 0, -1));
+  }
+}
+
+}  // namespace
+}  // namespace etalon
