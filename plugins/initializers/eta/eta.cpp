@@ -5,6 +5,7 @@
 #include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/inertial_only_step.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/optimization/linear_alignment.h"
 #include "etalon/optimization/starting_landmarks.h"
 #include "etalon/optimization/translation_ba.h"
 
