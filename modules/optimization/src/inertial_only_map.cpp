@@ -47,6 +47,7 @@ class InertialOnlyProblem {
   State seed() const {
     State s;
     s.bias = options_.prior_mean;
+    if (options_.gyro_bias) s.bias.gyro = options_.gyro_bias->gyro;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (size_t k = 0; k < preintegrations_.size(); ++k)
       sum -= T_VB_[k].R * preintegrations_[k].corrected(s.bias).dv;
@@ -88,6 +89,15 @@ class InertialOnlyProblem {
       H->diagonal().segment<3>(kBias + 3).array() += options_.prior_accel_information;
       b->segment<3>(kBias) += options_.prior_gyro_information * d_gyro;
       b->segment<3>(kBias + 3) += options_.prior_accel_information * d_accel;
+    }
+    if (options_.gyro_bias) {
+      const Eigen::Matrix3d& information = options_.gyro_bias->information;
+      const Eigen::Vector3d d = s.bias.gyro - options_.gyro_bias->gyro;
+      cost += 0.5 * d.dot(information * d);
+      if (H) {
+        H->block<3, 3>(kBias, kBias) += information;
+        b->segment<3>(kBias) += information * d;
+      }
     }
     return cost;
   }
