@@ -143,7 +143,7 @@ function boxOption(metric) {
     xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
     yAxis: axis("", {
       type: "category", inverse: true, data: groups.map((g) => `${initializerName(g.i)}\nn = ${g.values.length}`),
-      splitLine: { show: false }, axisLabel: { color: cssColour("--text"), fontSize: 11, width: 130, overflow: "truncate", lineHeight: 14 },
+      splitLine: { show: false }, axisLabel: { color: cssColour("--text"), fontSize: 11, width: 130, overflow: "truncate", lineHeight: 13, interval: 0 },
     }),
     tooltip: tooltip({
       formatter: (event) => {
