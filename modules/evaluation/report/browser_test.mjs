@@ -126,7 +126,19 @@ async function testBenchmark(context) {
   await page.fill("#failure-text", "");
   await page.selectOption("#sequence", "-1");
 
-  // Paper is light, whatever the screen is.
+  // Paper is light, whatever the screen is, and its charts have their new size before the browser goes on.
+  const cut = await page.evaluate(() => {
+    window.dispatchEvent(new Event("beforeprint"));
+    const wide = [];
+    for (const [id, chart] of window.etalonReport.charts) {
+      const right = chart.getDom().getBoundingClientRect().right;
+      for (const shape of chart.getDom().querySelectorAll("svg path, svg text"))
+        if (shape.getBoundingClientRect().right > right + 1) wide.push(id);
+    }
+    window.dispatchEvent(new Event("afterprint"));
+    return [...new Set(wide)];
+  });
+  assert.deepEqual(cut, [], "charts that are cut on paper");
   await page.pdf({ path: join(folder, "print.pdf"), format: "A4" });
   await page.emulateMedia({ media: "print" });
   assert.equal(await colour(), light);

@@ -35,8 +35,11 @@ function slotText(slot) {
 }
 const slotTooltip = (event) => (event.data && event.data.slot !== undefined ? slotText(slots[event.data.slot]) : "");
 
-/** The criterion of success and, for one sequence, the floor of its ground truth. */
-function limitLines(metric) {
+/** The criterion of success and, for one sequence, the floor of its ground truth; their texts on the side with more room
+ * among `values`. */
+function limitLines(metric, values) {
+  const positive = values.filter((v) => v > 0);
+  const middle = Math.sqrt(least(positive) * most(positive));
   const lines = [];
   const m = metrics[metric];
   if (m.limit !== null) lines.push({ at: m.limit * m.factor, name: "criterion" });
@@ -44,7 +47,7 @@ function limitLines(metric) {
     const floor = data.sequences[state.sequence].floor_rre_deg;
     if (floor !== null) lines.push({ at: floor * m.factor, name: "floor of the ground truth" });
   }
-  return lines;
+  return lines.map((line) => ({ ...line, align: line.at > middle ? "right" : "left" }));
 }
 function markLine(lines, key, position = "end") {
   return {
@@ -52,7 +55,7 @@ function markLine(lines, key, position = "end") {
     symbol: "none",
     lineStyle: { color: cssColour("--quiet"), type: "dashed", width: 1 },
     label: { color: cssColour("--quiet"), fontSize: 11, position, formatter: (event) => event.name },
-    data: lines.map((line) => ({ [key]: line.at, name: line.name })),
+    data: lines.map((line) => ({ [key]: line.at, name: line.name, label: line.align && key === "xAxis" ? { align: line.align } : {} })),
   };
 }
 
@@ -91,7 +94,7 @@ function cdfOption(metric, small) {
       },
     ];
   });
-  if (series.length) series[0].markLine = markLine(limitLines(metric), "xAxis");
+  if (series.length) series[0].markLine = markLine(limitLines(metric, all), "xAxis");
   return {
     grid: { left: 56, right: 16, top: 24, bottom: 46 },
     xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
@@ -140,7 +143,7 @@ function boxOption(metric) {
     xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
     yAxis: axis("", {
       type: "category", inverse: true, data: groups.map((g) => `${initializerName(g.i)}\nn = ${g.values.length}`),
-      splitLine: { show: false }, axisLabel: { color: cssColour("--text"), fontSize: 11, width: 130, overflow: "truncate", lineHeight: 14 },
+      splitLine: { show: false }, axisLabel: { color: cssColour("--text"), fontSize: 11, width: 130, overflow: "truncate", lineHeight: 13, interval: 0 },
     }),
     tooltip: tooltip({
       formatter: (event) => {
@@ -151,7 +154,7 @@ function boxOption(metric) {
       },
     }),
     series: [
-      { type: "boxplot", data: boxes, boxWidth: [6, 22], markLine: markLine(limitLines(metric), "xAxis") },
+      { type: "boxplot", data: boxes, boxWidth: [6, 22], markLine: markLine(limitLines(metric, all), "xAxis", "start") },
       { type: "scatter", data: points, symbolSize: 4.5 },
     ],
   };

@@ -30,10 +30,10 @@ function failures() {
 }
 
 /** Why it failed, in words: an accepted estimate that is wrong has no reason of its own. */
-function reasonOf(slot) {
+function reasonOf(slot, stage) {
   if (slot.reason) return slot.reason;
   const parts = metrics
-    .map((m, k) => ({ m, value: errorOf(slot, state.stage, k) }))
+    .map((m, k) => ({ m, value: errorOf(slot, stage, k) }))
     .filter(({ m, value }) => m.limit !== null && value !== null && value >= m.limit * m.factor)
     .map(({ m, value }) => `${m.title} ${number(value)}, at least ${number(m.limit * m.factor)}`);
   return parts.join("; ");
@@ -45,7 +45,7 @@ function drawFailures() {
   document.getElementById("failures").innerHTML = shown
     .map((s) => {
       const cells = [esc(sequenceName(s.sequence)), s.segment, number(s.start, 5), esc(initializerName(s.initializer)),
-        esc(outcomeNamed.get(outcomeOf(s, state.stage)).name), esc(s.status), esc(reasonOf(s))];
+        esc(outcomeNamed.get(outcomeOf(s, state.stage)).name), esc(s.status), esc(reasonOf(s, state.stage))];
       return `<tr data-slot="${s.index}">${cells.map((c, k) => `<td${k === 1 || k === 2 ? ' class="number"' : ""}>${c}</td>`).join("")}</tr>`;
     })
     .join("");

@@ -115,7 +115,6 @@ function setPrinting(on) {
   document.body.classList.toggle("printing", on);
   applyTheme();
   drawAll();
-  resizeCharts();
 }
 
 function setUpPage() {

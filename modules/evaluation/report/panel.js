@@ -44,13 +44,14 @@ function showPanel() {
 
 function panelHtml(slot) {
   const outcome = outcomeNamed.get(outcomeOf(slot, STAGES.length - 1));
-  const failed = slot.status !== "success";
+  const failed = ["inaccurate", "rejected", "refused"].includes(outcome.key);
+  const reason = reasonOf(slot, STAGES.length - 1);
   return `<button type="button" class="close" title="Close (Esc)">Close</button>
 <p class="where">${esc(initializerName(slot.initializer))}<br>${esc(sequenceName(slot.sequence))}, ${slotWord} ${slot.segment}</p>
 <p class="note">from ${number(slot.start, 5)} s, ${esc(windowName(data.windows[slot.window]))}</p>
 <div class="steps"><button type="button" data-step="-1 0" title="Previous ${slotWord} (left arrow)">← previous</button>
 <button type="button" data-step="1 0" title="Next ${slotWord} (right arrow)">next →</button></div>
-<div class="reason${failed ? " failed" : ""}" id="slot-reason"><b>${esc(slot.status)}</b>${slot.reason ? `: ${esc(slot.reason)}` : ""}<br><span class="note">${esc(outcome.text)}</span></div>
+<div class="reason${failed ? " failed" : ""}" id="slot-reason"><b>${esc(outcome.name)}</b> <span class="note">(${esc(outcome.text)})</span><br>status ${esc(slot.status)}${reason ? `: ${esc(reason)}` : ""}</div>
 <h3>Trajectories</h3>
 <p class="note">${slot.frame[1] ? "Keyframes, aligned with ground truth in yaw and position" : "No ground truth: keyframes, aligned in yaw and position with the last stage"}</p>
 <div class="plot" id="slot-trajectory"></div><div class="plot" id="slot-height"></div>

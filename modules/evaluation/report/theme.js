@@ -71,6 +71,8 @@ function draw(id, option) {
     });
     charts.set(id, chart);
   }
+  if (chart.getWidth() !== element.clientWidth || chart.getHeight() !== element.clientHeight) chart.resize();
+  // This draws at once, which resize() does not: paper is printed before the next frame.
   chart.setOption({ ...common(), ...option }, { notMerge: true });
   return chart;
 }

@@ -39,8 +39,7 @@ function drawTimeline(sequence) {
   const good = judged.filter((s) => s.judged[state.stage] === 1).length;
   const none = list.filter((s) => outcomeOf(s, state.stage) === "refused").length;
   plot.previousSibling.innerHTML = `<b>${esc(sequenceName(sequence))}</b>: ${good} successes of ${judged.length} judged, ${none} without an estimate`;
-  const chart = draw(id, timelineOption(sequence, list, lanes, upper));
-  chart.resize();
+  draw(id, timelineOption(sequence, list, lanes, upper));
 }
 
 function timelineOption(sequence, list, lanes, upper) {
@@ -53,11 +52,15 @@ function timelineOption(sequence, list, lanes, upper) {
   const margin = Math.max(0.5, 0.012 * (most(ends) - least(ends)));
   const time = list.length ? { min: Math.min(0, least(ends)) - margin, max: most(ends) + margin } : { min: 0, max: 1 };
   const ticks = { axisLabel: { color: cssColour("--quiet"), fontSize: 11, showMinLabel: false, showMaxLabel: false, formatter: (v) => number(v, 5) } };
+  const width = document.getElementById(timelineId(sequence)).clientWidth;
+  const left = width < 600 ? 100 : 150;
+  const columns = new Set(list.map((s) => s.segment)).size;
+  const size = Math.max(3, Math.min(7.5, (0.85 * (width - left)) / Math.max(1, columns)));
   const series = [];
   for (const [i, own] of byInitializer(list)) {
     const colour = colourOf(i);
     series.push({
-      type: "line", name: initializerName(i), symbol: symbolOf(i), symbolSize: 6, showAllSymbol: true, connectNulls: false,
+      type: "line", name: initializerName(i), symbol: symbolOf(i), symbolSize: Math.max(4, 0.8 * size), showAllSymbol: true, connectNulls: false,
       lineStyle: { color: colour, width: 1, type: dashOf(i), opacity: 0.7 }, itemStyle: { color: colour },
       emphasis: { focus: "series", lineStyle: { width: 2 } },
       data: own.map((s) => ({ value: [s.start, place(errorOf(s, state.stage, state.metric))], slot: s.index })),
@@ -65,15 +68,14 @@ function timelineOption(sequence, list, lanes, upper) {
   }
   for (const { key } of OUTCOMES) {
     series.push({
-      type: "scatter", name: key, xAxisIndex: 1, yAxisIndex: 1, symbol: OUTCOME_SYMBOLS[key], symbolSize: key === "refused" ? 9 : 7.5,
+      type: "scatter", name: key, xAxisIndex: 1, yAxisIndex: 1, symbol: OUTCOME_SYMBOLS[key], symbolSize: key === "refused" ? 1.2 * size : size,
       itemStyle: outcomeStyle(key),
       data: list.filter((s) => outcomeOf(s, state.stage) === key).map((s) => ({ value: [s.start, lane.get(s.initializer)], slot: s.index })),
     });
   }
   series.push(selectionSeries(sequence));
   if (series[0] && errors.length)
-    series[0].markLine = markLine(limitLines(state.metric), "yAxis", "insideEndTop");
-  const left = 150;
+    series[0].markLine = markLine(limitLines(state.metric, errors), "yAxis", "insideEndTop");
   return {
     grid: [
       { left, right: 16, top: 14, height: upper, outerBoundsMode: "none" },
@@ -81,7 +83,7 @@ function timelineOption(sequence, list, lanes, upper) {
     ],
     xAxis: [
       axis("", { type: "value", gridIndex: 0, ...time, ...ticks, axisLabel: { show: false } }),
-      axis(`start of the ${slotWord} since the first image [s]${seconds ? `; it lasts ${number(seconds)} s` : ""}`, { type: "value", gridIndex: 1, nameGap: 26, ...time, ...ticks }),
+      axis(width < 600 ? "start [s]" : `start of the ${slotWord} since the first image [s]${seconds ? `; it lasts ${number(seconds)} s` : ""}`, { type: "value", gridIndex: 1, nameGap: 26, ...time, ...ticks }),
     ],
     yAxis: [
       logAxis(metric.title, errors, { gridIndex: 0, nameGap: 46 }),
