@@ -85,18 +85,22 @@ void checkContent(const std::vector<std::pair<std::string, BenchmarkRecord>>& be
     }
 }
 
-double percent(const std::string& figure) { return figure == kSuccessRate ? 100.0 : 1.0; }
-
-/** Value in the unit of the figure's title. */
-std::string shown(const std::string& figure, double value) {
+/** A figure in the unit of its title, rounded as in the other tables. */
+std::string shownValue(const std::string& figure, double value) {
   if (!std::isfinite(value)) return "-";
+  const bool rate = figure == kSuccessRate;
   char text[352];
-  if (figure == kSuccessRate) {
-    std::snprintf(text, sizeof text, "%.1f", percent(figure) * value);
-  } else {
-    const SegmentMetric metric = segmentMetric(figure);
-    std::snprintf(text, sizeof text, "%.*f", metric.decimals, metric.factor * value);
-  }
+  std::snprintf(text, sizeof text, "%.*f", rate ? 1 : segmentMetric(figure).decimals,
+                value * (rate ? 100.0 : segmentMetric(figure).factor));
+  return text;
+}
+
+/** The same for a difference, which may be too small for those decimals. */
+std::string shownDifference(const std::string& figure, double value) {
+  if (!std::isfinite(value)) return "-";
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3g",
+                value * (figure == kSuccessRate ? 100.0 : segmentMetric(figure).factor));
   return text;
 }
 
@@ -112,8 +116,8 @@ BenchmarkRecord combineBenchmarks(
   all.protocol.vi_ba = false;
   std::set<std::string> known;
   for (const auto& [name, record] : benchmarks) {
-    const auto fullName = [&, &prefix = name](const std::string& initializer) {
-      return uses[initializer] > 1 ? prefix + "/" + initializer : initializer;
+    const auto fullName = [&, prefix = name + "/"](const std::string& initializer) {
+      return uses[initializer] > 1 ? prefix + initializer : initializer;
     };
     all.protocol.vi_ba = all.protocol.vi_ba || record.protocol.vi_ba;
     for (const BenchmarkSequence& sequence : record.sequences)
@@ -224,13 +228,15 @@ TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
     table.setNumber("slots_a", c.count_a);
     table.setNumber("slots_b", c.count_b);
     table.setNumber("pairs", c.interval.pairs);
-    for (const auto& [key, value] : {std::pair("value_a", c.value_a),
-                                     {"value_b", c.value_b},
-                                     {"difference", c.interval.difference},
+    for (const auto& [key, value] : {std::pair("value_a", c.value_a), {"value_b", c.value_b}}) {
+      table.setNumber(key, value);
+      table.setText(std::string(key) + "_text", shownValue(c.figure, value));
+    }
+    for (const auto& [key, value] : {std::pair("difference", c.interval.difference),
                                      {"low", c.interval.low},
                                      {"high", c.interval.high}}) {
       table.setNumber(key, value);
-      table.setText(std::string(key) + "_text", shown(c.figure, value));
+      table.setText(std::string(key) + "_text", shownDifference(c.figure, value));
     }
     table.setText("verdict", c.verdict());
   }

@@ -137,6 +137,19 @@ TEST(GroundTruthFloor, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
   EXPECT_FALSE(floor.foundGravityDirection().has_value());
 }
 
+TEST(GroundTruthFloor, OfAShortRecordingGravityIsNotFoundFromNoisySamples) {
+  ImuSynthesisOptions noisy = biased();
+  noisy.white_noise = true;
+  noisy.noise.gyro_noise_density = 0.0;
+  noisy.noise.accel_noise_density = 0.01;  // five times the data sheet: a flight
+  Flight flight = fly(MotionProfile::kGentle, noisy);
+  EXPECT_TRUE(groundTruthFloor(flight.truth, flight.imu).foundGravityDirection().has_value());
+  flight.truth.states.resize(1200);  // 6 s, of which one at rest
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_FALSE(floor.foundGravityDirection().has_value());
+  EXPECT_FALSE(std::isnan(floor.rre_deg));
+}
+
 TEST(GroundTruthFloor, WithoutTruthOrImuThereIsNone) {
   const Flight flight = fly(MotionProfile::kGentle, biased());
   for (const GroundTruthFloor& floor :
