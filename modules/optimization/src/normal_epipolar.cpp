@@ -36,7 +36,7 @@ Matrix93d essentialDerivative(const Vector3d& t, const Matrix3d& R) {
 Matrix3d EpipolarMoments::normals(const Matrix3d& R) const {
   Matrix93d C;
   for (int a = 0; a < 3; ++a) C.col(a) = essential(Vector3d::Unit(a), R);
-  return C.transpose() * products() * C;
+  return C.transpose().lazyProduct(products().lazyProduct(C).eval());
 }
 
 Matrix3d EpipolarMoments::normalCovariance(const Matrix3d& R) const {
@@ -65,8 +65,8 @@ EpipolarCost smallestEigenvalueCost(const EpipolarMoments& moments, const Matrix
   const Matrix9d K = moments.products();
   Matrix93d C;  // t . n for t along the three axes
   for (int a = 0; a < 3; ++a) C.col(a) = essential(Vector3d::Unit(a), R);
-  const Matrix93d KC = K * C;
-  const Matrix3d M = C.transpose() * KC;
+  const Matrix93d KC = K.lazyProduct(C);  // Eigen's blocked product costs more at this size
+  const Matrix3d M = C.transpose().lazyProduct(KC);
   const Eigen::LLT<Matrix3d> whitening(N);
   const Matrix3d half = whitening.matrixL().solve(M);
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(
@@ -82,7 +82,8 @@ EpipolarCost smallestEigenvalueCost(const EpipolarMoments& moments, const Matrix
   cost.direction = t.normalized();
   const Matrix93d D = essentialDerivative(t, R);
   cost.gradient = 2.0 * D.transpose() * (KC * t);
-  cost.hessian = 2.0 * D.transpose() * K * D;
+  const Matrix93d KD = K.lazyProduct(D);
+  cost.hessian = 2.0 * D.transpose().lazyProduct(KD);
   for (int m = 1; m < 3; ++m) {
     if (!(eigen.eigenvalues()(m) > 0.0)) continue;
     const Vector3d cross = D.transpose() * (KC * T.col(m));
@@ -103,7 +104,8 @@ EpipolarCost rotationOnlyCost(const EpipolarMoments& moments, const Matrix3d& R,
     const Vector9d Kc = K * c;
     cost.value += c.dot(Kc);
     cost.gradient += 2.0 * D.transpose() * Kc;
-    cost.hessian += 2.0 * D.transpose() * K * D;
+    const Matrix93d KD = K.lazyProduct(D);
+    cost.hessian += 2.0 * D.transpose().lazyProduct(KD);
   }
   return cost;
 }

@@ -92,6 +92,19 @@ double median(std::vector<double>* values) {
   return *middle;
 }
 
+/** From the median; outliers inflate it: once more without those that it shows. */
+double robustSigma(std::vector<double>* sizes) {
+  const double limit = 3.0 * kMedianToSigma * median(sizes);
+  const auto inliers =
+      std::count_if(sizes->begin(), sizes->end(), [&](double size) { return size <= limit; });
+  // The smaller half already stands in front.
+  const auto middle = sizes->begin() + inliers / 2;
+  if (middle == sizes->end()) return 0.0;
+  std::nth_element(sizes->begin(), middle,
+                   sizes->begin() + static_cast<std::ptrdiff_t>(sizes->size() / 2 + 1));
+  return kMedianToSigma * *middle;
+}
+
 class Estimator {
  public:
   Estimator(const StereoInertialCalibration& calibration,
@@ -218,6 +231,7 @@ void Estimator::fillResiduals(Pair* pair, const Matrix3d& R, bool rotation_only)
   const double rotation_scale = 1.0 / (kMedianToSigma * 1.17741 * std::sqrt(2.0) * sigma);
   const Vector3d& t = pair->direction;
   std::vector<double> sizes;
+  sizes.reserve(pair->matches.size());
   for (Match& match : pair->matches) {
     const Vector3d g = R * match.f_j;
     const Vector3d n = match.f_i.cross(g);
@@ -228,12 +242,7 @@ void Estimator::fillResiduals(Pair* pair, const Matrix3d& R, bool rotation_only)
                          : t.dot(n) / (sigma * std::sqrt(std::max(2.0 - a * a - b * b, 1e-3)));
     sizes.push_back(std::abs(match.residual));
   }
-  // Outliers inflate the median: once more without those that it shows.
-  const double first = kMedianToSigma * median(&sizes);
-  const auto outliers =
-      std::remove_if(sizes.begin(), sizes.end(), [&](double size) { return size > 3.0 * first; });
-  sizes.erase(outliers, sizes.end());
-  pair->sigma = kMedianToSigma * median(&sizes);
+  pair->sigma = robustSigma(&sizes);
 }
 
 bool Estimator::atRest() {

@@ -110,7 +110,7 @@ class Drt : public Initializer {
   InitializationResult solvePasses(const ImuAlignment& imu, TranslationConstraint* constraint,
                                    LinearState* state) const {
     const Eigen::Index n = 3 * static_cast<Eigen::Index>(state->p.size());
-    constexpr double kConverged = 1e-5;  // m
+    constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
     constexpr int kWithStereoBases = 4;
     for (int pass = 0; pass < passes_; ++pass) {
       if (pass == kWithStereoBases) constraint->chooseWidestBases();

@@ -13,7 +13,14 @@ using Eigen::Vector3d;
 
 namespace {
 constexpr double kInlier = 4.0;  // standard deviations
+
+/** Adds the block at (row, column) and its transpose, as far as they are in the lower triangle. */
+void addLower(Eigen::Index row, Eigen::Index column, const Matrix3d& block, Eigen::MatrixXd* H) {
+  if (row >= column) H->block<3, 3>(row, column) += block;
+  if (row <= column) H->block<3, 3>(column, row) += block.transpose();
 }
+
+}  // namespace
 
 TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& calibration,
                                              const std::vector<const TrackedFrame*>& keyframes,
@@ -178,17 +185,12 @@ void TranslationConstraint::addTo(const std::vector<Vector3d>& p, Eigen::MatrixX
       Py_sum += Py;
       H->block<3, 3>(ki, ki) += P;
       g->segment<3>(ki) -= Py;
-      const Matrix3d to_a = P * by_a, to_b = P * D;
-      H->block<3, 3>(ki, ka) -= to_a;
-      H->block<3, 3>(ka, ki) -= to_a.transpose();
-      H->block<3, 3>(ki, kb) -= to_b;
-      H->block<3, 3>(kb, ki) -= to_b.transpose();
+      addLower(ki, ka, -P.lazyProduct(by_a), H);
+      addLower(ki, kb, -P.lazyProduct(D), H);
     }
     H->block<3, 3>(ka, ka) += by_a.transpose() * P_sum * by_a;
     H->block<3, 3>(kb, kb) += D.transpose() * P_sum * D;
-    const Matrix3d cross = by_a.transpose() * P_sum * D;
-    H->block<3, 3>(ka, kb) += cross;
-    H->block<3, 3>(kb, ka) += cross.transpose();
+    addLower(ka, kb, by_a.transpose() * P_sum * D, H);
     g->segment<3>(ka) += by_a.transpose() * Py_sum;
     g->segment<3>(kb) += D.transpose() * Py_sum;
   }

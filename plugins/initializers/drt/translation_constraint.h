@@ -47,7 +47,8 @@ class TranslationConstraint {
   /** Residuals at the positions `p` (m, in V): distances, standard deviations, robust weights. */
   void reweight(const std::vector<Eigen::Vector3d>& p, bool robust);
 
-  /** Adds H (3N x 3N) and gradient of half the sum of weighted squared residuals at `p`. */
+  /** Adds the lower triangle of H (3N x 3N) and the gradient of half the sum of weighted squared
+   * residuals at `p`. */
   void addTo(const std::vector<Eigen::Vector3d>& p, Eigen::MatrixXd* H, Eigen::VectorXd* g) const;
 
   /** Robust standard deviation of the residuals, 1 is what sigma_px promises. */
