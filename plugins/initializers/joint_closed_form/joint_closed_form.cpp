@@ -300,7 +300,7 @@ class JointClosedForm : public Initializer {
   std::string accel_bias_ = "estimate";
   bool imu_noise_ = true;
   int max_passes_ = 8;
-  double converged_ = 1e-5;
+  double converged_ = 1e-4;
   double chi2_pixel_ = kChi2Pixel;
   double chi2_stereo_ = 16.0;
   int min_landmarks_ = 15;

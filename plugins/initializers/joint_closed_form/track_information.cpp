@@ -174,6 +174,9 @@ void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
   for (int l = 0; l < window_.landmarkCount(); ++l)
     if (valid_[static_cast<size_t>(l)]) eliminate(l, T_VB);
   S_.triangularView<Eigen::StrictlyUpper>() = S_.transpose();
+  const double tempering = scale_ * scale_ / c2_;
+  S_ *= tempering;
+  s_ *= tempering;
 }
 
 void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
