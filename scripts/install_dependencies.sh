@@ -4,7 +4,7 @@
 #   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
 #
 # Without arguments: what building takes, the unit tests included. --test adds what the tests call
-# (rawlog-edit), --lint the formatter and the linter, --benchmarks Google Benchmark.
+# (rawlog-edit, GNU parallel), --lint the formatter and the linter, --benchmarks Google Benchmark.
 # Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
 set -euo pipefail
 
@@ -16,7 +16,7 @@ packages=(
 )
 for argument in "$@"; do
   case "$argument" in
-    --test) packages+=(mrpt-apps) ;;
+    --test) packages+=(mrpt-apps parallel) ;;
     --lint) packages+=(clang-format-14 clang-tidy-14) ;;
     --benchmarks) packages+=(libbenchmark-dev) ;;
     *)

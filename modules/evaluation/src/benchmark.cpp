@@ -297,7 +297,9 @@ class Benchmark {
     const GroundTruth& truth = tracks_[task.sequence]->ground_truth;
     const InitializationAttempt attempt = attemptInitialization(
         problem, *configuration_.initializers[k].initializer, window_options_);
-    slot.attempt = makeAttemptRecord(attempt, window_options_.gravity_mps2, truth);
+    slot.attempt =
+        makeAttemptRecord(attempt, window_options_.gravity_mps2, truth,
+                          record_.sequences[task.sequence].floor.foundGravityDirection());
     for (StageRecord& stage : slot.attempt.stages) {
       stage.covariance.resize(0, 0);
       stage.covariance_order.clear();
