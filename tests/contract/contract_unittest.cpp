@@ -173,7 +173,7 @@ TEST(Contract, FindsWhatDependsOnMoreThanTheProblem) {
         if (!result->ok()) return;
         // Absolute time in seconds, as a double.
         const double t0 = 1e-9 * static_cast<double>(problem.frames()[0].t);
-        const double t1 = 1e-9 * static_cast<double>(problem.keyframe(1).t);
+        const double t1 = 1e-9 * static_cast<double>(problem.frames()[1].t);
         result->states[1].v_WB *= (t1 - t0) / 0.05;
       },
       "velocity");

@@ -54,6 +54,16 @@ TEST(IsolatedRun, EndsALoop) {
   EXPECT_THAT(outcome.failure, HasSubstr("more than 1 s of processor time"));
 }
 
+#ifndef __SANITIZE_ADDRESS__
+TEST(IsolatedRun, EndsAnAllocationWithoutEnd) {
+  IsolationLimits limits;
+  limits.memory_gib = 2.0;
+  const IsolatedOutcome outcome =
+      runIsolated([] { return std::string(4'000'000'000, 'x').substr(0, 1); }, limits);
+  EXPECT_THAT(outcome.failure, HasSubstr("threw: std::bad_alloc"));
+}
+#endif
+
 TEST(IsolatedRun, EndsAWait) {
   IsolationLimits limits;
   limits.waiting_s = 1.0;

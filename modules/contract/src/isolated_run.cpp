@@ -50,6 +50,10 @@ std::string readWhole(int file) {
   const auto cpu_s = static_cast<rlim_t>(std::ceil(limits.cpu_s));
   setLimit(RLIMIT_CPU, cpu_s, cpu_s + 1);
   setLimit(RLIMIT_CORE, 0, 0);
+#ifndef __SANITIZE_ADDRESS__  // reserves terabytes of addresses
+  const auto bytes = static_cast<rlim_t>(limits.memory_gib * 1024.0 * 1024.0 * 1024.0);
+  setLimit(RLIMIT_AS, bytes, bytes);
+#endif
   std::signal(SIGALRM, SIG_DFL);
   alarm(static_cast<unsigned>(std::ceil(limits.waiting_s)));
   dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -74,8 +78,11 @@ std::string secondsText(double seconds) {
 std::string describeEnd(int status, const IsolationLimits& limits) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
-    if (signal == SIGXCPU || signal == SIGKILL)
-      return "used more than " + secondsText(limits.cpu_s) + " of processor time, or was killed";
+    if (signal == SIGXCPU)
+      return "used more than " + secondsText(limits.cpu_s) + " of processor time";
+    if (signal == SIGKILL)
+      return "was killed from outside, or by the limit of " + secondsText(limits.cpu_s) +
+             " of processor time";
     if (signal == SIGALRM) return "did not end within " + secondsText(limits.waiting_s);
     return "crashed with signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
   }

@@ -9,6 +9,7 @@ namespace etalon {
 struct IsolationLimits {
   double cpu_s = 60.0;     ///< processor time; rounded up to whole seconds
   double waiting_s = 600;  ///< time on the clock, for what waits without computing
+  double memory_gib = 8;   ///< of addresses; beyond it `new` throws. Not with sanitizers
 };
 
 /** How a function ended that ran in a process of its own. */
