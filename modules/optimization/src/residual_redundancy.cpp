@@ -48,49 +48,58 @@ double addInertial(const std::vector<InertialResidual>& inertial, const Eigen::M
   return leverage;
 }
 
-/** Sum of the inliers' squared residuals, their number and that of their landmarks. */
+/** Residuals of the pixels. */
 struct VisualResiduals {
-  double chi2 = 0.0;
-  int measurements = 0, landmarks = 0;
+  double clipped = 0.0;  ///< sum over all of min(squared residual, bound)
+  int all = 0, inliers = 0, landmarks = 0;
 };
 
+/** Of every landmark that has inliers. */
 VisualResiduals collectVisual(const SolvedWindow& solved) {
   VisualResiduals visual;
   for (size_t l = 0; l < solved.landmarks.size(); ++l) {
-    const int before = visual.measurements;
-    for (int i = solved.window.first[l]; i < solved.window.first[l + 1]; ++i) {
-      if (!solved.inlier[static_cast<size_t>(i)]) continue;
-      const VisualMeasurement& m = solved.window.measurements[static_cast<size_t>(i)];
+    const auto first = static_cast<size_t>(solved.window.first[l]);
+    const auto last = static_cast<size_t>(solved.window.first[l + 1]);
+    int inliers = 0;
+    for (size_t i = first; i < last; ++i) inliers += solved.inlier[i] != 0;
+    if (inliers == 0) continue;
+    for (size_t i = first; i < last; ++i) {
+      const VisualMeasurement& m = solved.window.measurements[i];
       Eigen::Vector2d r;
-      if (!reprojectionResidual(solved.window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                solved.T_WB[static_cast<size_t>(m.keyframe)], solved.landmarks[l],
-                                &r))
-        continue;
-      visual.chi2 += r.squaredNorm();
-      ++visual.measurements;
+      const bool seen = solved.inlier[i] &&
+                        reprojectionResidual(
+                            solved.window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                            solved.T_WB[static_cast<size_t>(m.keyframe)], solved.landmarks[l], &r);
+      visual.clipped += seen ? std::min(r.squaredNorm(), solved.chi2_pixel) : solved.chi2_pixel;
     }
-    if (visual.measurements > before) ++visual.landmarks;
+    visual.all += static_cast<int>(last - first);
+    visual.inliers += inliers;
+    ++visual.landmarks;
   }
   return visual;
 }
 
 }  // namespace
 
+// The squared norm of a pair is exponential with mean 2 variance.
+
 double meanOfTruncatedPair(double variance, double bound) {
-  // The squared norm is exponential with mean 2 variance.
   const double mean = 2.0 * variance, x = bound / mean;
   if (x < 1e-4) return bound * (0.5 - x / 12.0);  // nearly uniform
   return x > 700.0 ? mean : mean - bound / std::expm1(x);
 }
 
-double varianceOfTruncatedPairs(double mean, double bound) {
-  // Truncation takes away, so half the mean is too small. Above kMost the mean says next to
-  // nothing.
+double meanOfClippedPair(double variance, double bound) {
+  return -2.0 * variance * std::expm1(-bound / (2.0 * variance));
+}
+
+double varianceOfClippedPairs(double mean, double bound) {
+  // Clipping takes away, so half the mean is too small. Above kMost the mean says next to nothing.
   constexpr double kMost = 100.0;
   double low = std::min(0.5 * mean, kMost), high = kMost;
   for (int i = 0; i < 60 && high - low > 1e-10 * low; ++i) {
     const double middle = 0.5 * (low + high);
-    (meanOfTruncatedPair(middle, bound) < mean ? low : high) = middle;
+    (meanOfClippedPair(middle, bound) < mean ? low : high) = middle;
   }
   return low;
 }
@@ -109,12 +118,12 @@ NoiseCheck checkNoise(const SolvedWindow& solved, const std::vector<InertialResi
   // The leverages sum to the number of parameters.
   const VisualResiduals visual = collectVisual(solved);
   const double parameters = static_cast<double>(covariance.rows()) + 3.0 * visual.landmarks;
-  const double dof = 2.0 * visual.measurements - (parameters - leverage);
+  const double dof = 2.0 * visual.inliers - (parameters - leverage);
   if (!(dof > 0.0)) return {};
   // Of a pair's two numbers the fit leaves the same share everywhere, to good approximation.
-  const double redundancy = dof / (2.0 * visual.measurements);
+  const double redundancy = dof / (2.0 * visual.inliers);
   const double variance =
-      varianceOfTruncatedPairs(visual.chi2 / visual.measurements, solved.chi2_pixel) / redundancy;
+      varianceOfClippedPairs(visual.clipped / visual.all, solved.chi2_pixel) / redundancy;
   check.vision = {variance * dof, dof};
 
   // (I - H) is a projection: a row of the coupling sums to the group's dof.

@@ -47,7 +47,10 @@ NoiseCheck checkNoise(const SolvedWindow& solved, const std::vector<InertialResi
  */
 double meanOfTruncatedPair(double variance, double bound);
 
-/** Its inverse in the variance: the maximum-likelihood estimate from the mean. At most 100. */
-double varianceOfTruncatedPairs(double mean, double bound);
+/** Mean of its minimum with `bound`. */
+double meanOfClippedPair(double variance, double bound);
+
+/** The inverse of meanOfClippedPair in the variance; at most 100. */
+double varianceOfClippedPairs(double mean, double bound);
 
 }  // namespace etalon

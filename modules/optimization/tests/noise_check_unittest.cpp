@@ -73,35 +73,75 @@ SyntheticWindowOptions noisy() {
   return options;
 }
 
-void expectNear(const ResidualGroup& group, double ratio, double slack) {
-  // Three standard deviations of a chi-square; `slack` on top.
-  EXPECT_GT(group.dof, 0.0);
+/** chi2/dof is `ratio` within three of a chi-square's standard deviations and `slack`, relative. */
+void expectRatio(const ResidualGroup& group, double ratio, double slack) {
+  ASSERT_GT(group.dof, 0.0);
   EXPECT_NEAR(group.chi2 / group.dof, ratio, ratio * (3.0 * std::sqrt(2.0 / group.dof) + slack));
 }
-void print(const char* what, const NoiseCheck& c) {
-  std::printf("%s: gyro %.4f (%.0f) accel %.4f (%.0f) vision %.4f (%.0f)\n", what,
-              c.gyro.chi2 / c.gyro.dof, c.gyro.dof, c.accel.chi2 / c.accel.dof, c.accel.dof,
-              c.vision.chi2 / c.vision.dof, c.vision.dof);
+
+/**
+ * Variance components, true over believed. A quarter is three standard errors of the gyro's, the
+ * worst determined here; chi2/dof alone would give 1.4 (gyro) and 2.3 (accelerometer) for 4.
+ */
+void expectVariances(const NoiseCheck& check, const Eigen::Vector3d& expected) {
+  const Eigen::Vector3d chi2(check.gyro.chi2, check.accel.chi2, check.vision.chi2);
+  const Eigen::Vector3d variance = check.coupling.inverse() * chi2;
+  EXPECT_NEAR(variance[0], expected[0], 0.25 * expected[0]);
+  EXPECT_NEAR(variance[1], expected[1], 0.25 * expected[1]);
+  EXPECT_NEAR(variance[2], expected[2], 0.02 * expected[2]);
 }
 
-void solvePrint(const NoiseCheck& c) {
-  Eigen::Vector3d chi2(c.gyro.chi2, c.accel.chi2, c.vision.chi2);
-  std::printf("   theta %.3f %.3f %.3f (\n", (c.coupling.inverse() * chi2)(0), (c.coupling.inverse() * chi2)(1), (c.coupling.inverse() * chi2)(2));
+constexpr int kRuns = 60;
+
+TEST(NoiseCheck, IsOneIfTheNoiseIsBelievedRight) {
+  const NoiseCheck check = monteCarlo(noisy(), {}, leastSquares(), kRuns);
+  expectRatio(check.gyro, 1.0, 0.0);
+  expectRatio(check.accel, 1.0, 0.0);
+  expectRatio(check.vision, 1.0, 0.0);
+  // What is expected is the sum of what the three noises give.
+  const Eigen::Vector3d dof = check.coupling.rowwise().sum();
+  EXPECT_NEAR(dof[0], check.gyro.dof, 1e-6 * dof[0]);
+  EXPECT_NEAR(dof[1], check.accel.dof, 1e-6 * dof[1]);
+  EXPECT_NEAR(dof[2], check.vision.dof, 1e-6 * dof[2]);
 }
-TEST(NoiseCheck, Explore) {
-  VisualInertialBaOptions ba = leastSquares();
-  auto run = [](const char* n, const SyntheticWindowOptions& o, Belief b, VisualInertialBaOptions ba, int k) { auto c = monteCarlo(o, b, ba, k); print(n, c); solvePrint(c);};
-  run("ls 1", noisy(), {}, leastSquares(), 120);
-  run("ls gyro.5", noisy(), {0.5, 1, 1}, leastSquares(), 60);
-  run("ls acc.5", noisy(), {1, 0.5, 1}, leastSquares(), 60);
-  run("ls px.5", noisy(), {1, 1, 0.5}, leastSquares(), 60);
-  run("rob 1", noisy(), {}, {}, 120);
-  run("rob .5", noisy(), {0.5, 0.5, 0.5}, {}, 60);
-  run("rob 2", noisy(), {2, 2, 2}, {}, 60);
-  run("rob acc 6", noisy(), {1, 1/6., 1}, {}, 60);
-  SyntheticWindowOptions o = noisy();
-  o.outlier_share = 0.05;
-  run("rob 1 outl", o, {}, {}, 120);
+
+TEST(NoiseCheck, IsFourIfAllNoiseIsTwiceWhatIsBelieved) {
+  const NoiseCheck check = monteCarlo(noisy(), {0.5, 0.5, 0.5}, leastSquares(), kRuns);
+  expectRatio(check.gyro, 4.0, 0.0);
+  expectRatio(check.accel, 4.0, 0.0);
+  expectRatio(check.vision, 4.0, 0.0);
+}
+
+TEST(NoiseCheck, CouplingTellsWhichSensorIsBelievedWrong) {
+  expectVariances(monteCarlo(noisy(), {0.5, 1, 1}, leastSquares(), kRuns), {4, 1, 1});
+  expectVariances(monteCarlo(noisy(), {1, 0.5, 1}, leastSquares(), kRuns), {1, 4, 1});
+  expectVariances(monteCarlo(noisy(), {1, 1, 0.5}, leastSquares(), kRuns), {1, 1, 4});
+}
+
+TEST(NoiseCheck, IsOneWithRobustLosses) {
+  // 3 %: pixels truncated by the residuals of a fit are not quite a truncated Gaussian.
+  const NoiseCheck check = monteCarlo(noisy(), {}, {}, kRuns);
+  expectRatio(check.gyro, 1.0, 0.03);
+  expectRatio(check.accel, 1.0, 0.03);
+  expectRatio(check.vision, 1.0, 0.03);
+}
+
+TEST(NoiseCheck, OutliersDoNotBlowItUp) {
+  SyntheticWindowOptions options = noisy();
+  options.outlier_share = 0.05;  // moved by 5 to 50 px, that is 10 to 100 sigma
+  const NoiseCheck check = monteCarlo(options, {}, {}, kRuns);
+  expectRatio(check.gyro, 1.0, 0.03);
+  expectRatio(check.accel, 1.0, 0.03);
+  // Each outlier counts as a residual at the threshold: 5.991 where 1.9 is expected.
+  expectRatio(check.vision, 1.0 + 0.05 * (5.991 / 1.9 - 1.0), 0.06);
+}
+
+TEST(NoiseCheck, IsEmptyWithoutCovariance) {
+  VisualInertialBaOptions ba;
+  ba.compute_covariance = false;
+  const VisualInertialBaResult result = solve(noisy(), {}, ba);
+  EXPECT_EQ(result.noise.gyro.dof, 0.0);
+  EXPECT_EQ(result.noise.vision.dof, 0.0);
 }
 
 }  // namespace

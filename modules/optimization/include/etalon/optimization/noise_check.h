@@ -28,10 +28,11 @@ struct ResidualGroup {
  *
  * Robust losses. An inertial residual beyond the Huber width (weight w < 1) enters chi2 and dof
  * with w^2, so that its part of the former is bounded and that of the latter vanishes; with
- * Gaussian noise believed right this moves chi2/dof by less than 1 %. Pixels are the inliers; their
- * Gaussian is truncated at the inlier threshold. `vision.chi2` is dof times their variance by
- * maximum likelihood of the truncated Gaussian, and the inertial groups expect of the pixels only
- * the noise that truncation leaves (at 95 %, 0.84 of the variance).
+ * Gaussian noise believed right this moves chi2/dof by less than 1 %. A pixel's squared residual is
+ * clipped at the inlier threshold, outliers count as clipped; `vision.chi2` is dof times the
+ * variance whose Gaussian, clipped alike, has their mean (Huber's proposal 2). The fit uses the
+ * inliers alone: the inertial groups expect of the pixels only the noise that truncation leaves (at
+ * 95 %, 0.84 of the variance).
  *
  * A group's residuals hold the noise of the others too: where the fit takes much out of a group,
  * its chi2/dof moves far less than the square of the factor by which its own noise is believed
