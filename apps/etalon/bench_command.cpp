@@ -190,7 +190,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->type_name("K/N")
       ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite,
-                    "Discard what another benchmark left in the folder");
+                    "Begin anew: discard the results in the folder");
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
       ->capture_default_str();

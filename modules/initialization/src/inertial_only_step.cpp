@@ -37,7 +37,8 @@ InertialOnlyStep refused(InitializationStatus status, const char* format, double
 }  // namespace
 
 InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
-                                       const InertialOnlyStepOptions& options) {
+                                       const InertialOnlyStepOptions& options,
+                                       const std::optional<GyroBiasMeasurement>& gyro_bias) {
   const VisualSolution& visual = problem.visualSolution();
   if (static_cast<int>(visual.landmarks.size()) < options.min_landmarks)
     return refused(InitializationStatus::kTooFewTracks,
@@ -50,9 +51,11 @@ InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
   map_options.prior_mean = problem.priors().mean;
   map_options.gravity_mps2 = problem.gravityMagnitude();
   map_options.max_iterations = options.max_iterations;
+  map_options.gyro_bias = gyro_bias;
 
   InertialOnlyStep step;
   ImuBias bias = problem.priors().mean;
+  if (gyro_bias) bias.gyro = gyro_bias->gyro;
   // A first-order correction of b_g is off by (|db_g| dt)^2: below 1e-5 rad/s that is nothing.
   constexpr double kStandsStill = 1e-5;
   for (int pass = 0; pass <= options.reintegrations; ++pass) {

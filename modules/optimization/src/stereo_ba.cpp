@@ -25,7 +25,7 @@ StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>&
     const auto problem = visual.makeProblem(result.inlier, options.chi2_threshold);
     problem->SetParameterBlockConstant(visual.pose(0));
     ceres::Solver::Summary summary;
-    ceres::Solve(visual.solverOptions(problem.get(), options.iterations_per_round), problem.get(),
+    ceres::Solve(visual.solverOptions(*problem, {}, options.iterations_per_round), problem.get(),
                  &summary);
     result.iterations += static_cast<int>(summary.iterations.size());
     result.T_VB = visual.poses();

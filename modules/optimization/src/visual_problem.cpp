@@ -32,8 +32,9 @@ std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(const std::vector<cha
   return problem;
 }
 
-ceres::Solver::Options VisualProblem::solverOptions(ceres::Problem* problem,
-                                                    int max_iterations) const {
+ceres::Solver::Options VisualProblem::solverOptions(const ceres::Problem& problem,
+                                                    const std::vector<double*>& others,
+                                                    int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = max_iterations;
@@ -42,14 +43,14 @@ ceres::Solver::Options VisualProblem::solverOptions(ceres::Problem* problem,
   options.function_tolerance = 1e-5;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-9;
-  // Landmarks first, then everything else.
+  // Landmarks first, then the poses, then the rest: a group of its own for each block, because
+  // Ceres orders the blocks of a group by their addresses, which change with the state of the heap.
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  std::vector<double*> blocks;
-  problem->GetParameterBlocks(&blocks);
-  const double* begin = landmarks_.front().data();
-  const double* end = landmarks_.back().data() + 3;
-  for (double* block : blocks)
-    ordering->AddElementToGroup(block, block >= begin && block < end ? 0 : 1);
+  for (Eigen::Vector3d& landmark : landmarks_)
+    if (problem.HasParameterBlock(landmark.data())) ordering->AddElementToGroup(landmark.data(), 0);
+  int group = 0;
+  for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), ++group);
+  for (double* block : others) ordering->AddElementToGroup(block, ++group);
   options.linear_solver_ordering = ordering;
   return options;
 }

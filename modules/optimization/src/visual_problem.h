@@ -21,8 +21,13 @@ class VisualProblem {
   /** A fresh problem with the poses' manifolds and the costs of all inlier measurements. */
   std::unique_ptr<ceres::Problem> makeProblem(const std::vector<char>& inlier, double chi2_huber);
 
-  /** Solver options of every BA here: Levenberg-Marquardt, dense Schur complement, one thread. */
-  ceres::Solver::Options solverOptions(ceres::Problem* problem, int max_iterations) const;
+  /**
+   * Solver options of every BA here: Levenberg-Marquardt, dense Schur complement, one thread.
+   * @param problem from makeProblem()
+   * @param others all blocks of the problem besides poses and landmarks
+   */
+  ceres::Solver::Options solverOptions(const ceres::Problem& problem,
+                                       const std::vector<double*>& others, int max_iterations);
 
   double* pose(int k) { return poses_[static_cast<size_t>(k)].data(); }
   std::vector<SE3> poses() const;

@@ -28,7 +28,7 @@ struct BenchmarkOptions {
   BenchmarkProtocol protocol;
   int jobs = 1;               ///< threads
   int shard = 1, shards = 1;  ///< part `shard` of `shards`, from 1
-  bool overwrite = false;     ///< discard what another benchmark left in `out`
+  bool overwrite = false;     ///< begin anew: discard the slots in `out`
   std::map<std::string, std::string> versions;
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
   /** Becomes true when the benchmark shall stop; may be null. */

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "etalon/core/parameters.h"
@@ -33,8 +34,10 @@ struct InertialOnlyStep {
  * Step 2 of the disjoint stereo initializers: the inertial-only MAP on the poses of step 1; the raw
  * IMU is re-integrated at the biases found and the MAP solved again until they stand still (at most
  * `reintegrations` times).
+ * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
  */
 InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
-                                       const InertialOnlyStepOptions& options);
+                                       const InertialOnlyStepOptions& options,
+                                       const std::optional<GyroBiasMeasurement>& gyro_bias = {});
 
 }  // namespace etalon

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,10 +9,17 @@
 
 namespace etalon {
 
+/** A gyro bias found elsewhere: rad/s, and its information, 1/(rad/s)^2; zero: a start alone. */
+struct GyroBiasMeasurement {
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+};
+
 struct InertialOnlyOptions {
   double prior_gyro_information = 1e2;   ///< 1/(rad/s)^2: sigma 0.1 rad/s
   double prior_accel_information = 1e5;  ///< 1/(m/s^2)^2: sigma 3.2e-3 m/s^2
   ImuBias prior_mean;
+  std::optional<GyroBiasMeasurement> gyro_bias;  ///< besides the prior; the iterations start there
   double gravity_mps2 = 9.81;
   int max_iterations = 200;
 };
@@ -46,22 +54,5 @@ struct InertialOnlyResult {
 InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
                                         const std::vector<Preintegration>& preintegrations,
                                         const InertialOnlyOptions& options = {});
-
-/** What a linear re-estimation of velocities and gravity returns. */
-struct LinearAlignmentResult {
-  bool ok = false;
-  Eigen::Vector3d g_V;
-  std::vector<Eigen::Vector3d> v_VB;
-};
-
-/**
- * Velocities and gravity from fixed poses and fixed biases: weighted linear least squares on the
- * position and velocity residuals, gravity refined on the sphere of radius `gravity_mps2` (four
- * iterations, as VINS-Mono).
- */
-LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
-                                                const std::vector<Preintegration>& preintegrations,
-                                                const ImuBias& bias, double gravity_mps2,
-                                                const Eigen::Vector3d& g_seed);
 
 }  // namespace etalon

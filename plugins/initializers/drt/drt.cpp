@@ -1,0 +1,177 @@
+#include <Eigen/Cholesky>
+#include <cstdio>
+#include <string>
+
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/gravity_alignment.h"
+#include "etalon/initialization/initializer.h"
+#include "etalon/initialization/normal_epipolar_step.h"
+#include "etalon/initialization/translation_step.h"
+#include "etalon/optimization/linear_alignment.h"
+#include "imu_alignment.h"
+#include "translation_constraint.h"
+
+namespace etalon::plugins {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/**
+ * DRT, the rotation-translation-decoupled solution (He et al., CVPR 2023) for a stereo camera: gyro
+ * bias from normal epipolar constraints, then positions, velocities and gravity from the linear
+ * global translation constraint of the tracks, tightly or loosely coupled with the accelerometer
+ * (README.md beside this file).
+ */
+class Drt : public Initializer {
+  DEFINE_MRPT_OBJECT(Drt, etalon::plugins)
+
+ public:
+  void declareParameters(ParameterSet& parameters) override {
+    parameters.add("variant", &variant_, {"tight", "loose"},
+                   "Translation constraint and IMU solved together, or positions by the constraint "
+                   "alone and velocities and gravity by linear alignment after it.");
+    parameters.add(
+        "accel_bias", &accel_bias_, {"prior", "mean"},
+        "b_a in the tight variant: estimated with the prior of [priors], or fixed at its "
+        "mean (as published, zero). The loose one fixes it.");
+    parameters.add(
+        "weighting", &weighting_, {"robust", "none"},
+        "Rows of the constraint weighted by noise and residual, or by noise at the first "
+        "solution alone.");
+    parameters.add("passes", &passes_, {5, 100},
+                   "Linear solutions, at most; between two the rows are weighted anew.");
+    parameters.add("min_parallax_rad", &min_parallax_rad_, {1e-6, 1.0},
+                   "A landmark whose views differ by a smaller angle is left out, rad.");
+    parameters.add("min_landmarks", &min_landmarks_, {3, 100000},
+                   "Refuse if fewer landmarks are left, or if fewer views of a keyframe.");
+    parameters.add("max_noise", &max_noise_, {0.0, 1e9},
+                   "Refuse if the constraint's residuals are larger than this many times what "
+                   "sigma_px promises.");
+    nec_.declare(parameters);
+  }
+  bool needsVisualSolution() const override { return false; }
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    Stopwatch watch;
+    ImuBias bias = problem.priors().mean;
+    std::vector<Preintegration> preintegrations = problem.preintegrate(bias);
+    const NormalEpipolarStep nec =
+        solveNormalEpipolarStep(problem, preintegrations, bias.gyro, nec_);
+    if (!nec.ok) return nec.refusal;
+    bias.gyro = nec.bias.gyro;
+    for (Preintegration& p : preintegrations) p = p.reintegrated(bias);
+    const std::vector<Matrix3d> R_VB =
+        integrateRotations(Matrix3d::Identity(), preintegrations, bias);
+    const double nec_ms = watch.lapMilliseconds();
+
+    TranslationConstraint constraint(problem.calibration(), problem.keyframes(), R_VB,
+                                     problem.sigmaPx(), min_parallax_rad_);
+    const int support = std::min(constraint.landmarks(), constraint.fewestViews());
+    if (support < min_landmarks_)
+      return refused(InitializationStatus::kTooFewTracks,
+                     "%.0f landmarks with parallax support the translation of the weakest "
+                     "keyframe, at least %.0f are wanted",
+                     support, min_landmarks_);
+    const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
+                           problem.priors().mean.accel,
+                           accel_bias_ == "prior" ? problem.priors().sigma_accel_mps2 : 0.0);
+    LinearState state = imu.start();
+    InitializationResult refusal = solvePasses(imu, &constraint, &state);
+    if (!refusal.reason.empty()) return refusal;
+    if (variant_ == "loose") {
+      refusal = align(problem, preintegrations, bias, R_VB, &state);
+      if (!refusal.reason.empty()) return refusal;
+    }
+    InitializationResult result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
+    result.timings = {{"normal_epipolar", nec_ms}, {"translation", watch.lapMilliseconds()}};
+    return result;
+  }
+
+ private:
+  static InitializationResult refused(InitializationStatus status, const char* format, double value,
+                                      double bound) {
+    char text[256];
+    std::snprintf(text, sizeof(text), format, value, bound);
+    return InitializationResult::refusal(status, text, value);
+  }
+
+  static VisualFrameEstimate estimateOf(const std::vector<Matrix3d>& R_VB, const LinearState& state,
+                                        const Vector3d& b_g) {
+    VisualFrameEstimate estimate;
+    for (size_t k = 0; k < R_VB.size(); ++k) estimate.T_VB.emplace_back(R_VB[k], state.p[k]);
+    estimate.v_VB = state.v;
+    estimate.g_V = state.g_V;
+    estimate.bias = {b_g, state.b_a};
+    return estimate;
+  }
+
+  /** Positions, and in the tight variant all else; the refusal's reason is empty on success. */
+  InitializationResult solvePasses(const ImuAlignment& imu, TranslationConstraint* constraint,
+                                   LinearState* state) const {
+    const Eigen::Index n = 3 * static_cast<Eigen::Index>(state->p.size());
+    constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
+    constexpr int kWithStereoBases = 4;
+    for (int pass = 0; pass < passes_; ++pass) {
+      if (pass == kWithStereoBases) constraint->chooseWidestBases();
+      constraint->reweight(state->p, pass > 1 && weighting_ == "robust");
+      Eigen::MatrixXd H = Eigen::MatrixXd::Zero(imu.size(), imu.size());
+      Eigen::VectorXd gradient = Eigen::VectorXd::Zero(imu.size());
+      constraint->addTo(state->p, &H, &gradient);
+      // The first position is the gauge; the loose variant knows positions alone.
+      if (variant_ == "tight") imu.addTo(*state, &H, &gradient);
+      const Eigen::Index size = (variant_ == "tight" ? imu.size() : n) - 3;
+      const Eigen::LDLT<Eigen::MatrixXd> factor(H.block(3, 3, size, size));
+      Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
+      step.segment(3, size) = factor.solve(-gradient.segment(3, size));
+      if (!factor.isPositive() || !step.allFinite())
+        return refused(InitializationStatus::kIllConditioned,
+                       "the tracks do not determine the translations (pass %.0f of %.0f)", pass + 1,
+                       passes_);
+      *state = imu.moved(*state, step);
+      if (pass > kWithStereoBases && step.head(n).lpNorm<Eigen::Infinity>() < kConverged) break;
+    }
+    constraint->reweight(state->p, false);
+    if (!(constraint->noise() <= max_noise_))
+      return refused(InitializationStatus::kNotConverged,
+                     "the translation residuals are %.1f times what sigma_px promises, at most "
+                     "%.1f is wanted",
+                     constraint->noise(), max_noise_);
+    return {};
+  }
+
+  /** Velocities and gravity of the loose variant from its positions. */
+  InitializationResult align(const InitializationProblem& problem,
+                             const std::vector<Preintegration>& preintegrations,
+                             const ImuBias& bias, const std::vector<Matrix3d>& R_VB,
+                             LinearState* state) const {
+    const VisualFrameEstimate poses = estimateOf(R_VB, *state, bias.gyro);
+    const LinearAlignmentResult aligned = alignVelocitiesAndGravity(
+        poses.T_VB, preintegrations, bias, problem.gravityMagnitude(), state->g_V);
+    if (!aligned.ok)
+      return refused(InitializationStatus::kIllConditioned,
+                     "velocities and gravity are not determined by %.0f positions (at least %.0f)",
+                     static_cast<double>(R_VB.size()), 3);
+    state->v = aligned.v_VB;
+    state->g_V = aligned.g_V;
+    state->b_a = bias.accel;
+    return {};
+  }
+
+  std::string variant_ = "tight";
+  std::string accel_bias_ = "prior";
+  std::string weighting_ = "robust";
+  int passes_ = 12;
+  double min_parallax_rad_ = 0.01;
+  int min_landmarks_ = 15;
+  double max_noise_ = 5.0;
+  NormalEpipolarStepOptions nec_;
+};
+
+IMPLEMENTS_MRPT_OBJECT(Drt, Initializer, etalon::plugins)
+
+}  // namespace etalon::plugins
+
+ETALON_REGISTER_INITIALIZER(
+    Drt, etalon::plugins, "drt", "1.0",
+    "rotation-translation-decoupled: normal epipolar gyro bias, linear translations (DRT)")

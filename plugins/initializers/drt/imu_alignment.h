@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "etalon/imu/preintegration.h"
+
+namespace etalon::plugins {
+
+/** Positions, velocities, gravity and accelerometer bias of a window whose rotations are known. */
+struct LinearState {
+  std::vector<Eigen::Vector3d> p, v;  ///< of the body in V, m and m/s
+  Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
+  Eigen::Vector3d b_a = Eigen::Vector3d::Zero();
+};
+
+/**
+ * The preintegrated positions and velocities as linear equations between neighbouring keyframes,
+ *   R_k^T (p_k+1 - p_k - v_k dt - g dt^2/2) = dp(b_a),   R_k^T (v_k+1 - v_k - g dt) = dv(b_a),
+ * whitened by their 6x6 covariance, with gravity on its sphere and a Gaussian prior on b_a.
+ *
+ * Order of the unknowns: p (3N), v (3N), gravity in its tangent plane (2), b_a (3).
+ */
+class ImuAlignment {
+ public:
+  /**
+   * @param preintegrations N-1, at the biases that `b_g` and the prior's mean are
+   * @param prior_sigma standard deviation of b_a, m/s^2; 0: it is the prior's mean
+   */
+  ImuAlignment(const std::vector<Eigen::Matrix3d>& R_VB,
+               const std::vector<Preintegration>& preintegrations, double gravity_mps2,
+               const Eigen::Vector3d& prior_mean, double prior_sigma);
+
+  Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(R_VB_.size()) + 5; }
+
+  /** p and v by integration from rest, gravity against the sum of the velocity increments. */
+  LinearState start() const;
+
+  /** Adds Hessian and gradient of half the sum of squares at `state`. */
+  void addTo(const LinearState& state, Eigen::MatrixXd* H, Eigen::VectorXd* gradient) const;
+
+  LinearState moved(const LinearState& state, const Eigen::VectorXd& step) const;
+
+ private:
+  const std::vector<Eigen::Matrix3d>& R_VB_;
+  const std::vector<Preintegration>& preintegrations_;
+  double gravity_mps2_;
+  Eigen::Vector3d prior_mean_;
+  double prior_sigma_;
+};
+
+}  // namespace etalon::plugins

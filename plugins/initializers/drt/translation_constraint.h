@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/frontend/tracked_frame.h"
+
+namespace etalon::plugins {
+
+/**
+ * The linear global translation constraint (Cai et al., A Pose-Only Solution to Visual
+ * Reconstruction, 2021; He et al., CVPR 2023) of a stereo rig whose rotations are known.
+ *
+ * The views of a landmark are its observations in either camera of any keyframe: unit ray d_i in V,
+ * camera centre c_i = p_k + R_VBk t_BC. Of two base views a, b the depth along d_a is
+ *   z = n . (d_b x (c_b - c_a)) / |n|^2,   n = d_b x d_a,
+ * and the landmark c_a + z d_a has to be seen along d_i: N_i^T (c_a + z d_a - c_i) = 0, N_i the 3x2
+ * null-space of d_i. Linear in the positions p_k; the known offsets between the cameras give the
+ * scale. Rows are divided by the distance and by the standard deviation that the three rays' noise
+ * gives them.
+ *
+ * The base views of largest angle are the best ones, but among wrong tracks they are the wrong ones
+ * too. So the first base is the stereo pair of one keyframe, the one of median distance, and the
+ * largest angle is looked for among the views that have proved right: chooseWidestBases().
+ */
+class TranslationConstraint {
+ public:
+  /**
+   * @param R_VB rotations of the keyframes
+   * @param sigma_px standard deviation of a pixel coordinate
+   * @param min_parallax_rad landmarks whose base views make a smaller angle are left out
+   */
+  TranslationConstraint(const StereoInertialCalibration& calibration,
+                        const std::vector<const TrackedFrame*>& keyframes,
+                        const std::vector<Eigen::Matrix3d>& R_VB, double sigma_px,
+                        double min_parallax_rad);
+
+  /** Those that have a base. */
+  int landmarks() const;
+  /** Views of such landmarks in the keyframe that has fewest. */
+  int fewestViews() const;
+  /** Takes for every landmark the two views of largest angle among those with small residuals. */
+  void chooseWidestBases();
+
+  /** Residuals at the positions `p` (m, in V): distances, standard deviations, robust weights. */
+  void reweight(const std::vector<Eigen::Vector3d>& p, bool robust);
+
+  /** Adds the lower triangle of H (3N x 3N) and the gradient of half the sum of weighted squared
+   * residuals at `p`. */
+  void addTo(const std::vector<Eigen::Vector3d>& p, Eigen::MatrixXd* H, Eigen::VectorXd* g) const;
+
+  /** Robust standard deviation of the residuals, 1 is what sigma_px promises. */
+  double noise() const { return noise_; }
+  /** Share of the rows within four of them. */
+  double inlierShare() const { return inlier_share_; }
+
+ private:
+  struct View {
+    int keyframe = 0;
+    Eigen::Vector3d ray;     ///< d, in V
+    Eigen::Vector3d offset;  ///< camera centre minus p_k, in V, m
+    double weight = 0.0;     ///< of the squared residual in m^2
+    double residual = 0.0;   ///< norm, in standard deviations; zero for base view a
+  };
+  struct Landmark {
+    std::vector<View> views;
+    size_t a = 0, b = 0;  ///< base views; the same: none
+    double sine = 0.0;    ///< of the angle between their rays
+    bool hasBase() const { return a != b; }
+    Eigen::Vector3d slope = Eigen::Vector3d::Zero();  ///< z = slope . (c_b - c_a)
+  };
+  /** Makes the two views the base if their angle is large enough. */
+  void setBase(size_t a, size_t b, Landmark* landmark) const;
+  void chooseStereoBase(Landmark* landmark) const;
+  /** Landmark from its base views, at the positions p. */
+  static double depth(const Landmark& landmark, const std::vector<Eigen::Vector3d>& p);
+
+  std::vector<Landmark> landmarks_;
+  int keyframe_count_ = 0;
+  double min_parallax_rad_ = 0.0;
+  double sigma_rad_ = 0.0;
+  double noise_ = 0.0, inlier_share_ = 0.0;
+};
+
+}  // namespace etalon::plugins

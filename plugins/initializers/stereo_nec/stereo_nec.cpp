@@ -1,0 +1,88 @@
+#include <Eigen/LU>
+#include <string>
+
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/gravity_alignment.h"
+#include "etalon/initialization/inertial_only_step.h"
+#include "etalon/initialization/initializer.h"
+#include "etalon/initialization/normal_epipolar_step.h"
+#include "etalon/initialization/translation_step.h"
+
+namespace etalon::plugins {
+
+/**
+ * Stereo-NEC (Wang et al., ICRA 2024): the gyro bias from normal epipolar constraints, with it the
+ * inertial-only MAP, then rotations from the gyro and a 3-DoF bundle adjustment of the translations
+ * (README.md beside this file).
+ */
+class StereoNec : public Initializer {
+  DEFINE_MRPT_OBJECT(StereoNec, etalon::plugins)
+
+ public:
+  void declareParameters(ParameterSet& parameters) override {
+    parameters.add("nec_seed", &seed_, {"visual_odometry", "prior"},
+                   "Where the search for b_g starts: at the bias that stereo odometry's rotations "
+                   "say, or at the prior's mean.");
+    parameters.add("nec_in_map", &in_map_, {"prior", "seed", "hold"},
+                   "What the MAP does with the b_g of the normal epipolar constraints: takes it as "
+                   "a measurement with its covariance, starts there (as published), or keeps it.");
+    nec_.declare(parameters);
+    map_.declare(parameters);
+    translation_.declare(parameters);
+  }
+  bool needsVisualSolution() const override { return true; }
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    const VisualSolution& visual = problem.visualSolution();  // not this plugin's time
+    Stopwatch watch;
+    const std::vector<Preintegration> preintegrations = problem.preintegrate(problem.priors().mean);
+    Eigen::Vector3d seed = problem.priors().mean.gyro;
+    if (seed_ == "visual_odometry") {
+      std::vector<Eigen::Matrix3d> rotations;
+      for (const SE3& T_VB : visual.T_VB) rotations.push_back(T_VB.R);
+      seed = gyroBiasFromRotations(rotations, preintegrations);
+    }
+    const NormalEpipolarStep nec = solveNormalEpipolarStep(problem, preintegrations, seed, nec_);
+    if (!nec.ok) return nec.refusal;
+    const double nec_ms = watch.lapMilliseconds();
+
+    const InertialOnlyStep map = solveInertialOnlyStep(problem, map_, measurement(nec.bias));
+    if (!map.ok) return map.refusal;
+    const double map_ms = watch.lapMilliseconds();
+
+    const TranslationStep step =
+        solveTranslationStep(problem, map.preintegrations, map.map.bias, map.map.g_V, translation_);
+    if (!step.ok) return step.refusal;
+    InitializationResult result = alignWithGravity(problem, step.estimate);
+    result.timings = {{"normal_epipolar", nec_ms},
+                      {"inertial_only_map", map_ms},
+                      {"translation_ba", step.translation_ms},
+                      {"linear_alignment", step.alignment_ms}};
+    return result;
+  }
+
+ private:
+  GyroBiasMeasurement measurement(const NormalEpipolarBias& bias) const {
+    GyroBiasMeasurement measured;
+    measured.gyro = bias.gyro;
+    // 1e-7 rad/s: for the MAP that is no freedom at all.
+    if (in_map_ == "hold") measured.information = 1e14 * Eigen::Matrix3d::Identity();
+    if (in_map_ == "prior") measured.information = bias.covariance.inverse();
+    return measured;
+  }
+
+  std::string seed_ = "visual_odometry";
+  std::string in_map_ = "prior";
+  NormalEpipolarStepOptions nec_;
+  InertialOnlyStepOptions map_;
+  TranslationStepOptions translation_;
+};
+
+IMPLEMENTS_MRPT_OBJECT(StereoNec, Initializer, etalon::plugins)
+
+}  // namespace etalon::plugins
+
+ETALON_REGISTER_INITIALIZER(
+    StereoNec, etalon::plugins, "stereo_nec", "1.0",
+    "normal epipolar gyro bias, inertial-only MAP, gyro rotations, 3-DoF BA (Stereo-NEC)")

@@ -1,0 +1,217 @@
+// `etalon bench` and `etalon merge` on a rendered flight: same files whatever the threads, the
+// interruptions and the shards; what is stale or damaged is not trusted.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "chain_files.h"
+
+namespace etalon::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+
+/** The tracks of all tests that do not spoil them. */
+const std::string kTracks = ETALON_RENDERED "/tracks";
+
+/** Runs benchmarks of the two rendered recordings in a folder of its own. */
+class BenchmarkTest : public ::testing::Test {
+ protected:
+  std::string out(const std::string& name) const { return folder_.path() + "/" + name; }
+
+  /** Short windows, so that the short flights have several. */
+  std::vector<std::string> arguments(const std::string& name,
+                                     const std::vector<std::string>& more = {},
+                                     const std::string& tracks = kTracks) const {
+    std::vector<std::string> all = {"bench", kFlight, kStandstill, "--out", out(name)};
+    for (const std::vector<std::string>& option :
+         {std::vector<std::string>{"--initializers", "eta,orbslam3_inertial_only"},
+          {"--every", "0.5"},
+          {"--keyframes", "4,5"},
+          {"--rate", "4"},
+          {"--tracks", tracks}})
+      all.insert(all.end(), option.begin(), option.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  TemporaryFolder folder_;
+};
+
+/** A CSV file without its columns of run times, which are the last ones of every line. */
+std::string withoutTimes(const std::string& path) {
+  std::istringstream text(readText(path));
+  std::string header, result;
+  std::getline(text, header);
+  const size_t times = header.find(",runtime_ms");
+  if (times == std::string::npos) throw std::runtime_error(path + ": no column runtime_ms");
+  size_t columns = 0;
+  for (const char c : header.substr(times)) columns += c == ',' ? 1 : 0;
+  result = header.substr(0, times) + "\n";
+  for (std::string line; std::getline(text, line);) {
+    for (size_t i = 0; i < columns; ++i) line.erase(line.rfind(','));
+    result += line + "\n";
+  }
+  return result;
+}
+
+void expectSameResults(const std::string& a, const std::string& b) {
+  for (const char* file : {"/segments.csv", "/summary.csv"})
+    EXPECT_EQ(withoutTimes(a + file), withoutTimes(b + file)) << a << " and " << b << file;
+}
+
+TEST_F(BenchmarkTest, GivesTheSameFilesWhateverTheThreads) {
+  const CommandResult one = runEtalon(arguments("one", {"--jobs", "1"}));
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  // 4 keyframes at 4 Hz fit 7 times into 3.95 s and 4 times into 2.55 s; 5 keyframes 7 and 4 times.
+  const std::string csv = readText(out("one") + "/segments.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + (7 + 4 + 7 + 4) * 2 * 2);
+  EXPECT_THAT(one.out, HasSubstr("RRE"));
+
+  const CommandResult two = runEtalon(arguments("two", {"--jobs", "2"}, out("new")));
+  ASSERT_EQ(two.exit_code, 0) << two.err;
+  expectSameResults(out("one"), out("two"));
+}
+
+TEST_F(BenchmarkTest, ResumesAfterAnInterruption) {
+  ASSERT_EQ(runEtalon(arguments("whole")).exit_code, 0);
+
+  std::vector<std::string> interrupted = {"--preserve-status", "-s", "INT", "0.4",
+                                          ETALON_EXECUTABLE};
+  for (const std::string& argument : arguments("parts", {"--jobs", "1"}))
+    interrupted.push_back(argument);
+  EXPECT_THAT(runProgram("/usr/bin/timeout", interrupted).exit_code, AnyOf(0, 130));
+  // And as if it had been killed in the middle of a line.
+  const std::string slots = out("parts") + "/slots/flight.jsonl";
+  fs::create_directories(out("parts") + "/slots");
+  std::string text = fs::exists(slots) ? readText(slots) : "";
+  text = text.substr(0, text.size() / 2);
+  std::ofstream(slots, std::ios::binary) << text + "{\"sequence\": \"fli";
+
+  const CommandResult resumed = runEtalon(arguments("parts"));
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("were there already"));
+  expectSameResults(out("whole"), out("parts"));
+}
+
+TEST_F(BenchmarkTest, ShardsThroughGnuParallelGiveTheSameFiles) {
+  if (std::string(ETALON_GNU_PARALLEL).empty()) GTEST_SKIP() << "GNU parallel is not installed";
+  ASSERT_EQ(runEtalon(arguments("whole")).exit_code, 0);
+  std::vector<std::string> script = {"--etalon",
+                                     ETALON_EXECUTABLE,
+                                     "3",
+                                     out("cluster"),
+                                     "--jobs",
+                                     "2",
+                                     "--",
+                                     kFlight,
+                                     kStandstill,
+                                     "--initializers",
+                                     "eta,orbslam3_inertial_only",
+                                     "--every",
+                                     "0.5",
+                                     "--keyframes",
+                                     "4,5",
+                                     "--rate",
+                                     "4"};
+  const CommandResult spread = runProgram(ETALON_SCRIPTS "/cluster/gnu_parallel.sh", script);
+  ASSERT_EQ(spread.exit_code, 0) << spread.out << spread.err;
+  expectSameResults(out("whole"), out("cluster") + "/merged");
+
+  const std::string one = out("cluster") + "/shard-1", two = out("cluster") + "/shard-2";
+  const CommandResult missing = runEtalon({"merge", one, two, "--out", out("m")});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("missing"));
+  const CommandResult twice = runEtalon({"merge", one, two, one, "--out", out("m")});
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("twice"));
+  EXPECT_FALSE(fs::exists(out("m") + "/segments.csv"));
+}
+
+TEST_F(BenchmarkTest, ShardsOfAnotherConfigurationAreRefused) {
+  const auto shard = [this](const std::string& number, const std::string& sigma) {
+    return runEtalon(arguments("shard" + number,
+                               {"--shard", number + "/2", "--set", "odometry.sigma_px=" + sigma}));
+  };
+  ASSERT_EQ(shard("1", "0.5").exit_code, 0);
+  ASSERT_EQ(shard("2", "0.6").exit_code, 0);
+  const CommandResult merged =
+      runEtalon({"merge", out("shard1"), out("shard2"), "--out", out("m")});
+  EXPECT_EQ(merged.exit_code, 2);
+  EXPECT_THAT(merged.err, HasSubstr("sigma_px = 0.6"));
+}
+
+TEST_F(BenchmarkTest, RefusesAFolderOfAnotherBenchmark) {
+  ASSERT_EQ(runEtalon(arguments("x", {"--vi-ba", "off"})).exit_code, 0);
+  const CommandResult other = runEtalon(arguments("x"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("VI-BA"));
+  EXPECT_THAT(other.err, HasSubstr("--overwrite"));
+  EXPECT_EQ(runEtalon(arguments("x", {"--overwrite"})).exit_code, 0);
+}
+
+TEST_F(BenchmarkTest, DamagedTracksAreMadeAnew) {
+  ASSERT_EQ(runEtalon(arguments("before", {}, out("tracks"))).exit_code, 0);
+  size_t damaged = 0;
+  for (const auto& file : fs::directory_iterator(out("tracks"))) {
+    std::fstream stream(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+    stream.seekp(static_cast<std::streamoff>(fs::file_size(file) / 2));
+    stream.put('\x5a');
+    stream.put('\xa5');
+    ++damaged;
+  }
+  EXPECT_EQ(damaged, 2U);
+  const CommandResult after = runEtalon(arguments("after", {}, out("tracks")));
+  ASSERT_EQ(after.exit_code, 0) << after.err;
+  EXPECT_THAT(after.err, HasSubstr("made anew"));
+  EXPECT_THAT(after.err, HasSubstr("damaged"));
+  expectSameResults(out("before"), out("after"));
+}
+
+TEST_F(BenchmarkTest, ChangedImagesAreTrackedAnew) {
+  const RecordingCopy copy(kStandstill);
+  const std::vector<std::string> command = {
+      "bench",       copy.path(), "--initializers", "eta",    "--every",  "1",
+      "--keyframes", "4",         "--out",          out("x"), "--tracks", out("copies")};
+  ASSERT_EQ(runEtalon(command).exit_code, 0);
+  copy.write(copy.image(0, 20), readText(copy.image(0, 19)));
+  const CommandResult again = runEtalon(command);
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("has changed since"));
+  std::vector<std::string> overwrite = command;
+  overwrite.emplace_back("--overwrite");
+  ASSERT_EQ(runEtalon(overwrite).exit_code, 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(out("copies")), fs::directory_iterator()), 2);
+}
+
+TEST_F(BenchmarkTest, ARecordingThatCannotBeReadDoesNotSpoilTheOthers) {
+  const RecordingCopy broken(kFlight);
+  broken.write(broken.file("imu0/data.csv"), "#\n1,2,3\n");
+  const CommandResult result =
+      runEtalon({"bench", broken.path(), kStandstill, "--initializers", "eta", "--every", "1",
+                 "--keyframes", "4", "--out", out("x")});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("was left out"));
+  EXPECT_THAT(result.err, HasSubstr("imu0/data.csv:2"));
+  EXPECT_THAT(readText(out("x") + "/segments.csv"), HasSubstr("standstill,0"));
+}
+
+TEST_F(BenchmarkTest, SaysWhatIsWrongWithTheArguments) {
+  const auto error = [this](const std::vector<std::string>& more) {
+    const CommandResult result = runEtalon(arguments("x", more));
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  EXPECT_THAT(error({"--shard", "3/2"}), HasSubstr("1 <= K <= N"));
+  EXPECT_THAT(error({kFlight}), HasSubstr("two recordings are called 'flight'"));
+  EXPECT_THAT(error({"--set", "vi_ba.round=3"}), HasSubstr("did you mean 'rounds'"));
+}
+
+}  // namespace
+}  // namespace etalon::testing
