@@ -5,7 +5,7 @@
 #   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
 #
 # Without arguments: what building takes, the unit tests included. --test adds what the tests call
-# (rawlog-edit, GNU parallel), --lint the formatter and the linter, --benchmarks Google Benchmark.
+# (rawlog-edit, GNU parallel, Chromium), --lint the formatter and the linter, --benchmarks Google Benchmark.
 # Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
 set -euo pipefail
 

@@ -119,7 +119,7 @@ function drawSlotTrajectories(slot) {
     trajectory.style.display = height.style.display = "none";
     return;
   }
-  const box = { left: 54, right: 12, top: 30, bottom: 42 };
+  const box = { left: 64, right: 12, top: 30, bottom: 42 };
   const [x, y] = equalScale(all, trajectory.clientWidth - box.left - box.right, trajectory.clientHeight - box.top - box.bottom);
   const series = (valueOf) =>
     lines.map((line) => ({
@@ -139,14 +139,14 @@ function drawSlotTrajectories(slot) {
     legend: { top: 0, textStyle: { color: cssColour("--text") }, selectedMode: false },
     grid: { ...box, outerBoundsMode: "none" },
     xAxis: metreAxis("x [m]", x, { nameGap: 24 }),
-    yAxis: metreAxis("y [m]", y, { nameGap: 38 }),
+    yAxis: metreAxis("y [m]", y, { nameGap: 48 }),
     tooltip: tooltip({ formatter: where }),
     series: series((p) => [p[0], p[1]]),
   });
   draw("slot-height", {
-    grid: { left: 54, right: 12, top: 10, bottom: 42, outerBoundsMode: "none" },
+    grid: { left: 64, right: 12, top: 10, bottom: 42, outerBoundsMode: "none" },
     xAxis: axis("time in the window [s]", { type: "value", nameGap: 24, max: most(stamps.length ? stamps : [1]) }),
-    yAxis: axis("z [m]", { type: "value", scale: true, nameGap: 38, splitNumber: 3, axisLabel: { color: cssColour("--quiet"), fontSize: 11, formatter: (v) => number(v) } }),
+    yAxis: axis("z [m]", { type: "value", scale: true, nameGap: 48, splitNumber: 3, axisLabel: { color: cssColour("--quiet"), fontSize: 11, formatter: (v) => number(v) } }),
     tooltip: tooltip({ formatter: where }),
     series: series((p, k) => [stamps[k], p[2]]),
   });

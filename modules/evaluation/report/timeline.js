@@ -59,8 +59,9 @@ function timelineOption(sequence, list, lanes, upper) {
   const series = [];
   for (const [i, own] of byInitializer(list)) {
     const colour = colourOf(i);
+    // Later ones are smaller, so that equal errors do not hide each other.
     series.push({
-      type: "line", name: initializerName(i), symbol: symbolOf(i), symbolSize: Math.max(4, 0.8 * size), showAllSymbol: true, connectNulls: false,
+      type: "line", name: initializerName(i), symbol: symbolOf(i), symbolSize: Math.max(3.5, size * (0.95 - 0.06 * i)), showAllSymbol: true, connectNulls: false,
       lineStyle: { color: colour, width: 1, type: dashOf(i), opacity: 0.7 }, itemStyle: { color: colour },
       emphasis: { focus: "series", lineStyle: { width: 2 } },
       data: own.map((s) => ({ value: [s.start, place(errorOf(s, state.stage, state.metric))], slot: s.index })),
