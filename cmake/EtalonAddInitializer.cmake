@@ -1,12 +1,15 @@
 include(GNUInstallDirs)
 
-# etalon_add_initializer(NAME SOURCES ... [LINK ...])
+# etalon_add_initializer(NAME SOURCES ... [LINK ...] [CONTRACT_ARGS ...])
 # A plugin: the shared library lib/etalon/initializers/<name>.so, refused by the linker when a symbol is undefined.
 # For use inside Etalon's own build and, after find_package(etalon), in the build of a plugin elsewhere; there
 #   etalon plugins --plugin-path <build folder>/lib/etalon/initializers
 # finds it.
+#
+# Where tests are built (elsewhere: after include(CTest)) the test contract.<name> runs the contract suite on it.
+# CONTRACT_ARGS are more arguments for `etalon check-plugin`, such as `--allow-nees 3`; the plugin's README says why.
 function(etalon_add_initializer name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;CONTRACT_ARGS" ${ARGN})
   set(target etalon_initializer_${name})
   add_library(${target} MODULE ${ARG_SOURCES})
   target_link_libraries(${target} PRIVATE etalon::initialization ${ARG_LINK})
@@ -24,4 +27,18 @@ function(etalon_add_initializer name)
                OUTPUT_NAME ${name}
                LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib/etalon/initializers")
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/etalon/initializers)
+
+  if(ETALON_BUILD_TESTS OR BUILD_TESTING)
+    set(program etalon) # the target of Etalon's own build, or
+    if(ETALON_EXECUTABLE)
+      set(program "${ETALON_EXECUTABLE}") # the installed one
+    endif()
+    set(limits)
+    if(ETALON_SANITIZE) # several times slower
+      set(limits --cpu-limit 600)
+    endif()
+    add_test(NAME contract.${name} COMMAND ${program} check-plugin "$<TARGET_FILE:${target}>" ${limits}
+                                           ${ARG_CONTRACT_ARGS})
+    set_tests_properties(contract.${name} PROPERTIES LABELS contract TIMEOUT 900)
+  endif()
 endfunction()

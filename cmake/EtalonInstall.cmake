@@ -1,5 +1,5 @@
 # Installs libraries, headers and the package etalon: find_package(etalon) gives the targets etalon::<module> and the
-# function etalon_add_initializer(). The installed tree can be moved.
+# function etalon_add_initializer(); etalon::contract is the test library for plugins. The installed tree can be moved.
 include(CMakePackageConfigHelpers)
 
 set(package_folder "${CMAKE_INSTALL_LIBDIR}/cmake/etalon")
@@ -19,7 +19,7 @@ endif()
 
 install(EXPORT etalonTargets NAMESPACE etalon:: DESTINATION ${package_folder})
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/etalonConfig.cmake.in" "${CMAKE_BINARY_DIR}/etalonConfig.cmake"
-                              INSTALL_DESTINATION ${package_folder})
+                              INSTALL_DESTINATION ${package_folder} PATH_VARS CMAKE_INSTALL_BINDIR)
 # Before 1.0 a minor version may change the interface.
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/etalonConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_BINARY_DIR}/etalonConfig.cmake" "${CMAKE_BINARY_DIR}/etalonConfigVersion.cmake"

@@ -74,6 +74,7 @@ for folder in "${runs[@]}"; do
   for file in "$folder"/*; do
     case "$file" in
       *.png) meaning="picture: the trajectory from above, errors over time" ;;
+      *.html) meaning="report: every attempt, its reason and its errors, for a browser" ;;
       *.tum) meaning="trajectory T_WB, TUM format" ;;
       *.json) meaning="every attempt: status, states, biases, errors" ;;
       *.rawlog) meaning="the run as MRPT observations (RawLogViewer)" ;;

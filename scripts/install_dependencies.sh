@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing to build Etalon on Debian 12, with apt: as root, or through sudo.
+# Installs what is missing to build Etalon on Debian 12, with apt: as root, or through sudo; and the charting library of
+# the HTML report, with npm.
 #
 #   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
 #
@@ -14,9 +15,14 @@ packages=(
   libmrpt-obs-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev
   nlohmann-json3-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
+report_folder="$(dirname "${BASH_SOURCE[0]}")/../modules/evaluation/report"
+npm_omit=(--omit=dev)
 for argument in "$@"; do
   case "$argument" in
-    --test) packages+=(mrpt-apps parallel) ;;
+    --test)
+      packages+=(mrpt-apps parallel chromium)
+      npm_omit=()
+      ;;
     --lint) packages+=(clang-format-14 clang-tidy-14) ;;
     --benchmarks) packages+=(libbenchmark-dev) ;;
     *)
@@ -26,6 +32,19 @@ for argument in "$@"; do
   esac
 done
 
+# Any npm will do; Debian's brings hundreds of packages along.
+command -v npm >/dev/null || packages+=(npm)
+
+# The report's front end, exactly as package-lock.json has it; nothing to do where it is there.
+install_report_packages() {
+  if npm ls --prefix "$report_folder" "${npm_omit[@]}" >/dev/null 2>&1; then
+    echo "dependencies: the report's packages are installed"
+    return
+  fi
+  echo "dependencies: installing the report's packages"
+  npm ci --prefix "$report_folder" "${npm_omit[@]}" --no-audit --no-fund
+}
+
 missing=()
 for package in "${packages[@]}"; do
   status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
@@ -33,6 +52,7 @@ for package in "${packages[@]}"; do
 done
 if ((${#missing[@]} == 0)); then
   echo "dependencies: all ${#packages[@]} packages are installed"
+  install_report_packages
   exit 0
 fi
 
@@ -53,3 +73,4 @@ apt_environment=(env DEBIAN_FRONTEND=noninteractive)
 "${as_root[@]}" "${apt_environment[@]}" apt-get update ||
   echo "dependencies: apt-get update failed; trying with the package lists at hand" >&2
 "${as_root[@]}" "${apt_environment[@]}" "${install[@]}"
+install_report_packages

@@ -20,8 +20,11 @@ void addConvertCommand(CLI::App& app, int* exit_code);
 void addSimulateCommand(CLI::App& app, int* exit_code);
 void addReplayCommand(CLI::App& app, int* exit_code);
 void addCompareCommand(CLI::App& app, int* exit_code);
+void addEvaluateCommand(CLI::App& app, int* exit_code);
 void addBenchCommand(CLI::App& app, int* exit_code);
 void addMergeCommand(CLI::App& app, int* exit_code);
+void addCalibrateNoiseCommand(CLI::App& app, int* exit_code);
 void addPluginsCommand(CLI::App& app, int* exit_code);
+void addCheckPluginCommand(CLI::App& app, int* exit_code);
 
 }  // namespace etalon::app

@@ -1,10 +1,15 @@
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <utility>
 
+#include "checks.h"
 #include "commands.h"
+#include "etalon/core/errors.h"
+#include "etalon/evaluation/benchmark_comparison.h"
+#include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/comparison_table.h"
 #include "etalon/evaluation/run_log.h"
 
@@ -13,9 +18,15 @@ namespace etalon::app {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> runs;
+  std::vector<std::string> runs, initializers, metrics;
   std::string format = "text";
+  std::uint64_t seed = BootstrapOptions().seed;
+  bool bold = false;
 };
+
+bool isForPeople(TableFormat format) {
+  return format != TableFormat::kCsv && format != TableFormat::kJson;
+}
 
 /** Folders without their parents, where that tells them apart; else the paths as they are. */
 std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
@@ -31,19 +42,76 @@ std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
   return names;
 }
 
-void compare(const Arguments& arguments) {
-  const TableFormat format = tableFormatFromName(arguments.format);
-  const bool for_people = format == TableFormat::kText || format == TableFormat::kMarkdown;
-  const std::vector<std::string> names = for_people ? shortNames(arguments.runs) : arguments.runs;
+void compareRunFolders(const Arguments& arguments, TableFormat format) {
+  const std::vector<std::string> names =
+      isForPeople(format) ? shortNames(arguments.runs) : arguments.runs;
   std::vector<std::pair<std::string, RunRecord>> runs;
   for (size_t i = 0; i < names.size(); ++i)
     runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
   std::fputs(compareRuns(runs).toString(format).c_str(), stdout);
   const std::vector<std::string> refusals = refusalsOf(runs);
-  if (for_people && !refusals.empty()) {
+  if ((format == TableFormat::kText || format == TableFormat::kMarkdown) && !refusals.empty()) {
     std::printf("\n");
     for (const std::string& sentence : refusals) std::printf("%s\n", sentence.c_str());
   }
+}
+
+/** The tables to print beside the comparison: the headlines, or those of the chosen figures. */
+bool isAskedFor(const TitledTable& table, const std::vector<std::string>& metrics) {
+  if (metrics.empty()) return table.headline;
+  return std::find(metrics.begin(), metrics.end(), table.figure) != metrics.end();
+}
+
+/** The first initializer against each of the others. */
+std::vector<PairedComparison> comparisonsWithTheFirst(const BenchmarkRecord& record,
+                                                      const std::vector<std::string>& figures,
+                                                      const BootstrapOptions& options) {
+  const std::vector<std::string> names = initializersOf(record);
+  std::vector<PairedComparison> comparisons;
+  for (size_t k = 1; k < names.size(); ++k) {
+    const auto pair = comparePaired(record, names[0], names[k], figures, options);
+    comparisons.insert(comparisons.end(), pair.begin(), pair.end());
+  }
+  return comparisons;
+}
+
+void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
+  const std::vector<std::string> names = shortNames(arguments.runs);
+  std::vector<std::pair<std::string, BenchmarkRecord>> benchmarks;
+  for (size_t i = 0; i < names.size(); ++i)
+    benchmarks.emplace_back(names[i], readBenchmark(arguments.runs[i]));
+  BenchmarkRecord record = combineBenchmarks(benchmarks);
+  if (!arguments.initializers.empty()) record = selectInitializers(record, arguments.initializers);
+  const bool several = initializersOf(record).size() > 1;
+  if (!several && !isForPeople(format))
+    throw ConfigError("format '" + arguments.format +
+                      "' holds the comparison of initializers, and there is only one; its figures "
+                      "are in summary.csv");
+
+  BootstrapOptions options;
+  options.seed = arguments.seed;
+  const std::vector<std::string> figures =
+      arguments.metrics.empty() ? comparedFigures() : arguments.metrics;
+  const std::vector<PairedComparison> comparisons =
+      comparisonsWithTheFirst(record, figures, options);
+  if (isForPeople(format))
+    for (const TitledTable& table : benchmarkTables(record))
+      if (isAskedFor(table, arguments.metrics))
+        std::printf("%s\n", toString(table, format, arguments.bold).c_str());
+  if (several) std::fputs(toString(comparisonTable(comparisons, options), format).c_str(), stdout);
+}
+
+void compare(const Arguments& arguments) {
+  const TableFormat format = tableFormatFromName(arguments.format);
+  const auto benchmarks =
+      std::count_if(arguments.runs.begin(), arguments.runs.end(), isBenchmarkFolder);
+  if (benchmarks == static_cast<std::ptrdiff_t>(arguments.runs.size()))
+    return compareBenchmarkFolders(arguments, format);
+  if (benchmarks > 0)
+    throw ConfigError("runs and benchmarks together: expected folders of one kind");
+  if (!arguments.initializers.empty() || !arguments.metrics.empty())
+    throw ConfigError("--initializers and --metric: expected folders of benchmarks");
+  compareRunFolders(arguments, format);
 }
 
 }  // namespace
@@ -51,11 +119,30 @@ void compare(const Arguments& arguments) {
 void addCompareCommand(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "compare", "Print a table of runs: errors before and after VI-BA, times, refusals.");
-  command->add_option("RUN", arguments->runs, "Folder of a run, or its run.rawlog")->required();
+      "compare",
+      "Print a table of runs: errors before and after VI-BA, times, refusals; or the tables of "
+      "benchmarks, and which differences between initializers are significant.");
+  command
+      ->add_option("RUN", arguments->runs,
+                   "Folder of a run, or its run.rawlog; or folders of benchmarks")
+      ->required();
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
+  command
+      ->add_option("--initializers", arguments->initializers,
+                   "Benchmarks: these alone, comma between; the first is compared with the others")
+      ->delimiter(',');
+  command
+      ->add_option("--metric", arguments->metrics,
+                   "Benchmarks: these figures alone, comma between, e.g. success,rre_deg")
+      ->check(CLI::IsMember(comparedFigures()))
+      ->delimiter(',');
+  command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")
+      ->check(checkWholeNumber())
+      ->capture_default_str();
+  command->add_flag("--bold", arguments->bold,
+                    "Benchmarks, as text: the best of a row in the terminal's bold");
   command->callback([arguments, exit_code] {
     compare(*arguments);
     *exit_code = kOk;

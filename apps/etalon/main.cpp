@@ -57,9 +57,12 @@ int run(const std::vector<std::string>& arguments) {
   addReplayCommand(app, &exit_code);
   addSimulateCommand(app, &exit_code);
   addCompareCommand(app, &exit_code);
+  addEvaluateCommand(app, &exit_code);
   addBenchCommand(app, &exit_code);
   addMergeCommand(app, &exit_code);
+  addCalibrateNoiseCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
+  addCheckPluginCommand(app, &exit_code);
   try {
     // CLI11 takes the words in reverse.
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));

@@ -4,7 +4,7 @@
 
 namespace etalon::app {
 
-/** Prints a benchmark's tables to stdout. */
+/** Prints a benchmark's tables to stdout; as text the headlines alone. */
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
 
 }  // namespace etalon::app

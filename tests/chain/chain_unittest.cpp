@@ -20,7 +20,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr char kFilesOfARun[][20] = {"trajectory.tum", "initialization.json", "run.rawlog",
-                                     "trajectory.png", "config.ini"};
+                                     "trajectory.png", "report.html",         "config.ini"};
 
 /** Replays in motion, with success, and returns the trajectory. */
 std::vector<TumLine> replayed(const std::string& source, const std::string& initializer,

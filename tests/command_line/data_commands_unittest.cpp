@@ -83,6 +83,9 @@ TEST(CompareCommand, RefusesWhatIsNoRun) {
   expectFails({"compare", text}, 3, {text, "expected an MRPT rawlog"});
   expectFails({"compare"}, 2, {"RUN", "--help"});
   expectFails({"compare", folder.path(), "--format", "xml"}, 2, {"--format", "xml", "csv"});
+  expectFails({"compare", folder.path(), "--metric", "rre_deg"}, 2, {"--metric", "benchmarks"});
+  expectFails({"compare", folder.path(), "--metric", "speed"}, 2, {"--metric", "speed", "rre_deg"});
+  expectFails({"compare", folder.path(), "--seed", "-1"}, 2, {"--seed", "whole number"});
 }
 
 TEST(SimulateCommand, RefusesWrongValues) {

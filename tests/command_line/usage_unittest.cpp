@@ -26,8 +26,8 @@ TEST(Usage, HelpNamesCommandsAndExitCodes) {
     const CommandResult result = runEtalon({flag});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.err, IsEmpty());
-    for (const char* word :
-         {"info", "convert", "simulate", "replay", "compare", "plugins", "Exit codes"}) {
+    for (const char* word : {"info", "convert", "simulate", "replay", "compare", "evaluate",
+                             "plugins", "Exit codes"}) {
       EXPECT_THAT(result.out, HasSubstr(word));
     }
   }
@@ -43,7 +43,11 @@ TEST(Usage, EveryCommandHasHelpThatNamesItsOptions) {
       {"replay",
        {"SRC", "--config", "--initializer", "--from", "--to", "--set", "--plugin-path", "--out",
         "1 never initialised"}},
-      {"compare", {"RUN", "--format", "csv", "json"}},
+      {"compare",
+       {"RUN", "--format", "csv", "json", "latex", "html", "--initializers", "--metric", "--seed"}},
+      {"evaluate",
+       {"TRAJECTORY", "GT", "--align", "--delta", "--unit", "--max-time-difference", "--format",
+        "--plot"}},
       {"plugins", {"--plugin-path", "--describe", "--ini"}}};
   for (const auto& [command, words] : options) {
     const CommandResult result = runEtalon({command, "--help"});

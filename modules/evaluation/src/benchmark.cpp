@@ -1,7 +1,6 @@
 #include "etalon/evaluation/benchmark.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <mutex>
 #include <set>
@@ -151,17 +150,17 @@ class Benchmark {
   /** Finds the slots that an interrupted run of the same benchmark has finished. */
   void adoptFormerRun() {
     if (!isBenchmarkFolder(options_.out)) return;
-    if (options_.overwrite) {
-      fs::remove_all(fs::path(options_.out) / "slots");
-      return;
-    }
     const BenchmarkRecord former = readBenchmarkHead(options_.out);
     std::string difference = differenceOf(former, record_);
     if (difference.empty() && (former.shard != record_.shard || former.shards != record_.shards))
       difference = "it is another shard";
-    if (!difference.empty())
-      throw ConfigError("'" + options_.out + "' holds a benchmark that cannot be resumed: " +
-                        difference + "; choose another --out, or --overwrite it");
+    if (!difference.empty()) {
+      if (!options_.overwrite)
+        throw ConfigError("'" + options_.out + "' holds a benchmark that cannot be resumed: " +
+                          difference + "; choose another --out, or --overwrite it");
+      fs::remove_all(fs::path(options_.out) / "slots");
+      return;
+    }
     for (size_t i = 0; i < record_.sequences.size(); ++i)
       record_.sequences[i].content = former.sequences[i].content;
     for (const BenchmarkSequence& sequence : record_.sequences)
@@ -298,11 +297,9 @@ class Benchmark {
     const GroundTruth& truth = tracks_[task.sequence]->ground_truth;
     const InitializationAttempt attempt = attemptInitialization(
         problem, *configuration_.initializers[k].initializer, window_options_);
-    const GroundTruthFloor& floor = record_.sequences[task.sequence].floor;
-    std::optional<Eigen::Vector3d> gravity_direction_G;
-    if (!std::isnan(floor.world_tilt_deg)) gravity_direction_G = floor.gravity_direction_G;
     slot.attempt =
-        makeAttemptRecord(attempt, window_options_.gravity_mps2, truth, gravity_direction_G);
+        makeAttemptRecord(attempt, window_options_.gravity_mps2, truth,
+                          record_.sequences[task.sequence].floor.foundGravityDirection());
     for (StageRecord& stage : slot.attempt.stages) {
       stage.covariance.resize(0, 0);
       stage.covariance_order.clear();

@@ -183,7 +183,7 @@ TitledTable floorTable(const BenchmarkRecord& record) {
   return {"floor", "Floor of the ground truth",
           "The ground truth against the recording's own IMU: rotation over a quarter of a second "
           "against the gyro's, with one constant bias; tilt of its world against gravity; norms of "
-          "the constant biases that fit best. No method can be measured below it.",
+          "the constant biases that fit best. A method that follows the gyro cannot come below it.",
           std::move(table), true};
 }
 

@@ -119,10 +119,13 @@ TitledTable successTable(const BenchmarkRecord& record, const std::vector<Summar
         t->setNumber("slots", row.count);
         t->setNumber("judged", row.judged);
       });
-  return {"success" + windowId(window), "Success [%], " + windowText(window),
+  return {"success" + windowId(window),
+          "Success [%], " + windowText(window),
           "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all slots whose "
           "ground truth allows to judge it; a refused slot counts as a failure.",
-          std::move(table), true};
+          std::move(table),
+          true,
+          kSuccessRate};
 }
 
 TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -184,12 +187,14 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
       });
   const std::string suffix = statistic == SummaryStatistic::kP90 ? "p90" : nameOf(statistic);
   const bool papers = rotation || metric.key == "ate_m";
-  return {
-      metric.key + "_" + suffix + windowId(window),
-      metric.title + ", " + nameOf(statistic) + ", " + windowText(window), note, std::move(table),
-      statistic != SummaryStatistic::kP90 &&
-          (papers ||
-           (statistic == SummaryStatistic::kMedian && (gravity || metric.key == "velocity_mps")))};
+  return {metric.key + "_" + suffix + windowId(window),
+          metric.title + ", " + nameOf(statistic) + ", " + windowText(window),
+          note,
+          std::move(table),
+          statistic != SummaryStatistic::kP90 &&
+              (papers || (statistic == SummaryStatistic::kMedian &&
+                          (gravity || metric.key == "velocity_mps"))),
+          metric.key};
 }
 
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {

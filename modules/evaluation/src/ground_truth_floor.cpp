@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
-#include <utility>
 
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_buffer.h"
@@ -25,6 +24,9 @@ constexpr int kBiasIterations = 5;
 /** Gravity and accelerometer bias are told apart by rotation alone; the least eigenvalue of the
  * mean of [I, R]^T [I, R] is 1 - cos(a) for a body that leans by +-a. This is a of 0.8 deg. */
 constexpr double kMinRotationSpread = 1e-4;
+
+/** A direction of gravity that is known worse than this is no reference for others, deg. */
+constexpr double kMaxGravitySigmaDeg = 0.1;
 
 /** An interval between two states of the ground truth, with the IMU between them. */
 struct Interval {
@@ -125,10 +127,14 @@ VelocityEquation equationOf(const Interval& a, const Interval& b) {
   return equation;
 }
 
-/** Gravity in the ground truth's world and accelerometer bias, m/s^2; nothing where the motion does
- * not tell them apart. */
-std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> fitGravity(
-    const std::vector<Interval>& intervals, bool has_velocity) {
+/** Least squares of all velocity equations. */
+struct GravityFit {
+  Eigen::Vector3d gravity_G, accel_bias;  ///< m/s^2
+  double direction_sigma_deg = 0.0;       ///< of gravity's direction, as the residuals say
+};
+
+std::vector<VelocityEquation> equationsOf(const std::vector<Interval>& intervals,
+                                          bool has_velocity) {
   std::vector<VelocityEquation> equations;
   for (size_t i = 0; i < intervals.size(); ++i) {
     if (has_velocity)
@@ -136,6 +142,11 @@ std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> fitGravity(
     else if (i > 0 && intervals[i - 1].end.t == intervals[i].begin.t)
       equations.push_back(equationOf(intervals[i - 1], intervals[i]));
   }
+  return equations;
+}
+
+/** Nothing where the motion does not tell gravity from the bias. */
+std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equations) {
   Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
   double squared_time = 0.0;
@@ -144,11 +155,24 @@ std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> fitGravity(
     b += equation.A.transpose() * equation.rhs;
     squared_time += equation.A(0, 0) * equation.A(0, 0);
   }
-  if (equations.empty()) return std::nullopt;
+  if (equations.size() < 3) return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(A / squared_time);
   if (!(eigen.eigenvalues()[0] > kMinRotationSpread)) return std::nullopt;
   const Eigen::Matrix<double, 6, 1> x = A.ldlt().solve(b);
-  return std::make_pair(Eigen::Vector3d(x.head<3>()), Eigen::Vector3d(x.tail<3>()));
+
+  double squares = 0.0;
+  for (const VelocityEquation& equation : equations)
+    squares += (equation.A * x - equation.rhs).squaredNorm();
+  const double variance = squares / (3.0 * static_cast<double>(equations.size()) - 6.0);
+  const Eigen::Vector3d direction = x.head<3>().normalized();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+  const Eigen::Matrix3d covariance = variance * A.inverse().topLeftCorner<3, 3>();
+  GravityFit fit;
+  fit.gravity_G = x.head<3>();
+  fit.accel_bias = x.tail<3>();
+  fit.direction_sigma_deg =
+      std::sqrt((across * covariance * across).trace()) / fit.gravity_G.norm() * kDegreesPerRadian;
+  return fit;
 }
 
 }  // namespace
@@ -165,9 +189,10 @@ GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
   floor.interval_s = interval_s;
   floor.bias.gyro = fitGyroBias(&intervals);
   floor.rre_deg = rotationRmseDeg(intervals);
-  if (const auto gravity = fitGravity(intervals, ground_truth.has_velocity)) {
-    floor.gravity_direction_G = gravity->first.normalized();
-    floor.bias.accel = gravity->second;
+  const auto fit = fitGravity(equationsOf(intervals, ground_truth.has_velocity));
+  if (fit && fit->direction_sigma_deg <= kMaxGravitySigmaDeg) {
+    floor.gravity_direction_G = fit->gravity_G.normalized();
+    floor.bias.accel = fit->accel_bias;
     floor.world_tilt_deg =
         angleBetween(floor.gravity_direction_G, -Eigen::Vector3d::UnitZ()) * kDegreesPerRadian;
   }

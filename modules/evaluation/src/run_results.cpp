@@ -9,6 +9,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/attempt_record.h"
 #include "etalon/evaluation/plot.h"
+#include "etalon/evaluation/report.h"
 
 namespace etalon {
 
@@ -81,7 +82,8 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
     return (std::filesystem::path(folder) / name).string();
   };
   std::vector<std::string> files = {path("trajectory.tum"), path("initialization.json"),
-                                    path(kRunLogName), path("trajectory.png"), path("config.ini")};
+                                    path(kRunLogName),      path("trajectory.png"),
+                                    path("report.html"),    path("config.ini")};
   writeTum(files[0], run.pipeline.trajectory());
   writeInitializationJson(files[1], record);
   RunLog log;
@@ -95,7 +97,8 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   plot.title = std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
   plot.initialized_at = record.initialized_at;
   drawTrajectoryPlot(files[3], run.pipeline.trajectory(), run.source.groundTruth(), plot);
-  writeText(files[4], run.configuration.effective_ini);
+  writeText(files[4], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
+  writeText(files[5], run.configuration.effective_ini);
   return files;
 }
 

@@ -76,6 +76,13 @@ std::vector<size_t> Table::shownColumns() const {
   return shown;
 }
 
+std::vector<size_t> Table::dataColumns() const {
+  std::vector<size_t> written;
+  for (size_t c = 0; c < columns_.size(); ++c)
+    if (!columns_[c].people_only) written.push_back(c);
+  return written;
+}
+
 std::vector<Table::Group> Table::groups() const {
   std::vector<Group> groups;
   const std::vector<size_t> shown = shownColumns();
@@ -118,13 +125,14 @@ std::string Table::toString(TableFormat format, bool terminal_bold) const {
 }
 
 std::string Table::csv() const {
+  const std::vector<size_t> written = dataColumns();
   std::string text;
-  for (size_t c = 0; c < columns_.size(); ++c)
-    text += (c > 0 ? "," : "") + csvField(columns_[c].key);
+  for (const size_t c : written)
+    text += (c != written.front() ? "," : "") + csvField(columns_[c].key);
   text += "\n";
   for (const std::vector<Cell>& row : rows_) {
-    for (size_t c = 0; c < row.size(); ++c)
-      text += (c > 0 ? "," : "") + (row[c].empty ? "" : csvField(row[c].text));
+    for (const size_t c : written)
+      text += (c != written.front() ? "," : "") + (row[c].empty ? "" : csvField(row[c].text));
     text += "\n";
   }
   return text;
@@ -135,7 +143,7 @@ std::string Table::json() const {
   Json array = Json::array();
   for (const std::vector<Cell>& row : rows_) {
     Json object;
-    for (size_t c = 0; c < row.size(); ++c) {
+    for (const size_t c : dataColumns()) {
       Json& value = object[columns_[c].key];
       if (row[c].empty) continue;
       if (columns_[c].number)

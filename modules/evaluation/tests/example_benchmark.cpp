@@ -56,7 +56,10 @@ SlotRecord exampleSlot(const std::string& sequence, int segment, const std::stri
 
 BenchmarkRecord exampleBenchmark() {
   BenchmarkRecord record;
-  record.initializers = {{"good", "1", ""}, {"bad", "1", ""}};
+  for (const char* name : {"good", "bad"}) {
+    record.initializers.emplace_back();
+    record.initializers.back().name = name;
+  }
   BenchmarkSequence v1, none;
   v1.name = "V1";
   v1.has_ground_truth = true;

@@ -77,6 +77,8 @@ TEST(GroundTruthFloor, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
       for (GroundTruthState& s : flight.truth.states) s.v_WB.setZero();
     const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
     EXPECT_NEAR(floor.world_tilt_deg, 0.55, 2e-3) << has_velocity;
+    ASSERT_TRUE(floor.foundGravityDirection().has_value());
+    EXPECT_EQ(*floor.foundGravityDirection(), floor.gravity_direction_G);
     EXPECT_LT((floor.gravity_direction_G - T_GW.R * Vector3d(0, 0, -1)).norm() * kDegrees, 2e-3);
     EXPECT_LT((floor.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
     EXPECT_LT(floor.rre_deg, 1e-3);  // a tilt of the world turns no relative rotation
@@ -132,6 +134,20 @@ TEST(GroundTruthFloor, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
   EXPECT_TRUE(std::isnan(floor.world_tilt_deg));
   EXPECT_TRUE(std::isnan(floor.bias.accel.x()));
   EXPECT_EQ(floor.gravity_direction_G, Vector3d(0, 0, -1));
+  EXPECT_FALSE(floor.foundGravityDirection().has_value());
+}
+
+TEST(GroundTruthFloor, OfAShortRecordingGravityIsNotFoundFromNoisySamples) {
+  ImuSynthesisOptions noisy = biased();
+  noisy.white_noise = true;
+  noisy.noise.gyro_noise_density = 0.0;
+  noisy.noise.accel_noise_density = 0.01;  // five times the data sheet: a flight
+  Flight flight = fly(MotionProfile::kGentle, noisy);
+  EXPECT_TRUE(groundTruthFloor(flight.truth, flight.imu).foundGravityDirection().has_value());
+  flight.truth.states.resize(1200);  // 6 s, of which one at rest
+  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
+  EXPECT_FALSE(floor.foundGravityDirection().has_value());
+  EXPECT_FALSE(std::isnan(floor.rre_deg));
 }
 
 TEST(GroundTruthFloor, WithoutTruthOrImuThereIsNone) {

@@ -24,6 +24,8 @@ const char* toString(InitializationStatus status) {
       return "not_converged";
     case InitializationStatus::kImplausible:
       return "implausible";
+    case InitializationStatus::kTooMuchMotion:
+      return "too_much_motion";
   }
   return "unknown";
 }

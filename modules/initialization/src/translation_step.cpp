@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "etalon/core/stopwatch.h"
-#include "etalon/optimization/inertial_only_map.h"
+#include "etalon/optimization/linear_alignment.h"
 #include "etalon/optimization/starting_landmarks.h"
 
 namespace etalon {

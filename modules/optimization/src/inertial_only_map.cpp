@@ -5,23 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "etalon/core/so3.h"
+#include "etalon/optimization/gravity_sphere.h"
 #include "etalon/optimization/preintegration_residual.h"
 
 namespace etalon {
 
 namespace {
-
-/** Two unit vectors that span the plane orthogonal to `g`, 3x2. */
-Eigen::Matrix<double, 3, 2> tangentBasis(const Eigen::Vector3d& g) {
-  const Eigen::Vector3d d = g.normalized();
-  const Eigen::Vector3d axis =
-      std::abs(d.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
-  Eigen::Matrix<double, 3, 2> B;
-  B.col(0) = d.cross(axis).normalized();
-  B.col(1) = d.cross(B.col(0));
-  return B;
-}
 
 /** State and normal equations. Order of the unknowns: b_g, b_a, gravity direction (2), v_0 ..
  * v_N-1. */
@@ -195,59 +184,6 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
   result.v_VB = state.v_VB;
   result.bias = state.bias;
   fillCovariance(H, &result);
-  return result;
-}
-
-LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
-                                                const std::vector<Preintegration>& preintegrations,
-                                                const ImuBias& bias, double gravity_mps2,
-                                                const Eigen::Vector3d& g_seed) {
-  // Rows per pair: position and velocity residuals, whitened by their 6x6 covariance; linear in v
-  // and g.
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(T_VB.size());
-  LinearAlignmentResult result;
-  Eigen::Vector3d g = gravity_mps2 * g_seed.normalized();
-  for (int iteration = 0; iteration < 4; ++iteration) {
-    const Eigen::Matrix<double, 3, 2> B = gravity_mps2 * tangentBasis(g);
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n + 2, n + 2);
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 2);
-    for (size_t k = 0; k < preintegrations.size(); ++k) {
-      const Preintegration::Deltas d = preintegrations[k].corrected(bias);
-      const double dt = preintegrations[k].dt();
-      const Eigen::Matrix3d R_BV = T_VB[k].R.transpose();
-      Eigen::Matrix<double, 6, 8> A = Eigen::Matrix<double, 6, 8>::Zero();  // v_k, v_k+1, gravity
-      Eigen::Matrix<double, 6, 1> y;
-      A.block<3, 3>(0, 0) = R_BV * dt;
-      A.block<3, 2>(0, 6) = R_BV * B * (0.5 * dt * dt);
-      y.head<3>() = R_BV * (T_VB[k + 1].t - T_VB[k].t - 0.5 * dt * dt * g) - d.dp;
-      A.block<3, 3>(3, 0) = -R_BV;
-      A.block<3, 3>(3, 3) = R_BV;
-      A.block<3, 2>(3, 6) = -R_BV * B * dt;
-      y.tail<3>() = d.dv + R_BV * g * dt;
-      const Eigen::LLT<Eigen::Matrix<double, 6, 6>> noise(
-          preintegrations[k].covariance().block<6, 6>(state_index::kPosition,
-                                                      state_index::kPosition));
-      A = noise.matrixL().solve(A);
-      y = noise.matrixL().solve(y);
-      const Eigen::Matrix<double, 8, 8> AtA = A.transpose() * A;
-      const Eigen::Matrix<double, 8, 1> Aty = A.transpose() * y;
-      const Eigen::Index v = 3 * static_cast<Eigen::Index>(k);
-      H.block<6, 6>(v, v) += AtA.topLeftCorner<6, 6>();
-      H.block<6, 2>(v, n) += AtA.topRightCorner<6, 2>();
-      H.block<2, 6>(n, v) += AtA.bottomLeftCorner<2, 6>();
-      H.bottomRightCorner<2, 2>() += AtA.bottomRightCorner<2, 2>();
-      b.segment<6>(v) += Aty.head<6>();
-      b.tail<2>() += Aty.tail<2>();
-    }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
-    const Eigen::VectorXd x = factor.solve(b);
-    if (!factor.isPositive() || !x.allFinite()) return result;
-    g = gravity_mps2 * (g + B * x.tail<2>()).normalized();
-    result.v_VB.clear();
-    for (Eigen::Index k = 0; k < n; k += 3) result.v_VB.push_back(x.segment<3>(k));
-  }
-  result.g_V = g;
-  result.ok = true;
   return result;
 }
 

@@ -1,5 +1,6 @@
 #include "etalon/optimization/visual_inertial_ba.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <limits>
 
 #include "etalon/core/so3.h"
+#include "residual_redundancy.h"
 #include "schur.h"
 #include "visual_problem.h"
 
@@ -104,10 +106,12 @@ class VisualInertialSolver {
     result->landmarks = visual_.landmarks();
   }
 
-  void statistics(VisualInertialBaResult* result) const {
+  /** Counts and sums of the residuals; with `with_covariance` also what the normal equations say.
+   */
+  void statistics(bool with_covariance, VisualInertialBaResult* result) const {
+    const std::vector<InertialResidual> inertial = inertialResiduals(*result);
     result->chi2_inertial = 0.0;
-    for (size_t k = 0; k < preintegrations_.size(); ++k)
-      result->chi2_inertial += whitened(*result, k, nullptr).squaredNorm();
+    for (const InertialResidual& r : inertial) result->chi2_inertial += r.r.squaredNorm();
     result->dof_inertial = 9 * static_cast<int>(preintegrations_.size());
     int landmark_count = 0;
     for (const char valid : result->landmark_valid) landmark_count += valid;
@@ -115,21 +119,33 @@ class VisualInertialSolver {
         static_cast<int>(std::count(result->inlier.begin(), result->inlier.end(), 1));
     result->measurements = static_cast<int>(result->inlier.size());
     result->dof_visual = 2 * result->inlier_measurements - 3 * landmark_count;
+    if (!with_covariance) return;
+    result->covariance = covariance(*result, inertial);
+    if (result->covariance.size() == 0) return;
+    result->noise = checkNoise(
+        {window_, poses(result->states), result->landmarks, result->inlier, options_.huber_pixel,
+         options_.prior_sigma_gyro_rps, options_.prior_sigma_accel_mps2},
+        inertial, result->covariance);
+  }
+
+ private:
+  static std::vector<SE3> poses(const std::vector<VisualInertialState>& states) {
+    std::vector<SE3> T_WB;
+    for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
+    return T_WB;
   }
 
   /** Gauss-Newton information of [pose, velocity] of every keyframe and the biases, inverted. */
-  Eigen::MatrixXd covariance(const VisualInertialBaResult& result) const {
+  Eigen::MatrixXd covariance(const VisualInertialBaResult& result,
+                             const std::vector<InertialResidual>& inertial) const {
     const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
     const Eigen::Index bias = 9 * n;
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(bias + 6, bias + 6);
     addReducedVisualInformation(window_, poses(result.states), result.landmarks, result.inlier,
                                 options_.huber_pixel, 9, &H);
-    for (size_t k = 0; k < preintegrations_.size(); ++k) {
-      Eigen::Matrix<double, 9, 24> A;  // state k, state k+1, biases
-      const double norm = whitened(result, k, &A).norm();
-      const double huber = std::sqrt(options_.huber_inertial);
-      const double weight = norm > huber ? huber / norm : 1.0;
-      const Eigen::Matrix<double, 24, 24> AtA = weight * A.transpose() * A;
+    for (size_t k = 0; k < inertial.size(); ++k) {
+      const Eigen::Matrix<double, 9, 24>& A = inertial[k].J;
+      const Eigen::Matrix<double, 24, 24> AtA = inertial[k].weight * A.transpose() * A;
       const Eigen::Index i = 9 * static_cast<Eigen::Index>(k);
       H.block<18, 18>(i, i) += AtA.topLeftCorner<18, 18>();
       H.block<18, 6>(i, bias) += AtA.topRightCorner<18, 6>();
@@ -144,13 +160,6 @@ class VisualInertialSolver {
     return inverseOrEmpty(H);
   }
 
- private:
-  static std::vector<SE3> poses(const std::vector<VisualInertialState>& states) {
-    std::vector<SE3> T_WB;
-    for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
-    return T_WB;
-  }
-
   ImuBias bias() const { return {bias_.head<3>(), bias_.tail<3>()}; }
 
   void reintegrate() {
@@ -160,18 +169,23 @@ class VisualInertialSolver {
         p = p.reintegrated(bias());
   }
 
-  Eigen::Matrix<double, 9, 1> whitened(const VisualInertialBaResult& result, size_t k,
-                                       Eigen::Matrix<double, 9, 24>* A) const {
-    const VisualInertialState &i = result.states[k], &j = result.states[k + 1];
-    PreintegrationJacobians J;
-    const Eigen::Matrix<double, 9, 1> r = preintegrationResidual(
-        preintegrations_[k], i.T_WB, i.v_WB, j.T_WB, j.v_WB, result.bias, g_W_, A ? &J : nullptr);
-    const Eigen::Matrix<double, 9, 9> L = sqrtInformation(preintegrations_[k]);
-    if (A) {
-      *A << J.pose_i, J.velocity_i, J.pose_j, J.velocity_j, J.bias_gyro, J.bias_accel;
-      *A = L * *A;
+  /** At the solution, whitened rotation first. */
+  std::vector<InertialResidual> inertialResiduals(const VisualInertialBaResult& result) const {
+    std::vector<InertialResidual> residuals(preintegrations_.size());
+    for (size_t k = 0; k < residuals.size(); ++k) {
+      InertialResidual& out = residuals[k];
+      const VisualInertialState &i = result.states[k], &j = result.states[k + 1];
+      PreintegrationJacobians J;
+      out.r = preintegrationResidual(preintegrations_[k], i.T_WB, i.v_WB, j.T_WB, j.v_WB,
+                                     result.bias, g_W_, &J);
+      out.J << J.pose_i, J.velocity_i, J.pose_j, J.velocity_j, J.bias_gyro, J.bias_accel;
+      const Eigen::LLT<Eigen::Matrix<double, 9, 9>> C(preintegrations_[k].covariance9());
+      C.matrixL().solveInPlace(out.r);
+      C.matrixL().solveInPlace(out.J);
+      const double norm = out.r.norm(), huber = std::sqrt(options_.huber_inertial);
+      out.weight = norm > huber ? huber / norm : 1.0;
     }
-    return L * r;
+    return residuals;
   }
 
   const VisualWindow& window_;
@@ -224,8 +238,7 @@ VisualInertialBaResult solveVisualInertialBa(const VisualWindow& window,
     }
   }
   result.message.clear();
-  solver.statistics(&result);
-  if (options.compute_covariance) result.covariance = solver.covariance(result);
+  solver.statistics(options.compute_covariance, &result);
   return result;
 }
 

@@ -82,19 +82,6 @@ TEST(InertialOnlyMap, PriorPullsTheAccelerometerBias) {
   EXPECT_GT(angleBetween(result.g_V, c.g_V), 1e-3);  // and gravity pays for it
 }
 
-TEST(LinearAlignment, IsExactOnExactPoses) {
-  SyntheticWindowOptions options;
-  options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
-  const MapCase c(options);
-  const Vector3d seed = expSO3(Vector3d(0.2, 0.1, 0.0)) * c.g_V;  // 13 degrees off
-  const LinearAlignmentResult result =
-      alignVelocitiesAndGravity(c.T_VB, c.preintegrate(options.bias), options.bias, 9.81, seed);
-  ASSERT_TRUE(result.ok);
-  EXPECT_LT(angleBetween(result.g_V, c.g_V), 1e-8);
-  for (size_t k = 0; k < c.T_VB.size(); ++k)
-    EXPECT_LT((result.v_VB[k] - c.T_VW.R * c.window.truth[k].v_WB).norm(), 1e-8);
-}
-
 class TranslationBa : public ::testing::TestWithParam<bool> {};
 
 TEST_P(TranslationBa, RecoversTranslationsUnderTrueRotations) {

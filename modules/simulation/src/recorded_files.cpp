@@ -1,4 +1,4 @@
-#include "recorded_files.h"
+#include "etalon/simulation/recorded_files.h"
 
 #include <Eigen/Geometry>
 #include <charconv>

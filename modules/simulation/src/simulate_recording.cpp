@@ -13,10 +13,10 @@
 #include "etalon/core/errors.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/integrated_trajectory.h"
+#include "etalon/simulation/recorded_files.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/room.h"
 #include "euroc_folder.h"
-#include "recorded_files.h"
 
 namespace etalon {
 

@@ -7,7 +7,7 @@
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/normal_epipolar_step.h"
 #include "etalon/initialization/translation_step.h"
-#include "etalon/optimization/inertial_only_map.h"
+#include "etalon/optimization/linear_alignment.h"
 #include "imu_alignment.h"
 #include "translation_constraint.h"
 

@@ -10,6 +10,8 @@ namespace etalon {
 
 /** SummaryRow::sequence of a row over all of them, every slot with the same weight. */
 constexpr const char* kAllSequences = "all";
+/** Name of the success rate beside the keys of segmentMetrics(). */
+constexpr const char* kSuccessRate = "success";
 /** SummaryRow::slots. */
 constexpr const char* kAllSlots = "all";
 constexpr const char* kMovingSlots = "moving";

@@ -15,7 +15,8 @@ struct TitledTable {
   std::string title;  ///< one line, with the window it speaks of
   std::string note;   ///< what to know when reading it; may be empty
   Table table;
-  bool headline = false;  ///< one of the few to print where all would be too many
+  bool headline = false;    ///< one of the few to print where all would be too many
+  std::string figure = {};  ///< kSuccessRate or the key of an error; empty: neither
 };
 
 /** A noise is called about right if it is at most this factor from what the residuals say. */

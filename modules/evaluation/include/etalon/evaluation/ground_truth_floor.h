@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "etalon/core/trajectory.h"
@@ -25,6 +27,12 @@ struct GroundTruthFloor {
    * it is; (0, 0, -1) where it cannot be found. */
   Eigen::Vector3d gravity_direction_G = -Eigen::Vector3d::UnitZ();
   double world_tilt_deg = kNone;  ///< angle between gravity_direction_G and (0, 0, -1), deg
+
+  /** gravity_direction_G where it could be found, for evaluateSegment(). */
+  std::optional<Eigen::Vector3d> foundGravityDirection() const {
+    if (std::isnan(world_tilt_deg)) return std::nullopt;
+    return gravity_direction_G;
+  }
 };
 
 /**

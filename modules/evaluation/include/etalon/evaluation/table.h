@@ -18,13 +18,14 @@ std::vector<std::string> tableFormatNames();
 class Table {
  public:
   struct Column {
-    std::string key;         ///< for CSV and JSON, e.g. "ate_m"
-    std::string title;       ///< for people, e.g. "ATE [mm]"
-    bool number = false;     ///< aligned right; unquoted in JSON
-    int decimals = 0;        ///< for people
-    double factor = 1.0;     ///< from the key's unit to the title's
-    bool data_only = false;  ///< in CSV and JSON only
-    std::string group = {};  ///< title above neighbouring columns that share it; may be empty
+    std::string key;           ///< for CSV and JSON, e.g. "ate_m"
+    std::string title;         ///< for people, e.g. "ATE [mm]"
+    bool number = false;       ///< aligned right; unquoted in JSON
+    int decimals = 0;          ///< for people
+    double factor = 1.0;       ///< from the key's unit to the title's
+    bool data_only = false;    ///< in CSV and JSON only
+    std::string group = {};    ///< title above neighbouring columns that share it; may be empty
+    bool people_only = false;  ///< not in CSV and JSON
   };
 
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
@@ -71,6 +72,7 @@ class Table {
 
   std::size_t indexOf(const std::string& key) const;
   std::vector<std::size_t> shownColumns() const;
+  std::vector<std::size_t> dataColumns() const;
   std::vector<Group> groups() const;
   bool hasRuleAbove(std::size_t row) const;
   std::string rounded(std::size_t column, const Cell& cell) const;

@@ -21,7 +21,8 @@ enum class InitializationStatus {
   kInvalidInput,    ///< not finite, out of order
   kIllConditioned,  ///< the data do not determine the unknowns
   kNotConverged,
-  kImplausible,  ///< a value outside what the configuration calls plausible
+  kImplausible,    ///< a value outside what the configuration calls plausible
+  kTooMuchMotion,  ///< the platform does not stand still
 };
 
 /** Lower-case name as it stands in files, e.g. "too_few_tracks". */

@@ -55,21 +55,4 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
                                         const std::vector<Preintegration>& preintegrations,
                                         const InertialOnlyOptions& options = {});
 
-/** What a linear re-estimation of velocities and gravity returns. */
-struct LinearAlignmentResult {
-  bool ok = false;
-  Eigen::Vector3d g_V;
-  std::vector<Eigen::Vector3d> v_VB;
-};
-
-/**
- * Velocities and gravity from fixed poses and fixed biases: weighted linear least squares on the
- * position and velocity residuals, gravity refined on the sphere of radius `gravity_mps2` (four
- * iterations, as VINS-Mono).
- */
-LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
-                                                const std::vector<Preintegration>& preintegrations,
-                                                const ImuBias& bias, double gravity_mps2,
-                                                const Eigen::Vector3d& g_seed);
-
 }  // namespace etalon

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 namespace etalon {
 
 /** Sum of squared whitened residuals, and what is expected of it if the noise is believed right. */
@@ -16,14 +18,39 @@ struct ResidualGroup {
   }
 };
 
-/** Residuals of a visual-inertial estimate by the sensor that they speak of. Sums over windows. */
+/**
+ * Residuals of a visual-inertial estimate by the sensor that they speak of. Sums over windows.
+ *
+ * `gyro` are the rotation rows of the inertial residuals, whitened alone; `accel` the position and
+ * velocity rows given the rotation's (conditional covariance, of which the gyro's noise is a small
+ * part); `vision` the pixels. Leverages J P J^T come from the joint covariance P of the fit; vision
+ * has what remains of the parameters after the inertial residuals, the bias priors and the gauge.
+ *
+ * Robust losses. An inertial residual beyond the Huber width (weight w < 1) enters chi2 and dof
+ * with w^2, so that its part of the former is bounded and that of the latter vanishes; with
+ * Gaussian noise believed right this moves chi2/dof by less than 1 %. Pixels are the inliers; their
+ * Gaussian is truncated at the inlier threshold. `vision.chi2` is dof times their variance by
+ * maximum likelihood of the truncated Gaussian, and the inertial groups expect of the pixels only
+ * the noise that truncation leaves (at 95 %, 0.84 of the variance).
+ *
+ * A group's residuals hold the noise of the others too: where the fit takes much out of a group,
+ * its chi2/dof moves far less than the square of the factor by which its own noise is believed
+ * wrong. `coupling` says how far, and estimateNoiseFactors() (noise_calibration.h) solves for it.
+ *
+ * The biases are constants of the window: their random walk within it counts as noise of the group.
+ */
 struct NoiseCheck {
   ResidualGroup gyro, accel, vision;
+  /** E[chi2] = coupling * (true variance over believed variance), order gyro, accel, vision: traces
+   * of (I - H)_gh (I - H)_hg, the matrix of Helmert's variance component estimation. Rows sum to
+   * the dof. */
+  Eigen::Matrix3d coupling = Eigen::Matrix3d::Zero();
 
   NoiseCheck& operator+=(const NoiseCheck& other) {
     gyro += other.gyro;
     accel += other.accel;
     vision += other.vision;
+    coupling += other.coupling;
     return *this;
   }
 };

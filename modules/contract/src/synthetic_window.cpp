@@ -1,5 +1,6 @@
-#include "etalon/testing/synthetic_window.h"
+#include "etalon/contract/synthetic_window.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -163,6 +164,15 @@ std::vector<Vector3d> makeLandmarks(const std::vector<State>& states, int per_fr
   return points;
 }
 
+void moveWorld(const SE3& T_NewOld, std::vector<State>* states, std::vector<Vector3d>* landmarks) {
+  if (T_NewOld.R.isIdentity(0.0) && T_NewOld.t.isZero(0.0)) return;
+  for (State& s : *states) {
+    s.T_WB = T_NewOld * s.T_WB;
+    s.v_WB = T_NewOld.R * s.v_WB;
+  }
+  for (Vector3d& p_W : *landmarks) p_W = T_NewOld * p_W;
+}
+
 void addNoise(const SyntheticWindowOptions& options, const ImuNoiseDensities& noise,
               std::mt19937* rng, std::vector<ImuSample>* samples) {
   std::normal_distribution<double> normal;
@@ -247,6 +257,8 @@ SyntheticWindow makeSyntheticWindow(const SyntheticWindowOptions& options) {
         options.gravity_mps2));
   }
   window.landmarks = makeLandmarks(states, options.landmarks, &rng);
+  moveWorld(SE3(expSO3(Vector3d(0, 0, options.world_yaw_rad)), options.world_origin), &states,
+            &window.landmarks);
   addNoise(options, noise, &rng, &samples);
   window.imu = ImuBuffer(samples);
   for (int i = 0; i < frame_count; ++i) {
@@ -307,6 +319,19 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
   e.gyro_bias_rps = (bias.gyro - window.bias.gyro).norm();
   e.accel_bias_mps2 = (bias.accel - window.bias.accel).norm();
   return e;
+}
+
+Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
+                                             const SyntheticWindow& window) {
+  const KeyframeState &truth = window.truth.front(), &estimate = result.states.front();
+  // q = swing * twist, the twist about z, the swing about a horizontal axis.
+  const Eigen::Quaterniond q(Matrix3d(estimate.T_WB.R * truth.T_WB.R.transpose()));
+  const Eigen::Quaterniond twist = Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
+  const Vector3d tilt = logSO3((q * twist.inverse()).toRotationMatrix());
+  Eigen::Matrix<double, 11, 1> error;
+  error << result.bias.gyro - window.bias.gyro, result.bias.accel - window.bias.accel,
+      tilt.head<2>(), result.states.back().v_WB - twist * window.truth.back().v_WB;
+  return error;
 }
 
 }  // namespace etalon::testing

@@ -1,0 +1,274 @@
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include "commands.h"
+#include "etalon/core/errors.h"
+#include "etalon/datasets/recorded_source.h"
+#include "etalon/evaluation/benchmark_slots.h"
+#include "etalon/evaluation/comparison_table.h"
+#include "etalon/evaluation/content_hash.h"
+#include "etalon/evaluation/noise_calibration.h"
+#include "etalon/evaluation/sequence_tracks.h"
+#include "etalon/odometry/run_configuration.h"
+#include "progress_line.h"
+
+namespace etalon::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<std::string> sources, set, plugin_path;
+  std::string config, out, tracks, format = "text";
+  std::optional<std::string> initializer;
+  double every_s = 2.5;
+  bool include_rest = false;
+};
+
+RunConfiguration configure(const Arguments& arguments) {
+  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
+                                         : IniFile::fromFile(arguments.config);
+  if (arguments.initializer)
+    ini.set("pipeline", "initializer", *arguments.initializer, "--initializer");
+  for (const std::string& argument : arguments.set) ini.setFromArgument(argument);
+  return loadRunConfiguration(ini, arguments.plugin_path);
+}
+
+std::string nameOf(const std::string& source) {
+  fs::path path = fs::absolute(source).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (path.filename() == "mav0") path = path.parent_path();
+  return path.extension() == ".rawlog" ? path.stem().string() : path.filename().string();
+}
+
+/** Tracks of a recording; with --tracks from there, where they fit. */
+SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
+                        const PipelineOptions& pipeline) {
+  const auto recording = openRecording(source);
+  ProgressLine line;
+  TrackingOptions tracking;
+  tracking.frontend = pipeline.frontend;
+  tracking.gyro_bias = pipeline.window.priors.mean.gyro;
+  tracking.decode_ahead = true;
+  tracking.progress = [&](size_t done, size_t all) {
+    if (line.due() || done == all)
+      line.print("calibrate-noise: " + nameOf(source) + ": front end " + std::to_string(done) +
+                     "/" + std::to_string(all) + " frames",
+                 done == all);
+  };
+  if (arguments.tracks.empty()) return trackSequence(*recording, tracking);
+  const std::string key = tracksKey(recordingHash(*recording), tracking);
+  const fs::path path =
+      fs::path(arguments.tracks) / (nameOf(source) + "-" + key.substr(0, 12) + ".tracks");
+  SequenceTracks tracks = withoutTracks(*recording);
+  std::string why_not;
+  if (readTracks(path.string(), key, &tracks, &why_not)) return tracks;
+  tracks = trackSequence(*recording, tracking);
+  std::error_code error;
+  fs::create_directories(path.parent_path(), error);
+  if (error) throw DataError(arguments.tracks, 0, "cannot be made: " + error.message());
+  writeTracks(path.string(), key, tracks);
+  return tracks;
+}
+
+/** The slots of a recording. */
+std::vector<NoiseWindow> windowsOf(const std::shared_ptr<const SequenceTracks>& tracks,
+                                   double every_s, const PipelineOptions& pipeline) {
+  std::vector<NoiseWindow> windows;
+  if (tracks->frames.empty()) return windows;
+  const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const int slots = slotCount(tracks->first_image, tracks->frames.back().t, every_s, window);
+  for (int segment = 0; segment < slots; ++segment)
+    windows.push_back([=, options = pipeline.window](const NoiseFactors& believed) mutable {
+      options.odometry.sigma_px = believed.sigma_px;
+      ImuNoiseOptions noise;
+      noise.gyro_noise_factor = believed.gyro;
+      noise.accel_noise_factor = believed.accel;
+      return slotProblem(*tracks, every_s, window, segment,
+                         noise.apply(tracks->calibration.imu.noise), options);
+    });
+  return windows;
+}
+
+Table emptyTable() {
+  return Table({{"recording", "recording"},
+                {"iteration", "iteration"},
+                {"windows", "windows used", true},
+                {"offered", "of", true},
+                {"at_rest", "at rest", true},
+                {"failed", "failed", true},
+                {"gyro_noise_factor", "gyro factor", true, 2},
+                {"gyro_sigma", "+- [%]", true, 0, 100.0},
+                {"accel_noise_factor", "accel. factor", true, 2},
+                {"accel_sigma", "+- [%]", true, 0, 100.0},
+                {"sigma_px", "sigma_px", true, 3},
+                {"sigma_px_sigma", "+- [%]", true, 1, 100.0},
+                {"chi2_gyro", "chi2/dof gyro", true, 2},
+                {"chi2_accel", "accel.", true, 2},
+                {"chi2_vision", "vision", true, 2}});
+}
+
+void setFactors(const NoiseFactors& factors, Table* table) {
+  table->setNumber("gyro_noise_factor", factors.gyro);
+  table->setNumber("accel_noise_factor", factors.accel);
+  table->setNumber("sigma_px", factors.sigma_px);
+}
+
+void addRows(const std::string& name, const NoiseCalibration& calibration, Table* table) {
+  for (size_t i = 0; i < calibration.iterations.size(); ++i) {
+    const NoiseIteration& iteration = calibration.iterations[i];
+    table->addRow();
+    table->setText("recording", name);
+    table->setText("iteration", std::to_string(i + 1));
+    table->setNumber("windows", iteration.windows);
+    setFactors(iteration.believed, table);
+    const NoiseCheck& c = iteration.check;
+    table->setNumber("chi2_gyro", c.gyro.chi2 / c.gyro.dof);
+    table->setNumber("chi2_accel", c.accel.chi2 / c.accel.dof);
+    table->setNumber("chi2_vision", c.vision.chi2 / c.vision.dof);
+  }
+  table->addRow();
+  table->setText("recording", name);
+  table->setText("iteration", calibration.converged ? "result" : "not converged");
+  if (!calibration.iterations.empty())
+    table->setNumber("windows", calibration.iterations.back().windows);
+  table->setNumber("offered", calibration.windows);
+  table->setNumber("at_rest", calibration.at_rest);
+  table->setNumber("failed", calibration.failed);
+  setFactors(calibration.factors, table);
+  table->setNumber("gyro_sigma", calibration.relative_sigma.gyro);
+  table->setNumber("accel_sigma", calibration.relative_sigma.accel);
+  table->setNumber("sigma_px_sigma", calibration.relative_sigma.sigma_px);
+}
+
+/** In words: what the noise in use is worth, and what the estimate is worth. */
+void printWords(const std::string& name, const NoiseCalibration& calibration) {
+  std::printf("\n%s\n", name.c_str());
+  if (!calibration.message.empty()) std::printf("  %s\n", calibration.message.c_str());
+  if (calibration.iterations.empty() || calibration.iterations.front().windows == 0) return;
+  std::printf("  with the noise as configured:\n");
+  for (const std::string& sentence : describe(calibration.iterations.front().check))
+    std::printf("    %s\n", sentence.c_str());
+  constexpr double kHardly = 0.25;
+  if (calibration.relative_sigma.gyro > kHardly)
+    std::printf("  the gyro's factor is hardly determined: +- %.0f %%\n",
+                100.0 * calibration.relative_sigma.gyro);
+  if (calibration.relative_sigma.accel > kHardly)
+    std::printf("  the accelerometer's factor is hardly determined: +- %.0f %%\n",
+                100.0 * calibration.relative_sigma.accel);
+}
+
+NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindow>& windows,
+                           const RunConfiguration& configuration, const Arguments& arguments) {
+  NoiseCalibrationOptions options;
+  options.window = configuration.pipeline.window;
+  options.start = {configuration.pipeline.imu_noise.gyro_noise_factor,
+                   configuration.pipeline.imu_noise.accel_noise_factor,
+                   configuration.pipeline.window.odometry.sigma_px};
+  if (arguments.include_rest) options.min_speed_mps = 0.0;
+  ProgressLine line;
+  options.progress = [&](size_t done, size_t all) {
+    if (line.due())
+      line.print("calibrate-noise: " + name + ": window " + std::to_string(done) + "/" +
+                     std::to_string(all),
+                 false);
+  };
+  NoiseCalibration calibration = calibrateNoise(windows, *configuration.initializer, options);
+  line.interrupt();
+  return calibration;
+}
+
+std::vector<std::string> commentOf(const Arguments& arguments,
+                                   const NoiseCalibration& calibration) {
+  std::vector<std::string> comment{"Noise as the residuals tell (etalon calibrate-noise), from"};
+  for (const std::string& source : arguments.sources) comment.push_back("  " + nameOf(source));
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%zu of %d windows; relative standard errors: gyro %.2g, accelerometer %.2g, "
+                "sigma_px %.2g",
+                calibration.checks.size(), calibration.windows, calibration.relative_sigma.gyro,
+                calibration.relative_sigma.accel, calibration.relative_sigma.sigma_px);
+  comment.emplace_back(text);
+  if (!calibration.message.empty()) comment.push_back(calibration.message);
+  return comment;
+}
+
+void write(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.flush();
+  if (!file) throw DataError(path, 0, "cannot be written");
+}
+
+int calibrateNoise(const Arguments& arguments) {
+  const TableFormat format = tableFormatFromName(arguments.format);
+  const RunConfiguration configuration = configure(arguments);
+  std::vector<std::pair<std::string, NoiseCalibration>> results;
+  std::vector<NoiseWindow> all;
+  for (const std::string& source : arguments.sources) {
+    const auto tracks =
+        std::make_shared<const SequenceTracks>(tracksOf(source, arguments, configuration.pipeline));
+    const std::vector<NoiseWindow> windows =
+        windowsOf(tracks, arguments.every_s, configuration.pipeline);
+    results.emplace_back(nameOf(source),
+                         calibrate(nameOf(source), windows, configuration, arguments));
+    all.insert(all.end(), windows.begin(), windows.end());
+  }
+  if (arguments.sources.size() > 1)
+    results.emplace_back("all", calibrate("all", all, configuration, arguments));
+  Table table = emptyTable();
+  for (const auto& [name, calibration] : results) addRows(name, calibration, &table);
+  std::fputs(table.toString(format).c_str(), stdout);
+  if (format == TableFormat::kText || format == TableFormat::kMarkdown)
+    for (const auto& [name, calibration] : results) printWords(name, calibration);
+  const NoiseCalibration& pooled = results.back().second;
+  if (pooled.checks.empty()) throw DataError("", 0, pooled.message);
+  const std::string ini = toIni(pooled.factors, commentOf(arguments, pooled));
+  if (arguments.out.empty())
+    std::printf("\n%s", ini.c_str());
+  else
+    write(arguments.out, ini);
+  return kOk;
+}
+
+}  // namespace
+
+void addCalibrateNoiseCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate-noise",
+      "Estimate the noise of gyro, accelerometer and pixels from the residuals of VI-BA over the "
+      "windows of recordings, without ground truth. Prints the iterations, what the noise in use "
+      "is worth, and the lines of an INI file for -c.");
+  command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+  command->add_option("--initializer", arguments->initializer,
+                      "Initializer plugin (etalon plugins lists them)");
+  command->add_option("--every", arguments->every_s, "Seconds from window to window")
+      ->check(CLI::Range(0.01, 1e6, "seconds from 0.01 to 1e6"))
+      ->capture_default_str();
+  command->add_flag("--include-rest", arguments->include_rest,
+                    "Also use windows at rest (slower than 0.1 m/s), which do not vibrate");
+  command->add_option("--out", arguments->out, "File for the INI lines (default: standard output)");
+  command->add_option("--tracks", arguments->tracks,
+                      "Folder of cached tracks, that of a benchmark for instance (default: none)");
+  command->add_option("--format", arguments->format, "How to print the table")
+      ->check(CLI::IsMember({"text", "markdown", "csv", "json"}))
+      ->capture_default_str();
+  command->add_option("-c,--config", arguments->config, "INI file; without, built-in values")
+      ->check(CLI::ExistingFile);
+  command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--plugin-path", arguments->plugin_path,
+                   "Folder or library searched first for plugins; repeatable")
+      ->check(CLI::ExistingPath)
+      ->allow_extra_args(false);
+  command->footer("Exit codes: 0 done, 2 usage or configuration, 3 data.");
+  command->callback([arguments, exit_code] { *exit_code = calibrateNoise(*arguments); });
+}
+
+}  // namespace etalon::app

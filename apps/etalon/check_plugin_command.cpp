@@ -1,0 +1,210 @@
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "etalon/contract/contract.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/ini_file.h"
+#include "etalon/core/parameters.h"
+#include "etalon/initialization/plugin_loader.h"
+
+namespace etalon::app {
+
+namespace {
+
+// Exit codes of this command where they say more than those of the others.
+constexpr int kContractBroken = 1, kCannotBeLoaded = 3;
+
+struct Arguments {
+  std::string plugin;
+  std::vector<std::string> plugin_path, set;
+  std::string config, output_format = "text";
+  bool list = false;
+  ContractOptions options;
+};
+
+/** The initializer with the parameters that the INI and --set give it. */
+struct Subject {
+  PluginInfo info;
+  Initializer::Ptr initializer;
+  std::string section;  ///< its INI section as checked
+};
+
+Subject loadSubject(PluginLoader* loader, const Arguments& arguments) {
+  Subject subject;
+  subject.initializer = loader->create(arguments.plugin);
+  subject.info = loader->info(arguments.plugin);
+  IniFile ini = arguments.config.empty() ? IniFile() : IniFile::fromFile(arguments.config);
+  for (const std::string& argument : arguments.set) {
+    const bool has_section = argument.find('.') < argument.find('=');
+    ini.setFromArgument(has_section ? argument : subject.info.name + "." + argument);
+  }
+  ParameterSet parameters(subject.info.name);
+  subject.initializer->declareParameters(parameters);
+  parameters.read(ini);
+  subject.section = parameters.toIni();
+  return subject;
+}
+
+/** Loads it in a process of its own first: a library may crash while it is being loaded. What is
+ * wrong in words that need no crash is left to the second try, in this process. */
+std::string crashWhileLoading(const Arguments& arguments) {
+  const IsolatedOutcome outcome = runIsolated(
+      [&]() -> std::string {
+        PluginLoader loader(PluginLoader::defaultSearchPath(arguments.plugin_path));
+        try {
+          loadSubject(&loader, arguments);
+        } catch (const Error&) {
+        }
+        return "";
+      },
+      arguments.options.limits);
+  return outcome.completed ? "" : outcome.failure;
+}
+
+const char* verdictColumn(ContractCheck::Verdict verdict) {
+  switch (verdict) {
+    case ContractCheck::Verdict::kPassed:
+      return "passed ";
+    case ContractCheck::Verdict::kRefused:
+      return "refused";
+    case ContractCheck::Verdict::kNotApplicable:
+      return "n/a    ";
+    default:
+      return "FAILED ";
+  }
+}
+
+void printCheck(const ContractCheck& check) {
+  std::printf("%s  %-29s %s\n", verdictColumn(check.verdict), check.name.c_str(),
+              check.detail.c_str());
+  std::fflush(stdout);
+}
+
+void printSummary(const Subject& subject, const ContractReport& report) {
+  using Verdict = ContractCheck::Verdict;
+  std::printf("\n%s %s: %d passed, %d refused as it may, %d not applicable, %d failed",
+              subject.info.name.c_str(), subject.info.version.c_str(),
+              report.count(Verdict::kPassed), report.count(Verdict::kRefused),
+              report.count(Verdict::kNotApplicable), report.count(Verdict::kFailed));
+  if (report.milliseconds_per_call > 0.0)
+    std::printf("; %.3g ms a call", report.milliseconds_per_call);
+  std::printf("\n");
+}
+
+void printJson(const Subject& subject, const ContractReport& report) {
+  nlohmann::ordered_json json;
+  json["plugin"] = subject.info.name;
+  json["version"] = subject.info.version;
+  json["library"] = subject.info.path;
+  json["ok"] = report.ok();
+  json["milliseconds_per_call"] = report.milliseconds_per_call;
+  json["checks"] = nlohmann::ordered_json::array();
+  for (const ContractCheck& check : report.checks) {
+    json["checks"].push_back({{"name", check.name},
+                              {"verdict", toString(check.verdict)},
+                              {"detail", check.detail},
+                              {"value", check.value}});
+  }
+  // A plugin's words may be no UTF-8.
+  std::printf("%s\n",
+              json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+}
+
+int listChecks() {
+  for (const ContractCheckDescription& check : contractChecks())
+    std::printf("%-29s %s\n", check.name.c_str(), check.description.c_str());
+  return kOk;
+}
+
+int checkPlugin(const Arguments& arguments) {
+  if (arguments.list) return listChecks();
+  if (arguments.plugin.empty()) throw ConfigError("check-plugin: which plugin? (a name or a path)");
+  const std::string crash = crashWhileLoading(arguments);
+  if (!crash.empty()) {
+    std::cerr << "etalon: " << arguments.plugin << ": while being loaded it " << crash << "\n";
+    return kCannotBeLoaded;
+  }
+  PluginLoader loader(PluginLoader::defaultSearchPath(arguments.plugin_path));
+  Subject subject;
+  try {
+    subject = loadSubject(&loader, arguments);
+  } catch (const PluginError& e) {
+    std::cerr << "etalon: " << e.what() << "\n";
+    return kCannotBeLoaded;
+  }
+  const bool text = arguments.output_format == "text";
+  if (text)
+    std::printf("%s %s, %s\n\n", subject.info.name.c_str(), subject.info.version.c_str(),
+                subject.info.path.c_str());
+  const ContractReport report =
+      checkContract(*subject.initializer, arguments.options, [text](const ContractCheck& check) {
+        if (text) printCheck(check);
+      });
+  if (text) {
+    printSummary(subject, report);
+  } else {
+    printJson(subject, report);
+  }
+  return report.ok() ? kOk : kContractBroken;
+}
+
+void addSuiteOptions(CLI::App* command, Arguments* arguments) {
+  ContractOptions* o = &arguments->options;
+  command
+      ->add_option("--only", o->only,
+                   "Run this check only, or with a '.' at its end those that begin so; repeatable")
+      ->type_name("CHECK")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--allow-nees", o->allowed_nees_factor,
+                   "Let the covariance pass if it is off by no more than this factor (average NEES "
+                   "against its expectation); the plugin's README should say why")
+      ->check(CLI::Range(1.0, 1e9))
+      ->type_name("FACTOR");
+  command->add_option("--windows", o->monte_carlo_windows, "Windows of the Monte Carlo")
+      ->check(CLI::Range(10, 100000))
+      ->capture_default_str();
+  command
+      ->add_option("--cpu-limit", o->limits.cpu_s, "Processor time that a check may use, seconds")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void addCheckPluginCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "check-plugin",
+      "Check that an initializer keeps the contract of the interface: exact on noise-free windows, "
+      "deterministic, invariant, a status for every bad input, a consistent covariance. Each check "
+      "runs in a process of its own.");
+  command->add_option("PLUGIN", arguments->plugin,
+                      "Name of the initializer, or its library's path");
+  command
+      ->add_option("--plugin-path", arguments->plugin_path,
+                   "Folder or library searched first for plugins; repeatable")
+      ->check(CLI::ExistingPath)
+      ->allow_extra_args(false);
+  command->add_option("-c,--config", arguments->config, "INI file with the plugin's section")
+      ->check(CLI::ExistingFile);
+  command->add_option("--set", arguments->set, "Override a parameter, key=value; repeatable")
+      ->allow_extra_args(false);
+  addSuiteOptions(command, arguments.get());
+  command->add_option("--format", arguments->output_format, "text or json")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  command->add_flag("--list", arguments->list, "List the checks and exit");
+  command->footer(
+      "Exit codes: 0 the contract is kept, 1 a check failed, 2 usage or configuration, 3 the "
+      "plugin "
+      "cannot be loaded.");
+  command->callback([arguments, exit_code] { *exit_code = checkPlugin(*arguments); });
+}
+
+}  // namespace etalon::app

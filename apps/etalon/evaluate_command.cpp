@@ -1,0 +1,193 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "checks.h"
+#include "commands.h"
+#include "etalon/core/errors.h"
+#include "etalon/datasets/sensor_source.h"
+#include "etalon/evaluation/plot.h"
+#include "etalon/evaluation/table.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
+#include "etalon/simulation/recorded_files.h"
+
+namespace etalon::app {
+
+namespace {
+
+struct Arguments {
+  std::string trajectory, ground_truth, align = "all", unit = "frames", format = "text", plot;
+  std::optional<double> delta;
+  double max_time_difference_s = 0.01;
+};
+
+struct NamedAlignment {
+  std::string option, title;
+  std::optional<AlignmentType> type;
+};
+
+std::vector<NamedAlignment> alignments() {
+  return {{"none", "none", std::nullopt},
+          {"se3", "SE(3)", AlignmentType::kSE3},
+          {"sim3", "Sim(3)", AlignmentType::kSim3},
+          {"yaw", "yaw and position", AlignmentType::kYawPosition}};
+}
+
+/** Whether the first line with data has commas: EuRoC's CSV, else TUM. */
+bool hasCommas(const std::string& path) {
+  std::ifstream in(path);
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty() && line[0] != '#') return line.find(',') != std::string::npos;
+  return false;
+}
+
+GroundTruth readReference(const std::string& path) {
+  const std::filesystem::path file(path);
+  if (std::filesystem::is_directory(file) || file.extension() == ".rawlog") {
+    SourceOptions options;
+    options.decode_images = false;
+    const auto source = openSource(path, options);
+    if (source->groundTruth().empty()) throw DataError(path, 0, "has no ground truth");
+    return source->groundTruth();
+  }
+  if (hasCommas(path)) return readGroundTruthCsv(path);
+  GroundTruth truth;
+  for (const StampedPose& pose : readTum(path)) {
+    GroundTruthState state;
+    state.t = pose.t;
+    state.T_WB = pose.T_WB;
+    truth.states.push_back(state);
+  }
+  return truth;
+}
+
+AssociatedTrajectories associated(const Arguments& arguments, const Trajectory& estimate,
+                                  const GroundTruth& truth) {
+  Trajectory reference;
+  for (const GroundTruthState& state : truth.states) reference.push_back({state.t, state.T_WB});
+  AssociatedTrajectories pair = associate(estimate, reference, arguments.max_time_difference_s);
+  if (!pair.estimate.empty()) return pair;
+  char limit[40];
+  std::snprintf(limit, sizeof limit, "%g", arguments.max_time_difference_s);
+  throw DataError(arguments.trajectory, 0,
+                  "no pose has one of " + arguments.ground_truth + " within " + limit +
+                      " s; expected stamps of the same clock (see --max-time-difference)");
+}
+
+std::vector<RelativeDelta> deltas(const Arguments& arguments) {
+  const DeltaUnit unit = deltaUnitFromName(arguments.unit);
+  if (arguments.delta) return {{*arguments.delta, unit}};
+  return {{1, DeltaUnit::kFrames}, {10, DeltaUnit::kFrames}, {1, DeltaUnit::kMeters}};
+}
+
+Table emptyTable() {
+  std::vector<Table::Column> columns = {
+      {"error", "error"}, {"over", "alignment or delta"}, {"count", "count", true, 0}};
+  for (const auto& [prefix, group, unit, factor] :
+       {std::tuple("position_", "position [mm]", "_m", 1e3),
+        std::tuple("rotation_", "rotation [deg]", "_deg", 1.0)})
+    for (const char* name : {"rmse", "mean", "median", "std", "min", "max"})
+      columns.push_back({std::string(prefix) + name + unit, name, true, factor > 1.0 ? 3 : 4,
+                         factor, false, group});
+  columns.push_back({"position_sse_m2", "sse", true, 6, 1.0, true});
+  columns.push_back({"rotation_sse_deg2", "sse", true, 6, 1.0, true});
+  return Table(columns);
+}
+
+void addErrors(Table* table, const std::string& error, const std::string& over,
+               const TrajectoryErrors& errors) {
+  table->addRow();
+  table->setText("error", error);
+  table->setText("over", over);
+  table->setNumber("count", static_cast<double>(errors.position_m.count));
+  const auto set = [&](const std::string& prefix, const std::string& unit,
+                       const ErrorStatistics& s) {
+    table->setNumber(prefix + "rmse" + unit, s.rmse);
+    table->setNumber(prefix + "mean" + unit, s.mean);
+    table->setNumber(prefix + "median" + unit, s.median);
+    table->setNumber(prefix + "std" + unit, s.std);
+    table->setNumber(prefix + "min" + unit, s.min);
+    table->setNumber(prefix + "max" + unit, s.max);
+    table->setNumber(prefix + "sse" + unit + "2", s.sse);
+  };
+  set("position_", "_m", errors.position_m);
+  set("rotation_", "_deg", errors.rotation_deg);
+}
+
+std::string describe(const RelativeDelta& delta) {
+  char text[60];
+  std::snprintf(text, sizeof text, "%g %s", delta.length,
+                delta.unit == DeltaUnit::kMeters ? "m"
+                : delta.length == 1.0            ? "frame"
+                                                 : "frames");
+  return text;
+}
+
+void evaluate(const Arguments& arguments) {
+  const TableFormat format = tableFormatFromName(arguments.format);
+  const Trajectory estimate = readTum(arguments.trajectory);
+  const GroundTruth truth = readReference(arguments.ground_truth);
+  const AssociatedTrajectories pair = associated(arguments, estimate, truth);
+
+  Table table = emptyTable();
+  table.setCaption(std::to_string(pair.estimate.size()) + " of " + std::to_string(estimate.size()) +
+                   " poses of " + arguments.trajectory + " associated with " +
+                   arguments.ground_truth);
+  for (const NamedAlignment& alignment : alignments())
+    if (arguments.align == "all" || arguments.align == alignment.option)
+      addErrors(&table, "ATE", alignment.title, absoluteErrors(pair, alignment.type));
+  for (const RelativeDelta& delta : deltas(arguments))
+    addErrors(&table, "RPE", describe(delta), relativeErrors(pair, delta));
+  std::fputs(table.toString(format).c_str(), stdout);
+
+  if (arguments.plot.empty()) return;
+  TrajectoryPlotOptions plot;
+  plot.title = std::filesystem::path(arguments.trajectory).filename().string();
+  plot.alignment = AlignmentType::kSE3;
+  for (const NamedAlignment& alignment : alignments())
+    if (arguments.align == alignment.option) plot.alignment = alignment.type;
+  drawTrajectoryPlot(arguments.plot, estimate, truth, plot);
+}
+
+}  // namespace
+
+void addEvaluateCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "evaluate", "Print the errors of any trajectory (ATE, RPE), as evo computes them.");
+  command->add_option("TRAJECTORY", arguments->trajectory, "TUM file: t x y z qx qy qz qw")
+      ->required();
+  command
+      ->add_option("GT", arguments->ground_truth,
+                   "Ground truth: TUM file, EuRoC CSV, EuRoC folder or .rawlog")
+      ->required();
+  command->add_option("--align", arguments->align, "Alignment of the ATE")
+      ->check(CLI::IsMember({"all", "none", "se3", "sim3", "yaw"}))
+      ->capture_default_str();
+  CLI::Option* delta = command->add_option(
+      "--delta", arguments->delta,
+      "Length over which motion is compared for the RPE; without: 1 frame, 10 frames, 1 m");
+  command->add_option("--unit", arguments->unit, "Unit of --delta")
+      ->check(CLI::IsMember({"frames", "meters"}))
+      ->needs(delta)
+      ->capture_default_str();
+  command
+      ->add_option("--max-time-difference", arguments->max_time_difference_s,
+                   "Poses further apart in time are not associated, s")
+      ->check(checkSeconds(true))
+      ->capture_default_str();
+  command->add_option("--format", arguments->format, "How to print the table")
+      ->check(CLI::IsMember(tableFormatNames()))
+      ->capture_default_str();
+  command->add_option("--plot", arguments->plot, "Draw the trajectory into this PNG file");
+  command->callback([arguments, exit_code] {
+    evaluate(*arguments);
+    *exit_code = kOk;
+  });
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace etalon {
+
+/** What a child process may use. */
+struct IsolationLimits {
+  double cpu_s = 60.0;     ///< processor time; rounded up to whole seconds
+  double waiting_s = 600;  ///< time on the clock, for what waits without computing
+  double memory_gib = 8;   ///< of addresses; beyond it `new` throws. Not with sanitizers
+};
+
+/** How a function ended that ran in a process of its own. */
+struct IsolatedOutcome {
+  bool completed = false;  ///< the function returned
+  std::string output;      ///< what it returned, if completed
+  /** Otherwise what happened instead, as the end of a sentence: "crashed with signal 11
+   * (Segmentation fault)", "used more than 60 s of processor time", "ended the process with exit
+   * code 0", "threw ...". */
+  std::string failure;
+};
+
+/**
+ * Runs `function` in a child process and returns its string: whatever it does, crash, loop, exit,
+ * the caller goes on. What it writes to standard output goes to standard error.
+ *
+ * For programs with one thread: of several only the calling one lives on in the child.
+ * @throws Error if no process can be started
+ */
+IsolatedOutcome runIsolated(const std::function<std::string()>& function,
+                            const IsolationLimits& limits);
+
+}  // namespace etalon

@@ -1,0 +1,165 @@
+#include "etalon/contract/contract.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "check_tools.h"
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+namespace {
+
+using contract::CheckEntry;
+using Verdict = ContractCheck::Verdict;
+
+constexpr char kExact[] = "exact.";
+constexpr char kSomewhere[] = "exact.somewhere";
+constexpr char kTime[] = "time";
+
+std::vector<CheckEntry> allChecks() {
+  std::vector<CheckEntry> checks;
+  const auto append = [&checks](std::vector<CheckEntry> more) {
+    checks.insert(checks.end(), more.begin(), more.end());
+  };
+  append(contract::interfaceChecks());
+  append(contract::exactnessChecks());
+  append(contract::samenessChecks());
+  append(contract::robustnessChecks());
+  append(contract::covarianceChecks());
+  return checks;
+}
+
+bool startsWith(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+bool matches(const std::string& name, const std::string& wanted) {
+  return name == wanted || (!wanted.empty() && wanted.back() == '.' && startsWith(name, wanted));
+}
+
+void checkNames(const std::vector<CheckEntry>& checks, const std::vector<std::string>& only) {
+  for (const std::string& wanted : only) {
+    const bool known = std::any_of(checks.begin(), checks.end(), [&](const CheckEntry& c) {
+      return matches(c.description.name, wanted);
+    });
+    if (known) continue;
+    std::vector<std::string> names;
+    for (const CheckEntry& c : checks) names.push_back(c.description.name);
+    const std::string nearest = nearestWord(wanted, names);
+    throw ConfigError("the contract has no check '" + wanted + "'" +
+                      (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+  }
+}
+
+ContractCheck runHere(const CheckEntry& entry, const Initializer& initializer,
+                      const ContractOptions& options) {
+  try {
+    return entry.run(initializer, options);
+  } catch (const std::exception& e) {
+    return contract::failed(std::string("threw: ") + e.what());
+  } catch (...) {
+    return contract::failed("threw what is no std::exception");
+  }
+}
+
+// A check on its way through the pipe: verdict, value, detail, one after the other.
+std::string packed(const ContractCheck& check) {
+  char head[64];
+  std::snprintf(head, sizeof(head), "%d %a ", static_cast<int>(check.verdict), check.value);
+  return head + check.detail;
+}
+
+ContractCheck unpacked(const std::string& text) {
+  ContractCheck check;
+  char* rest = nullptr;
+  check.verdict = static_cast<Verdict>(std::strtol(text.c_str(), &rest, 10));
+  check.value = std::strtod(rest, &rest);
+  if (*rest == ' ') check.detail = rest + 1;
+  return check;
+}
+
+ContractCheck runCheck(const CheckEntry& entry, const Initializer& initializer,
+                       const ContractOptions& options) {
+  if (!options.isolated) return runHere(entry, initializer, options);
+  const IsolatedOutcome outcome =
+      runIsolated([&] { return packed(runHere(entry, initializer, options)); }, options.limits);
+  return outcome.completed ? unpacked(outcome.output) : contract::failed(outcome.failure);
+}
+
+/** A method that refuses every motion is no method. */
+ContractCheck judgeSomewhere(const std::vector<ContractCheck>& checks) {
+  int refused = 0, passed = 0, all = 0;
+  for (const ContractCheck& check : checks) {
+    if (!startsWith(check.name, kExact)) continue;
+    ++all;
+    refused += check.verdict == Verdict::kRefused ? 1 : 0;
+    passed += check.verdict == Verdict::kPassed ? 1 : 0;
+  }
+  const std::string text =
+      contract::format("exact on %d of %d motions, %d refused", passed, all, refused);
+  ContractCheck check =
+      passed > 0 ? contract::passed(text, passed) : contract::failed(text, passed);
+  check.name = kSomewhere;
+  return check;
+}
+
+}  // namespace
+
+const char* toString(ContractCheck::Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kPassed:
+      return "passed";
+    case Verdict::kRefused:
+      return "refused";
+    case Verdict::kFailed:
+      return "failed";
+    case Verdict::kNotApplicable:
+      return "not_applicable";
+  }
+  return "unknown";
+}
+
+int ContractReport::count(ContractCheck::Verdict verdict) const {
+  return static_cast<int>(
+      std::count_if(checks.begin(), checks.end(),
+                    [verdict](const ContractCheck& c) { return c.verdict == verdict; }));
+}
+
+std::vector<ContractCheckDescription> contractChecks() {
+  std::vector<ContractCheckDescription> descriptions;
+  for (const CheckEntry& entry : allChecks()) descriptions.push_back(entry.description);
+  return descriptions;
+}
+
+ContractReport checkContract(const Initializer& initializer, const ContractOptions& options,
+                             const std::function<void(const ContractCheck&)>& on_check) {
+  const std::vector<CheckEntry> checks = allChecks();
+  checkNames(checks, options.only);
+  ContractReport report;
+  const auto add = [&](const ContractCheck& check) {
+    report.checks.push_back(check);
+    if (on_check) on_check(check);
+  };
+  for (const CheckEntry& entry : checks) {
+    const std::string& name = entry.description.name;
+    const bool wanted =
+        options.only.empty() || std::any_of(options.only.begin(), options.only.end(),
+                                            [&](const auto& w) { return matches(name, w); });
+    if (!wanted) continue;
+    ContractCheck check = runCheck(entry, initializer, options);
+    check.name = name;
+    if (name == kTime && check.verdict == Verdict::kPassed)
+      report.milliseconds_per_call = check.value;
+    add(check);
+  }
+  const bool all_motions =
+      options.only.empty() ||
+      std::find(options.only.begin(), options.only.end(), kExact) != options.only.end();
+  if (all_motions) add(judgeSomewhere(report.checks));
+  return report;
+}
+
+}  // namespace etalon

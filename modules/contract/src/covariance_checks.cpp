@@ -1,0 +1,231 @@
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <random>
+
+#include "check_tools.h"
+
+namespace etalon::contract {
+
+namespace {
+
+using Eigen::Matrix;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct Block {
+  const char* name;
+  int start, size;
+};
+constexpr Block kBlocks[] = {{"b_g", 0, 3}, {"b_a", 3, 3}, {"gravity", 6, 2}, {"velocity", 8, 3}};
+constexpr int kSize = 11;
+
+/** Smallest eigenvalue of the matrix scaled to unit diagonal: units do not matter then; not
+ * positive if a variance is not. */
+double smallestCorrelationEigenvalue(const MatrixXd& P) {
+  if (!(P.diagonal().minCoeff() > 0.0)) return std::min(0.0, P.diagonal().minCoeff());
+  const VectorXd scale = P.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd correlation = scale.asDiagonal() * P * scale.asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(correlation, Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .minCoeff();
+}
+
+/** Largest difference of elements that should be the same, as a correlation. */
+double correlationAsymmetry(const MatrixXd& P) {
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < P.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double difference = std::abs(P(i, j) - P(j, i));
+      const double scale = std::sqrt(std::abs(P(i, i) * P(j, j)));
+      if (difference > 0.0) largest = std::max(largest, difference / scale);
+    }
+  }
+  return largest;
+}
+
+// Below this a correlation matrix cannot be told from a singular one: 11 times rounding is 2e-15.
+constexpr double kSingular = 1e-13;
+
+ContractCheck isPositiveDefinite(const Initializer& initializer, const ContractOptions&) {
+  int given = 0;
+  double smallest = 1.0;
+  for (const Motion motion : testing::kAllMotions) {
+    const Answer answer = ask(initializer, Trial(noisyOptions(motion, 3)).problem());
+    if (!answer.broken.empty()) return failed(answer.broken);
+    const MatrixXd& P = answer.result.covariance;
+    if (!answer.result.ok() || P.size() == 0) continue;
+    ++given;
+    const double asymmetry = correlationAsymmetry(P);
+    if (!(asymmetry < 1e-9))
+      return failed(
+          format("%s: not symmetric, by a correlation of %.2g", toString(motion), asymmetry),
+          asymmetry);
+    const double eigenvalue = smallestCorrelationEigenvalue(P);
+    if (eigenvalue < kSingular)
+      return failed(format("%s: not positive definite, smallest eigenvalue of the correlations "
+                           "%.2g (at least %.0g is wanted)",
+                           toString(motion), eigenvalue, kSingular),
+                    eigenvalue);
+    smallest = std::min(smallest, eigenvalue);
+  }
+  if (given == 0) return notApplicable("the method gives no covariance");
+  return passed(format("%d motions: symmetric, smallest eigenvalue of the correlations %.2g", given,
+                       smallest),
+                smallest);
+}
+
+/** Quantile of the chi-square distribution for `dof` degrees of freedom, `z` that of the normal
+ * one; Wilson and Hilferty (1931), good to 1e-4 of itself for 100 and more. */
+double chiSquareQuantile(double dof, double z) {
+  const double c = 2.0 / (9.0 * dof);
+  return dof * std::pow(1.0 - c + z * std::sqrt(c), 3);
+}
+
+/** A window whose noise and biases are drawn from what the problem believes. */
+Trial drawnTrial(Motion motion, unsigned seed) {
+  SyntheticWindowOptions options = noisyOptions(motion, seed);
+  std::mt19937 rng(seed + 1'000'000);
+  std::normal_distribution<double> normal;
+  for (int a = 0; a < 3; ++a) {
+    options.bias.gyro[a] = options.priors.sigma_gyro_rps * normal(rng);
+    options.bias.accel[a] = options.priors.sigma_accel_mps2 * normal(rng);
+  }
+  Trial trial(options);
+  // The biases of a synthetic window do not walk, so the problem may not believe that they do; not
+  // zero, for those who divide by it.
+  ImuNoiseDensities& noise = trial.window.calibration.imu.noise;
+  noise.gyro_random_walk *= 1e-3;
+  noise.accel_random_walk *= 1e-3;
+  return trial;
+}
+
+/** Errors with the covariances that were claimed for them. */
+class Nees {
+ public:
+  void add(const Matrix<double, kSize, 1>& error, const MatrixXd& P) {
+    errors_.emplace_back(error);
+    covariances_.push_back(P);
+  }
+  int windows() const { return static_cast<int>(errors_.size()); }
+
+  /** Average over its expectation, 1 is consistent; nothing if a covariance is singular. */
+  std::optional<double> ratio(const std::vector<int>& indices) const {
+    double sum = 0.0;
+    for (size_t i = 0; i < errors_.size(); ++i) {
+      const MatrixXd P = covariances_[i](indices, indices);
+      if (smallestCorrelationEigenvalue(P) < kSingular) return std::nullopt;
+      const VectorXd e = errors_[i](indices);
+      sum += e.dot(P.ldlt().solve(e));
+    }
+    return sum / static_cast<double>(indices.size() * errors_.size());
+  }
+
+  /** Whether the truth is hit in every window but for rounding. A platform at rest has no velocity,
+   * whatever a method must allow for: there is no scatter to compare with a covariance. */
+  bool neverErrs(const std::vector<int>& indices) const {
+    return std::all_of(errors_.begin(), errors_.end(), [&](const VectorXd& e) {
+      return VectorXd(e(indices)).cwiseAbs().maxCoeff() < 1e-9;
+    });
+  }
+
+ private:
+  std::vector<VectorXd> errors_;
+  std::vector<MatrixXd> covariances_;
+};
+
+/** What is judged of the Monte Carlo, with the ratios of the blocks in words. */
+struct NeesVerdict {
+  double ratio = 1.0;
+  size_t size = 0;  ///< degrees of freedom per window
+  std::string blocks;
+};
+
+/** The blocks that err, together; or the worst of them where they are singular together. */
+NeesVerdict summarise(const Nees& nees) {
+  NeesVerdict verdict;
+  std::vector<int> all;
+  double worst = 1.0;
+  size_t worst_size = 3;
+  for (const Block& block : kBlocks) {
+    std::vector<int> indices(static_cast<size_t>(block.size));
+    std::iota(indices.begin(), indices.end(), block.start);
+    if (!verdict.blocks.empty()) verdict.blocks += ", ";
+    verdict.blocks += block.name;
+    if (nees.neverErrs(indices)) {
+      verdict.blocks += " never errs, left out";
+      continue;
+    }
+    all.insert(all.end(), indices.begin(), indices.end());
+    const std::optional<double> ratio = nees.ratio(indices);
+    verdict.blocks += ratio ? format(" %.2f", *ratio) : " singular";
+    if (ratio && std::abs(std::log(*ratio)) >= std::abs(std::log(worst))) {
+      worst = *ratio;
+      worst_size = indices.size();
+    }
+  }
+  const std::optional<double> whole = nees.ratio(all);
+  verdict.ratio = whole.value_or(worst);
+  verdict.size = whole ? all.size() : worst_size;
+  if (!whole) verdict.blocks += " (singular as a whole: the worst block counts)";
+  return verdict;
+}
+
+/** The first motion in which the method gives a covariance. */
+std::optional<Motion> motionWithCovariance(const Initializer& initializer) {
+  for (const Motion motion : testing::kAllMotions) {
+    const InitializationResult result = initializer.initialize(drawnTrial(motion, 1).problem());
+    if (result.ok() && result.covariance.size() > 0) return motion;
+  }
+  return std::nullopt;
+}
+
+ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
+  constexpr double kZ = 2.5758293035489;  // 99.5 % of the normal distribution, one side of 99 %
+  const NeesVerdict verdict = summarise(nees);
+  const double dof = static_cast<double>(verdict.size) * nees.windows(), ratio = verdict.ratio;
+  const double low = chiSquareQuantile(dof, -kZ) / dof, high = chiSquareQuantile(dof, kZ) / dof;
+  std::string text = format(
+      "%d windows, %s: average NEES is %.2f times its expectation, 99 %% band "
+      "%.2f to %.2f; ",
+      nees.windows(), motion, ratio, low, high);
+  text += verdict.blocks;
+  if (ratio >= low && ratio <= high) return passed(text, ratio);
+  if (ratio >= 1.0 / allowed && ratio <= allowed)
+    return passed(text + format("; within the allowed factor of %.3g", allowed), ratio);
+  return failed(text + (ratio > high ? "; too optimistic" : "; too pessimistic"), ratio);
+}
+
+ContractCheck isConsistent(const Initializer& initializer, const ContractOptions& options) {
+  const std::optional<Motion> motion = motionWithCovariance(initializer);
+  if (!motion) return notApplicable("the method gives no covariance");
+  Nees nees;
+  for (int i = 0; i < options.monte_carlo_windows; ++i) {
+    const Trial trial = drawnTrial(*motion, static_cast<unsigned>(i + 1));
+    const InitializationResult result = initializer.initialize(trial.problem());
+    if (!result.ok() || result.covariance.size() == 0) continue;
+    nees.add(testing::estimationError(result, trial.window), result.covariance);
+  }
+  // Who answers only where it is easy would look more consistent than it is.
+  if (2 * nees.windows() < options.monte_carlo_windows)
+    return failed(format("%s: gives a covariance for only %d of %d windows", toString(*motion),
+                         nees.windows(), options.monte_carlo_windows),
+                  nees.windows());
+  return judgeNees(nees, toString(*motion), options.allowed_nees_factor);
+}
+
+}  // namespace
+
+std::vector<CheckEntry> covarianceChecks() {
+  return {{{"covariance.positive_definite",
+            "A covariance, where there is one, is symmetric and positive definite."},
+           isPositiveDefinite},
+          {{"covariance.consistent",
+            "Monte Carlo: errors are as large as the covariance says (average NEES)."},
+           isConsistent}};
+}
+
+}  // namespace etalon::contract

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "etalon/evaluation/benchmark_record.h"
+#include "etalon/evaluation/benchmark_tables.h"
+#include "etalon/evaluation/paired_bootstrap.h"
+
+namespace etalon {
+
+/** With fewer pairs not even the same sign in all of them is significant (two-sided sign test:
+ * 2^(1-n) > 0.05 up to n = 5). */
+constexpr int kMinPairs = 6;
+
+/**
+ * Several benchmarks as one, to be put beside each other. An initializer that more than one of them
+ * has is called "<benchmark>/<initializer>".
+ * @param benchmarks name and record of each
+ * @throws ConfigError if a sequence of the same name is another recording in another benchmark
+ */
+BenchmarkRecord combineBenchmarks(
+    const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks);
+
+/**
+ * The record with these initializers alone, in this order.
+ * @throws ConfigError naming those that there are, if it has no slot of one
+ */
+BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
+                                   const std::vector<std::string>& names);
+
+/** Two initializers on the slots that both have: same sequence, window and first keyframe. */
+struct PairedComparison {
+  std::string a, b;
+  int keyframes = 0;
+  double rate_hz = 0.0;
+  std::string stage;
+  std::string figure;  ///< kSuccessRate or a key of segmentMetrics()
+  /** Slots with the figure on either side; interval.pairs: on both. */
+  int count_a = 0, count_b = 0;
+  /** Over the pairs: rate of success, or median of the error. */
+  double value_a = SegmentErrors::kNone, value_b = SegmentErrors::kNone;
+  /** Of a - b: difference of the rates; median of the differences of the errors. */
+  BootstrapInterval interval;
+
+  /** "<a> is better", "<b> is better", "no significant difference" or "too few pairs". */
+  std::string verdict() const;
+};
+
+/**
+ * Every figure of two initializers, for every window and stage. An error enters where both give a
+ * value; a refusal enters into the success of all slots that can be judged (judgedSuccess()).
+ * @param figures kSuccessRate or keys of segmentMetrics(), others are refused with ConfigError
+ */
+std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,
+                                            const std::string& b,
+                                            const std::vector<std::string>& figures,
+                                            const BootstrapOptions& options = {});
+
+/** kSuccessRate and all errors. */
+std::vector<std::string> comparedFigures();
+
+/** A row a comparison. */
+TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
+                            const BootstrapOptions& options);
+
+}  // namespace etalon

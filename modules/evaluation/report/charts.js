@@ -1,0 +1,311 @@
+// Distributions, success against window length, run time against error, the trajectory of a run.
+
+/** What the controls show; main.js changes it and draws again. */
+const state = { metric: 0, stage: 0, window: 0, sequence: -1, hidden: new Set(), slot: null, time: 0 };
+
+const initializers = data.initializer_names.map((name, index) => index);
+const shownInitializers = () => initializers.filter((i) => !state.hidden.has(i));
+const initializerName = (i) => data.initializer_names[i];
+const sequenceName = (s) => data.sequence_names[s];
+const slotWord = isRun ? "attempt" : "slot";
+
+/** Slots that the controls select, of the initializers that are shown. */
+function selected(window = state.window) {
+  return slots.filter(
+    (s) =>
+      s.window === window && (state.sequence < 0 || s.sequence === state.sequence) && !state.hidden.has(s.initializer),
+  );
+}
+function byInitializer(list) {
+  const groups = new Map(shownInitializers().map((i) => [i, []]));
+  for (const slot of list) groups.get(slot.initializer).push(slot);
+  return groups;
+}
+
+/** First lines of every tooltip about a slot. */
+function slotText(slot) {
+  const outcome = outcomeNamed.get(outcomeOf(slot, state.stage));
+  let text = `<b>${esc(initializerName(slot.initializer))}</b>, ${esc(sequenceName(slot.sequence))}, ${slotWord} ${slot.segment}`;
+  text += `, ${number(slot.start, 5)} s<br>${esc(outcome.name)}`;
+  if (slot.status !== "success") text += `: ${esc(slot.status)}`;
+  if (slot.reason) text += `<br>${esc(slot.reason)}`;
+  const value = errorOf(slot, state.stage, state.metric);
+  if (value !== null) text += `<br>${esc(metrics[state.metric].title)}: ${number(value)}`;
+  return text;
+}
+const slotTooltip = (event) => (event.data && event.data.slot !== undefined ? slotText(slots[event.data.slot]) : "");
+
+/** The criterion of success and, for one sequence, the floor of its ground truth; their texts on the side with more room
+ * among `values`. */
+function limitLines(metric, values) {
+  const positive = values.filter((v) => v > 0);
+  const middle = Math.sqrt(least(positive) * most(positive));
+  const lines = [];
+  const m = metrics[metric];
+  if (m.limit !== null) lines.push({ at: m.limit * m.factor, name: "criterion" });
+  if (m.key === "rre_deg" && state.sequence >= 0 && data.sequences[state.sequence]) {
+    const floor = data.sequences[state.sequence].floor_rre_deg;
+    if (floor !== null) lines.push({ at: floor * m.factor, name: "floor of the ground truth" });
+  }
+  return lines.map((line) => ({ ...line, align: line.at > middle ? "right" : "left" }));
+}
+function markLine(lines, key, position = "end") {
+  return {
+    silent: true,
+    symbol: "none",
+    lineStyle: { color: cssColour("--quiet"), type: "dashed", width: 1 },
+    label: { color: cssColour("--quiet"), fontSize: 11, position, formatter: (event) => event.name },
+    data: lines.map((line) => ({ [key]: line.at, name: line.name, label: line.align && key === "xAxis" ? { align: line.align } : {} })),
+  };
+}
+
+/** Sorted errors, and the slots behind a cumulative curve: refused ones count, as never reached. */
+function distribution(list, metric) {
+  const values = [];
+  let refused = 0;
+  for (const slot of list) {
+    const value = errorOf(slot, state.stage, metric);
+    if (value !== null) values.push(value);
+    else if (!slot.stages[state.stage] && slot.judged[state.stage] !== null) refused += 1;
+  }
+  values.sort((a, b) => a - b);
+  return { values, count: values.length + refused };
+}
+
+function cdfOption(metric, small) {
+  const groups = [...byInitializer(selected())].map(([i, list]) => ({ i, ...distribution(list, metric) }));
+  const all = groups.flatMap((g) => g.values);
+  if (!all.length) return nothing("no errors: no estimate, or no ground truth");
+  const place = onLogAxis(all);
+  const series = groups.flatMap(({ i, values, count }) => {
+    const points = values.map((v, k) => [place(v), (100 * (k + 1)) / count]);
+    const marks = [0.1, 0.3, 0.5, 0.7, 0.9].map((q) => points[Math.floor(q * points.length)]).filter(Boolean);
+    const colour = colourOf(i);
+    const name = initializerName(i);
+    return [
+      {
+        type: "line", name, data: points, step: "end", showSymbol: false, triggerLineEvent: false,
+        lineStyle: { color: colour, width: 1.6, type: dashOf(i) }, itemStyle: { color: colour },
+        emphasis: { disabled: true },
+      },
+      {
+        type: "scatter", name, data: marks, symbol: symbolOf(i), symbolSize: small ? 5 : 8, silent: true,
+        itemStyle: { color: colour }, tooltip: { show: false },
+      },
+    ];
+  });
+  if (series.length) series[0].markLine = markLine(limitLines(metric, all), "xAxis");
+  return {
+    grid: { left: 56, right: 16, top: 24, bottom: 46 },
+    xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
+    yAxis: axis(small ? "" : "share of all [%]", { type: "value", min: 0, max: 100, nameGap: 34 }),
+    tooltip: tooltip({
+      trigger: "axis",
+      axisPointer: { type: "line", snap: false, lineStyle: { color: cssColour("--quiet") }, label: { show: false } },
+      formatter: (events) => {
+        const at = Number(events[0].axisValue);
+        const rows = groups.map(({ i, values, count }) => {
+          const reached = values.filter((v) => place(v) <= at).length;
+          return `${markSvg(symbolOf(i), colourOf(i))} ${esc(initializerName(i))}: ${number((100 * reached) / count)} % (${reached} of ${count})`;
+        });
+        return `${esc(metrics[metric].title)} at most ${number(at)}<br>${rows.join("<br>")}`;
+      },
+    }),
+    series,
+  };
+}
+
+function boxOption(metric) {
+  const groups = [...byInitializer(selected())].map(([i, list]) => ({ i, list, ...distribution(list, metric) }));
+  const all = groups.flatMap((g) => g.values);
+  if (!all.length) return nothing("no errors: no estimate, or no ground truth");
+  const place = onLogAxis(all);
+  const boxes = [];
+  const points = [];
+  groups.forEach(({ i, list, values }, row) => {
+    if (!values.length) return boxes.push({ value: [] });
+    const box = [0.05, 0.25, 0.5, 0.75, 0.95].map((q) => quantile(values, q));
+    const colour = colourOf(i);
+    boxes.push({
+      value: box.map(place),
+      itemStyle: { color: `${colour}33`, borderColor: colour, borderWidth: 1.6 },
+      box, count: values.length, initializer: i,
+    });
+    for (const slot of list) {
+      const value = errorOf(slot, state.stage, metric);
+      if (value === null || (value >= box[0] && value <= box[4])) continue;
+      points.push({ value: [place(value), row], slot: slot.index, symbol: symbolOf(i), itemStyle: { color: colour } });
+    }
+    return boxes.length;
+  });
+  return {
+    grid: { left: 12, right: 16, top: 24, bottom: 46, outerBoundsMode: "same", outerBoundsContain: "axisLabel" },
+    xAxis: logAxis(metrics[metric].title, all, { nameGap: 26 }),
+    yAxis: axis("", {
+      type: "category", inverse: true, data: groups.map((g) => `${initializerName(g.i)}\nn = ${g.values.length}`),
+      splitLine: { show: false }, axisLabel: { color: cssColour("--text"), fontSize: 11, width: 130, overflow: "truncate", lineHeight: 13, interval: 0 },
+    }),
+    tooltip: tooltip({
+      formatter: (event) => {
+        if (event.seriesType !== "boxplot" || !event.data.box) return slotTooltip(event);
+        const names = ["5 %", "25 %", "median", "75 %", "95 %"];
+        const rows = event.data.box.map((v, k) => `${names[k]}: ${number(v)}`).reverse();
+        return `<b>${esc(initializerName(event.data.initializer))}</b>, ${event.data.count} estimates<br>${esc(metrics[metric].title)}<br>${rows.join("<br>")}`;
+      },
+    }),
+    series: [
+      { type: "boxplot", data: boxes, boxWidth: [6, 22], markLine: markLine(limitLines(metric, all), "xAxis", "start") },
+      { type: "scatter", data: points, symbolSize: 4.5 },
+    ],
+  };
+}
+
+function successOption() {
+  const windows = data.windows.map((w, index) => ({ w, index })).sort((a, b) => windowSeconds(a.w) - windowSeconds(b.w) || a.w[0] - b.w[0]);
+  const counts = new Map(shownInitializers().map((i) => [i, windows.map(() => ({ good: 0, judged: 0 }))]));
+  const rank = new Map(windows.map((entry, k) => [entry.index, k]));
+  for (const slot of slots) {
+    const judged = slot.judged[state.stage];
+    if (judged === null || !counts.has(slot.initializer) || (state.sequence >= 0 && slot.sequence !== state.sequence)) continue;
+    const count = counts.get(slot.initializer)[rank.get(slot.window)];
+    count.judged += 1;
+    count.good += judged;
+  }
+  const rows = [...counts].filter(([, list]) => list.some((c) => c.judged));
+  if (!rows.length) return nothing("no ground truth: success cannot be judged");
+  return {
+    grid: { left: 56, right: 20, top: 24, bottom: 60 },
+    xAxis: axis("length of the window", {
+      type: "category", nameGap: 40, splitLine: { show: false }, boundaryGap: true,
+      axisLabel: { color: cssColour("--quiet"), fontSize: 11, lineHeight: 14, interval: 0 },
+      data: windows.map(({ w }) => (w[1] ? `${number(windowSeconds(w))} s\n${w[0]} at ${number(w[1])} Hz` : `${w[0]} keyframes`)),
+    }),
+    yAxis: axis("success [%]", { type: "value", min: 0, max: 100, nameGap: 34 }),
+    tooltip: tooltip({
+      formatter: (event) => {
+        const { i, good, judged } = event.data;
+        const [low, high] = wilson(good, judged);
+        return `<b>${esc(initializerName(i))}</b><br>${windowName(windows[event.dataIndex].w)}<br>${number((100 * good) / judged)} % (${good} of ${judged})<br>95 % interval: ${number(low)} to ${number(high)} %`;
+      },
+    }),
+    series: rows.map(([i, list]) => ({
+      type: "line", name: initializerName(i), symbol: symbolOf(i), symbolSize: 9,
+      lineStyle: { color: colourOf(i), width: 1.6, type: dashOf(i) }, itemStyle: { color: colourOf(i) },
+      data: list.map((c) => (c.judged ? { value: (100 * c.good) / c.judged, i, ...c } : { value: null })),
+    })),
+  };
+}
+
+// What counts as run time. Parts that were not reached count nothing.
+const TIMES = [
+  { name: "initializer alone", parts: ["initialize"] },
+  { name: "with step 1 (stereo odometry)", parts: ["visual_odometry", "initialize"] },
+  { name: "with step 1 and VI-BA", parts: ["visual_odometry", "initialize", "vi_ba"] },
+];
+function timeOf(slot) {
+  if (millisecondsOf(slot, "initialize") === null) return null;
+  return TIMES[state.time].parts.reduce((sum, part) => sum + (millisecondsOf(slot, part) || 0), 0);
+}
+function runtimeOption() {
+  const series = [];
+  const groups = [...byInitializer(selected())].map(([i, list]) => ({
+    i,
+    points: list
+      .map((slot) => ({ slot, ms: timeOf(slot), error: errorOf(slot, state.stage, state.metric) }))
+      .filter((p) => p.ms !== null && p.error !== null),
+  }));
+  const times = groups.flatMap((g) => g.points.map((p) => p.ms));
+  const errors = groups.flatMap((g) => g.points.map((p) => p.error));
+  if (!times.length) return nothing("no errors: no estimate, or no ground truth");
+  const placeTime = onLogAxis(times);
+  const placeError = onLogAxis(errors);
+  const medianOf = (values) => quantile([...values].sort((a, b) => a - b), 0.5);
+  for (const { i, points } of groups) {
+    if (!points.length) continue;
+    series.push({
+      type: "scatter", name: initializerName(i), symbol: symbolOf(i), symbolSize: 4.5,
+      itemStyle: { color: colourOf(i), opacity: 0.45 },
+      data: points.map((p) => ({ value: [placeTime(p.ms), placeError(p.error)], slot: p.slot.index })),
+    });
+    const ms = medianOf(points.map((p) => p.ms));
+    const error = medianOf(points.map((p) => p.error));
+    series.push({
+      type: "scatter", name: initializerName(i), symbol: symbolOf(i), symbolSize: 15, z: 5,
+      itemStyle: { color: colourOf(i), borderColor: cssColour("--page"), borderWidth: 1.5 },
+      data: [{ value: [placeTime(ms), placeError(error)], median: { i, ms, error, count: points.length } }],
+    });
+  }
+  return {
+    grid: { left: 64, right: 16, top: 14, bottom: 46 },
+    xAxis: logAxis(`${TIMES[state.time].name} [ms]`, times, { nameGap: 26 }),
+    yAxis: logAxis(metrics[state.metric].title, errors, { nameGap: 44 }),
+    tooltip: tooltip({
+      formatter: (event) => {
+        if (!event.data.median) return `${slotTooltip(event)}<br>${number(timeOf(slots[event.data.slot]))} ms`;
+        const { i, ms, error, count } = event.data.median;
+        return `<b>${esc(initializerName(i))}</b>, medians of ${count} estimates<br>${number(ms)} ms<br>${esc(metrics[state.metric].title)}: ${number(error)}`;
+      },
+    }),
+    series,
+  };
+}
+
+/** Ranges of x and y so that a metre is as long on both axes of a plot of width x height pixels. */
+function equalScale(points, width, height) {
+  const xs = points.map((p) => p[0]);
+  const ys = points.map((p) => p[1]);
+  const middle = [(least(xs) + most(xs)) / 2, (least(ys) + most(ys)) / 2];
+  const perPixel = Math.max((most(xs) - least(xs)) / width, (most(ys) - least(ys)) / height, 1e-6) * 1.1;
+  const range = (centre, pixels) => ({ min: centre - (perPixel * pixels) / 2, max: centre + (perPixel * pixels) / 2 });
+  return [range(middle[0], width), range(middle[1], height)];
+}
+/** Axis of a top view: round labels, ends that are not round have none. */
+const metreAxis = (name, range, more = {}) =>
+  axis(name, {
+    type: "value", ...range, ...more,
+    axisLabel: { color: cssColour("--quiet"), fontSize: 11, showMinLabel: false, showMaxLabel: false, hideOverlap: true, formatter: (v) => number(v, 4) },
+  });
+
+// Rows of data.trajectory: t, x, y, z, true x, y, z, position error, rotation error.
+function trajectoryOption(width, height) {
+  const rows = data.trajectory;
+  if (!rows.length) return nothing("no pose");
+  const estimate = rows.map((r) => [r[1], r[2]]);
+  const truth = rows.map((r) => [r[4], r[5]]);
+  const points = [...estimate, ...truth.filter((p) => p[0] !== null)];
+  const [x, y] = equalScale(points, width - 76, height - 82);
+  const series = [
+    { type: "line", name: "estimate", data: estimate, showSymbol: false, lineStyle: { color: colourOf(0), width: 1.6 }, itemStyle: { color: colourOf(0) } },
+    { type: "line", name: "ground truth", data: truth, showSymbol: false, lineStyle: { color: cssColour("--text"), width: 1.2, type: [4, 3] }, itemStyle: { color: cssColour("--text") } },
+  ];
+  const start = rows.find((r) => data.initialized_at_s !== null && r[0] >= data.initialized_at_s);
+  if (start)
+    series.push({ type: "scatter", name: "initialised", data: [[start[1], start[2]]], symbol: STAR, symbolSize: 15, itemStyle: { color: colourOf(1) } });
+  return {
+    legend: { top: 0, textStyle: { color: cssColour("--text") }, selectedMode: false },
+    grid: { left: 60, right: 16, top: 34, bottom: 48, outerBoundsMode: "none" },
+    xAxis: metreAxis("x [m]", x, { nameGap: 28 }),
+    yAxis: metreAxis("y [m]", y, { nameGap: 42 }),
+    series,
+  };
+}
+function trajectoryErrorsOption() {
+  const rows = data.trajectory.filter((r) => r[7] !== null);
+  if (!rows.length) return nothing("no ground truth");
+  const start = data.initialized_at_s === null ? [] : [{ at: data.initialized_at_s, name: "initialised" }];
+  const line = (column, scale, gridIndex, name) => ({
+    type: "line", name, xAxisIndex: gridIndex, yAxisIndex: gridIndex, showSymbol: false,
+    data: rows.map((r) => [r[0], r[column] === null ? null : r[column] * scale]),
+    lineStyle: { color: colourOf(0), width: 1.4 }, itemStyle: { color: colourOf(0) },
+    markLine: { ...markLine(start, "xAxis"), label: { show: gridIndex === 0, formatter: "initialised", color: cssColour("--quiet"), fontSize: 11 } },
+  });
+  const time = { type: "value", min: rows[0][0], max: rows[rows.length - 1][0] };
+  const ends = { axisLabel: { color: cssColour("--quiet"), fontSize: 11, hideOverlap: true, formatter: (v) => number(v, 4) } };
+  return {
+    grid: [{ left: 64, right: 16, top: 26, height: "38%" }, { left: 64, right: 16, bottom: 46, height: "38%" }],
+    xAxis: [axis("", { gridIndex: 0, ...time, ...ends, axisLabel: { show: false } }), axis("time since the first image [s]", { gridIndex: 1, nameGap: 26, ...time, ...ends })],
+    yAxis: [axis("position [mm]", { gridIndex: 0, type: "value", nameGap: 44 }), axis("rotation [deg]", { gridIndex: 1, type: "value", nameGap: 44 })],
+    tooltip: tooltip({ trigger: "axis", valueFormatter: (v) => number(v) }),
+    series: [line(7, 1000, 0, "position [mm]"), line(8, 1, 1, "rotation [deg]")],
+  };
+}

@@ -1,0 +1,91 @@
+// The page's data, unpacked from what src/report_data.cpp packs.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const isRun = data.kind === "run";
+const STAGES = data.vi_ba ? ["init", "vi_ba"] : ["init"];
+const STAGE_NAMES = { init: "initializer alone (init)", vi_ba: "after VI-BA (vi_ba)" };
+const NOISE_GROUPS = ["gyro", "accelerometer", "vision"];
+const metrics = data.metrics;
+
+const slots = data.slots.map((s, index) => ({
+  index,
+  sequence: s[0],
+  window: s[1],
+  segment: s[2],
+  start: s[3],
+  initializer: s[4],
+  status: data.statuses[s[5]],
+  reason: data.reasons[s[6]],
+  frame: data.frames[s[7]],
+  judged: s[8], // by stage: 1, 0, or null where it cannot be judged
+  timings: s[9].map(([name, ms]) => ({ name: data.timings[name], ms })),
+  stages: s[10], // by stage: null, or [errors by metric, positions]
+  noise: s[11],
+}));
+
+/** Slots by "sequence window segment initializer", to step from one to its neighbours. */
+const slotIndex = new Map(slots.map((s) => [`${s.sequence} ${s.window} ${s.segment} ${s.initializer}`, s]));
+const slotAt = (sequence, window, segment, initializer) =>
+  slotIndex.get(`${sequence} ${window} ${segment} ${initializer}`);
+
+const windowSeconds = (w) => (w[1] ? (w[0] - 1) / w[1] : null);
+function windowName(w) {
+  if (!w[1]) return `${w[0]} keyframes`;
+  return `${w[0]} keyframes at ${number(w[1])} Hz (${number(windowSeconds(w))} s)`;
+}
+
+/** In the metric's printed unit; null where there is none. */
+function errorOf(slot, stage, metric) {
+  const reached = slot.stages[stage];
+  const value = reached ? reached[0][metric] : null;
+  return value === null ? null : value * metrics[metric].factor;
+}
+
+const millisecondsOf = (slot, name) => {
+  const timing = slot.timings.find((t) => t.name === name);
+  return timing && timing.ms !== null ? timing.ms : null;
+};
+
+// What became of a slot in a stage. The order is that of the legend.
+const OUTCOMES = [
+  { key: "success", name: "success", text: "accepted, and within the criterion of success" },
+  { key: "inaccurate", name: "inaccurate", text: "an estimate outside the criterion of success" },
+  { key: "rejected", name: "not accepted", text: "an estimate that was not accepted" },
+  { key: "refused", name: "no estimate", text: "refused or failed without an estimate" },
+  { key: "unjudged", name: "not judged", text: "an estimate that ground truth cannot judge" },
+];
+const outcomeNamed = new Map(OUTCOMES.map((o) => [o.key, o]));
+function outcomeOf(slot, stage) {
+  if (!slot.stages[stage]) return "refused";
+  if (STAGES[stage] === "vi_ba" && slot.status !== "success") return "rejected";
+  if (slot.judged[stage] === null) return "unjudged";
+  return slot.judged[stage] ? "success" : "inaccurate";
+}
+
+function quantile(sorted, q) {
+  const place = q * (sorted.length - 1);
+  const low = Math.floor(place);
+  const high = Math.min(low + 1, sorted.length - 1);
+  return sorted[low] + (place - low) * (sorted[high] - sorted[low]);
+}
+
+/** Wilson's 95 % interval of a share, in percent. */
+function wilson(successes, count) {
+  const z = 1.96;
+  const p = successes / count;
+  const middle = p + (z * z) / (2 * count);
+  const half = z * Math.sqrt((p * (1 - p)) / count + (z * z) / (4 * count * count));
+  const scale = 100 / (1 + (z * z) / count);
+  return [Math.max(0, scale * (middle - half)), Math.min(100, scale * (middle + half))];
+}
+
+/** For people: up to `digits` significant digits. */
+function number(value, digits = 3) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  if (size !== 0 && (size >= 1e5 || size < 1e-4)) return value.toExponential(digits - 1);
+  return String(Number(value.toPrecision(Math.max(digits, size >= 1 ? Math.floor(Math.log10(size)) + 1 : digits))));
+}
+
+const ESCAPES = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#39;" };
+const esc = (text) => String(text).replace(/[&<>"']/g, (c) => ESCAPES[c]);

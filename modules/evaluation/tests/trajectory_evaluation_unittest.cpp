@@ -1,0 +1,119 @@
+#include "etalon/evaluation/trajectory_evaluation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr TimeNs kMs = 1'000'000;
+
+/** Poses along x, one a stamp [ms]. */
+Trajectory along(const std::vector<int>& stamps_ms) {
+  Trajectory trajectory;
+  for (const int ms : stamps_ms)
+    trajectory.push_back({ms * kMs, SE3(Eigen::Matrix3d::Identity(), Vector3d(ms, 0, 0))});
+  return trajectory;
+}
+
+std::vector<std::pair<int, int>> pairsOf(const AssociatedTrajectories& a) {
+  std::vector<std::pair<int, int>> pairs;
+  EXPECT_EQ(a.estimate.size(), a.reference.size());
+  for (size_t i = 0; i < a.estimate.size(); ++i)
+    pairs.emplace_back(a.estimate[i].t / kMs, a.reference[i].t / kMs);
+  return pairs;
+}
+
+using Pairs = std::vector<std::pair<int, int>>;
+
+TEST(Association, TakesTheNearestStampWithinTheLimit) {
+  const Trajectory reference = along({0, 5, 10, 15, 20, 25, 100});
+  EXPECT_EQ(pairsOf(associate(along({1, 9, 13, 40, 110}), reference)),
+            (Pairs{{1, 0}, {9, 10}, {13, 15}, {110, 100}}));
+  EXPECT_EQ(pairsOf(associate(along({1, 9, 111}), reference, 0.002)), (Pairs{{1, 0}, {9, 10}}));
+}
+
+TEST(Association, GoesFromTheShorterTrajectory) {
+  // A dense estimate: every pose of the reference gets one.
+  EXPECT_EQ(pairsOf(associate(along({0, 5, 10, 15, 20, 25}), along({4, 21}))),
+            (Pairs{{5, 4}, {20, 21}}));
+}
+
+TEST(Association, UsesEveryPoseOnce) {
+  EXPECT_EQ(pairsOf(associate(along({8, 11}), along({10, 50, 60}))), (Pairs{{11, 10}}));
+  EXPECT_EQ(pairsOf(associate(along({9, 12}), along({10, 50, 60}))), (Pairs{{9, 10}}));
+}
+
+TEST(Association, OfNothingIsNothing) {
+  EXPECT_TRUE(associate({}, along({1})).estimate.empty());
+  EXPECT_TRUE(associate(along({1}), {}).estimate.empty());
+  EXPECT_TRUE(associate(along({1}), along({20})).estimate.empty());
+  EXPECT_EQ(absoluteErrors({}, AlignmentType::kSE3).position_m.count, 0u);
+  EXPECT_EQ(relativeErrors({}, {}).position_m.count, 0u);
+}
+
+/** A reference along x in steps of 0.4 m; the estimate is off by 0.1 m in y at its third pose, and
+ * its world is moved. */
+AssociatedTrajectories bent() {
+  AssociatedTrajectories pair;
+  for (int k = 0; k < 7; ++k) {
+    SE3 T(Eigen::Matrix3d::Identity(), Vector3d(0.4 * k, 0, 0));
+    pair.reference.push_back({k * 50 * kMs, T});
+    if (k == 2) T.t.y() += 0.1;
+    pair.estimate.push_back({k * 50 * kMs, T});
+  }
+  return pair;
+}
+
+TEST(AbsoluteErrors, WithAndWithoutAlignment) {
+  AssociatedTrajectories pair = bent();
+  const ErrorStatistics raw = absoluteErrors(pair, std::nullopt).position_m;
+  EXPECT_EQ(raw.count, 7u);
+  EXPECT_NEAR(raw.max, 0.1, 1e-15);
+  EXPECT_NEAR(raw.sse, 0.01, 1e-15);
+  const SE3 T_WG(expSO3(Vector3d(0.1, 0.2, 2.0)), Vector3d(1, 2, 3));
+  AssociatedTrajectories moved = pair;
+  for (StampedPose& pose : moved.estimate) pose.T_WB = T_WG * pose.T_WB;
+  EXPECT_NEAR(absoluteErrors(moved, AlignmentType::kSE3).position_m.rmse,
+              absoluteErrors(pair, AlignmentType::kSE3).position_m.rmse, 1e-14);
+  EXPECT_GT(absoluteErrors(moved, std::nullopt).position_m.rmse, 1.0);
+  EXPECT_GT(absoluteErrors(moved, std::nullopt).rotation_deg.min, 100.0);
+}
+
+TEST(RelativeErrors, OverFrames) {
+  // Steps 1 -> 2 and 2 -> 3 are off by 0.1 m, the other four are right.
+  const ErrorStatistics one = relativeErrors(bent(), {1, DeltaUnit::kFrames}).position_m;
+  EXPECT_EQ(one.count, 6u);
+  EXPECT_NEAR(one.sse, 0.02, 1e-15);
+  const ErrorStatistics three = relativeErrors(bent(), {3, DeltaUnit::kFrames}).position_m;
+  EXPECT_EQ(three.count, 2u);  // 0 -> 3 -> 6
+  EXPECT_NEAR(three.max, 0.0, 1e-15);
+}
+
+TEST(RelativeErrors, OverMetresOfTheEstimatesPath) {
+  // Steps of 0.4, sqrt(0.17), sqrt(0.17), 0.4 ... m: 1 m is passed at poses 3 and 6.
+  const ErrorStatistics metre = relativeErrors(bent(), {1.0, DeltaUnit::kMeters}).position_m;
+  EXPECT_EQ(metre.count, 1u);
+  EXPECT_NEAR(metre.max, 0.0, 1e-15);
+  // 0.8 m at 2 (0.812), 4 (0.812), 6: of 2 -> 4 the estimate's start is 0.1 m off.
+  const ErrorStatistics less = relativeErrors(bent(), {0.8, DeltaUnit::kMeters}).position_m;
+  EXPECT_EQ(less.count, 2u);
+  EXPECT_NEAR(less.max, 0.1, 1e-15);
+}
+
+TEST(RelativeErrors, RefuseALengthThatCannotBe) {
+  for (const double length : {0.0, -1.0, 1.5, 1e300})
+    EXPECT_THROW(relativeErrors(bent(), {length, DeltaUnit::kFrames}), ConfigError) << length;
+  EXPECT_THROW(relativeErrors(bent(), {0.0, DeltaUnit::kMeters}), ConfigError);
+  EXPECT_EQ(deltaUnitFromName("meters"), DeltaUnit::kMeters);
+  EXPECT_THROW(deltaUnitFromName("miles"), ConfigError);
+}
+
+}  // namespace
+}  // namespace etalon

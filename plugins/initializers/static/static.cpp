@@ -1,0 +1,219 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "etalon/core/so3.h"
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/gravity_alignment.h"
+#include "etalon/initialization/initializer.h"
+
+namespace etalon::plugins {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/** Mean and, per axis, standard deviation of the IMU's readings in a window. */
+struct ImuStatistics {
+  int samples = 0;
+  Vector3d mean_gyro = Vector3d::Zero(), mean_accel = Vector3d::Zero();
+  double gyro_std = 0.0, accel_std = 0.0;  ///< of the worst axis, rad/s and m/s^2
+
+  explicit ImuStatistics(const std::vector<ImuSample>& window)
+      : samples(static_cast<int>(window.size())) {
+    for (const ImuSample& s : window) {
+      mean_gyro += s.gyro / samples;
+      mean_accel += s.accel / samples;
+    }
+    Vector3d gyro2 = Vector3d::Zero(), accel2 = Vector3d::Zero();
+    for (const ImuSample& s : window) {
+      gyro2 += (s.gyro - mean_gyro).cwiseAbs2() / samples;
+      accel2 += (s.accel - mean_accel).cwiseAbs2() / samples;
+    }
+    gyro_std = std::sqrt(gyro2.maxCoeff());
+    accel_std = std::sqrt(accel2.maxCoeff());
+  }
+};
+
+/** Lengths by which the landmarks common to two frames have moved in the left image, px. */
+std::vector<double> displacements(const TrackedFrame& a, const TrackedFrame& b) {
+  std::vector<double> result;
+  size_t j = 0;
+  for (const Observation& o : a.observations) {
+    while (j < b.observations.size() && b.observations[j].id < o.id) ++j;
+    if (j < b.observations.size() && b.observations[j].id == o.id)
+      result.push_back((b.observations[j].left - o.left).norm());
+  }
+  return result;
+}
+
+double medianOf(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+/** Gravity and gyro bias of a platform that stands still (README.md beside this file). */
+class Static : public Initializer {
+  DEFINE_MRPT_OBJECT(Static, etalon::plugins)
+
+ public:
+  void declareParameters(ParameterSet& parameters) override {
+    parameters.add("max_displacement_px", &max_displacement_, {0.0, 1000.0},
+                   "The platform moves if the median landmark has moved farther in the left image "
+                   "between the first and any later frame of the window, px.");
+    parameters.add("max_gyro_std_rps", &max_gyro_std_, {0.0, 100.0},
+                   "It moves if the standard deviation of an axis of the gyro is larger, rad/s "
+                   "(EuRoC at rest: 0.005 with the motors off, to 0.07 with them on).");
+    parameters.add("max_accel_std_mps2", &max_accel_std_, {0.0, 1000.0},
+                   "It moves if the standard deviation of an axis of the accelerometer is larger, "
+                   "m/s^2 (EuRoC at rest: 0.06 with the motors off, to 1.1 with them on).");
+    parameters.add("max_gyro_mean_rps", &max_gyro_mean_, {0.0, 100.0},
+                   "Refuse a mean rate that is larger than a bias can be, rad/s.");
+    parameters.add("max_gravity_deviation_mps2", &max_gravity_deviation_, {0.0, 100.0},
+                   "Refuse if the mean specific force differs from gravity by more, m/s^2.");
+    parameters.add("min_tracks", &min_tracks_, {1, 100000},
+                   "Refuse if fewer landmarks of the first frame are seen in a later one.");
+    parameters.add("sigma_velocity_mps", &sigma_velocity_, {0.0, 100.0},
+                   "Standard deviation of the velocity's components, for the covariance, m/s.");
+  }
+  bool needsVisualSolution() const override { return false; }
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    Stopwatch watch;
+    const InitializationResult moving = checkImages(problem);
+    if (!moving.reason.empty()) return moving;
+    const double images_ms = watch.lapMilliseconds();
+    const ImuStatistics imu(problem.imu().between(problem.keyframe(0).t,
+                                                  problem.keyframe(problem.keyframeCount() - 1).t));
+    const InitializationResult refusal = checkImu(problem, imu);
+    if (!refusal.reason.empty()) return refusal;
+
+    const auto n = static_cast<size_t>(problem.keyframeCount());
+    VisualFrameEstimate estimate;
+    estimate.T_VB.assign(n, SE3());
+    estimate.v_VB.assign(n, Vector3d::Zero());
+    estimate.g_V =
+        -problem.gravityMagnitude() * (imu.mean_accel - problem.priors().mean.accel).normalized();
+    estimate.bias = {imu.mean_gyro, problem.priors().mean.accel};
+    InitializationResult result = alignWithGravity(problem, estimate);
+    result.covariance = covariance(problem, imu, result.states.front().T_WB.R);
+    result.timings = {{"images", images_ms}, {"imu", watch.lapMilliseconds()}};
+    return result;
+  }
+
+ private:
+  static InitializationResult refused(InitializationStatus status, const char* format, double value,
+                                      double bound) {
+    char text[256];
+    std::snprintf(text, sizeof(text), format, value, bound);
+    return InitializationResult::refusal(status, text, value);
+  }
+
+  /** The refusal's reason is empty if the images stand still. */
+  InitializationResult checkImages(const InitializationProblem& problem) const {
+    const std::vector<TrackedFrame>& frames = problem.frames();
+    const auto first = static_cast<size_t>(problem.keyframeIndices().front());
+    const auto last = static_cast<size_t>(problem.keyframeIndices().back());
+    for (size_t k = first + 1; k <= last; ++k) {
+      std::vector<double> moved = displacements(frames[first], frames[k]);
+      const double since = secondsBetween(frames[first].t, frames[k].t);
+      if (moved.size() < static_cast<size_t>(min_tracks_))
+        return tooFewTracks(frames[first], moved.size(), since);
+      const double median = medianOf(&moved);
+      if (!(median <= max_displacement_))
+        return refused(InitializationStatus::kTooMuchMotion,
+                       "the platform moves: the median landmark has moved by %.2f px, at most %.2f "
+                       "is standstill",
+                       median, max_displacement_);
+    }
+    return {};
+  }
+
+  /** Tracks that end within a window are motion too, unless there were too few to begin with. */
+  InitializationResult tooFewTracks(const TrackedFrame& first, size_t common, double since) const {
+    if (first.observations.size() < static_cast<size_t>(min_tracks_))
+      return refused(InitializationStatus::kTooFewTracks,
+                     "the first frame has %.0f landmarks, at least %.0f are wanted",
+                     static_cast<double>(first.observations.size()), min_tracks_);
+    char text[256];
+    std::snprintf(text, sizeof(text),
+                  "the platform moves: after %.2f s %zu landmarks of the first frame are left, at "
+                  "least %d are wanted",
+                  since, common, min_tracks_);
+    return InitializationResult::refusal(InitializationStatus::kTooMuchMotion, text,
+                                         static_cast<double>(common));
+  }
+
+  InitializationResult checkImu(const InitializationProblem& problem,
+                                const ImuStatistics& imu) const {
+    if (!(imu.gyro_std <= max_gyro_std_))
+      return refused(InitializationStatus::kTooMuchMotion,
+                     "the platform moves: the gyro varies by %.3f rad/s (1 sigma), at most %.3f is "
+                     "standstill",
+                     imu.gyro_std, max_gyro_std_);
+    if (!(imu.accel_std <= max_accel_std_))
+      return refused(
+          InitializationStatus::kTooMuchMotion,
+          "the platform moves: the accelerometer varies by %.2f m/s^2 (1 sigma), at most "
+          "%.2f is standstill",
+          imu.accel_std, max_accel_std_);
+    if (!(imu.mean_gyro.norm() <= max_gyro_mean_))
+      return refused(InitializationStatus::kImplausible,
+                     "the mean rate is %.3f rad/s, at most %.3f can be a bias",
+                     imu.mean_gyro.norm(), max_gyro_mean_);
+    const double deviation =
+        (imu.mean_accel - problem.priors().mean.accel).norm() - problem.gravityMagnitude();
+    if (!(std::abs(deviation) <= max_gravity_deviation_))
+      return refused(InitializationStatus::kImplausible,
+                     "the mean specific force is %+.2f m/s^2 away from gravity, at most %.2f is "
+                     "wanted",
+                     deviation, max_gravity_deviation_);
+    return {};
+  }
+
+  /**
+   * Of [b_g, b_a, tilt (2), v], errors as truth against estimate, R_WB true = Exp(tilt) R_WB. The
+   * direction of the mean specific force is wrong by what of d = b_a - mean + noise is level, so
+   *   tilt = M R_WB d / gravity,   M = [0 -1 0; 1 0 0],
+   * and tilt and b_a are one error, not two.
+   */
+  Eigen::MatrixXd covariance(const InitializationProblem& problem, const ImuStatistics& imu,
+                             const Matrix3d& R_WB) const {
+    const double duration = imu.samples / problem.calibration().imu.rate_hz;  // s
+    const double gyro = problem.imuNoise().gyro_noise_density;
+    const double accel = problem.imuNoise().accel_noise_density;
+    const double prior = problem.priors().sigma_accel_mps2;
+    Eigen::Matrix<double, 2, 3> M;
+    M << 0, -1, 0, 1, 0, 0;
+    const Eigen::Matrix<double, 2, 3> tilt = M * R_WB / problem.gravityMagnitude();
+    Eigen::MatrixXd P = Eigen::MatrixXd::Zero(11, 11);
+    P.diagonal().segment<3>(0).setConstant(gyro * gyro / duration);
+    P.diagonal().segment<3>(3).setConstant(prior * prior);
+    P.block<2, 3>(6, 3) = prior * prior * tilt;
+    P.block<3, 2>(3, 6) = P.block<2, 3>(6, 3).transpose();
+    P.block<2, 2>(6, 6) = (prior * prior + accel * accel / duration) * tilt * tilt.transpose();
+    P.diagonal().segment<3>(8).setConstant(sigma_velocity_ * sigma_velocity_);
+    return P;
+  }
+
+  double max_displacement_ = 1.0;
+  double max_gyro_std_ = 0.1;
+  double max_accel_std_ = 1.5;
+  double max_gyro_mean_ = 0.3;
+  double max_gravity_deviation_ = 0.5;
+  int min_tracks_ = 15;
+  double sigma_velocity_ = 0.01;
+};
+
+IMPLEMENTS_MRPT_OBJECT(Static, Initializer, etalon::plugins)
+
+}  // namespace etalon::plugins
+
+ETALON_REGISTER_INITIALIZER(Static, etalon::plugins, "static", "1.0",
+                            "platform at rest: gravity from the accelerometer, gyro bias from the "
+                            "mean rate")

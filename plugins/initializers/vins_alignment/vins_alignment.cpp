@@ -1,0 +1,206 @@
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
+
+#include "etalon/core/so3.h"
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/gravity_alignment.h"
+#include "etalon/initialization/initializer.h"
+#include "etalon/optimization/linear_alignment.h"
+
+namespace etalon::plugins {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/**
+ * The visual-inertial alignment of VINS-Mono with the scale of a stereo camera (Qin et al., TRO
+ * 2018), and what VINS-Fusion does in its place (README.md beside this file).
+ */
+class VinsAlignment : public Initializer {
+  DEFINE_MRPT_OBJECT(VinsAlignment, etalon::plugins)
+
+ public:
+  void declareParameters(ParameterSet& parameters) override {
+    parameters.add(
+        "variant", &variant_, {"alignment", "fusion"},
+        "alignment: velocities and gravity by linear alignment (VINS-Mono). fusion: what "
+        "VINS-Fusion does with a stereo camera, gravity from the first accelerometer "
+        "readings and velocities integrated from zero.");
+    parameters.add("weights", &weights_, {"none", "imu", "imu_and_vision"},
+                   "Weights of the alignment's rows: none (as published), by the covariance of the "
+                   "preintegration, or by that and the covariance of stereo odometry.");
+    parameters.add(
+        "gyro_passes", &gyro_passes_, {1, 20},
+        "Linear solutions for b_g, at most, each followed by integrating the raw IMU anew "
+        "(as published: 1).");
+    parameters.add(
+        "gravity_iterations", &gravity_iterations_, {0, 100},
+        "Iterations of gravity in the tangent plane of its sphere (VINS-Mono: 4); 0: the "
+        "exact minimum on the sphere.");
+    parameters.add(
+        "max_gravity_deviation_mps2", &max_gravity_deviation_, {0.0, 100.0},
+        "Refuse if gravity, left free, differs from its magnitude by more (VINS-Mono: 1), "
+        "m/s^2.");
+    parameters.add("min_landmarks", &min_landmarks_, {3, 100000},
+                   "Refuse if stereo odometry has fewer landmarks in the window.");
+  }
+  bool needsVisualSolution() const override { return true; }
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    const VisualSolution& visual = problem.visualSolution();
+    if (static_cast<int>(visual.landmarks.size()) < min_landmarks_)
+      return refused(InitializationStatus::kTooFewTracks,
+                     "stereo odometry has %.0f landmarks in the window, at least %.0f are wanted",
+                     static_cast<double>(visual.landmarks.size()), min_landmarks_);
+    Stopwatch watch;
+    VisualFrameEstimate estimate;
+    estimate.T_VB = visual.T_VB;
+    estimate.landmarks = visual.landmarks;
+    estimate.bias = problem.priors().mean;
+    std::vector<Preintegration> preintegrations = problem.preintegrate(estimate.bias);
+    if (!estimateGyroBias(visual, &preintegrations, &estimate.bias))
+      return refused(InitializationStatus::kIllConditioned,
+                     "the rotations of %.0f keyframes do not determine the gyro bias (%.0f)",
+                     problem.keyframeCount(), 0.0);
+    const double gyro_ms = watch.lapMilliseconds();
+
+    if (variant_ == "fusion") {
+      seedAsFusion(problem, preintegrations, &estimate);
+    } else {
+      const InitializationResult refusal = align(problem, visual, preintegrations, &estimate);
+      if (!refusal.reason.empty()) return refusal;
+    }
+    InitializationResult result = alignWithGravity(problem, estimate);
+    result.timings = {{"gyro_bias", gyro_ms}, {"linear_alignment", watch.lapMilliseconds()}};
+    return result;
+  }
+
+ private:
+  static InitializationResult refused(InitializationStatus status, const char* format, double value,
+                                      double bound) {
+    char text[256];
+    std::snprintf(text, sizeof(text), format, value, bound);
+    return InitializationResult::refusal(status, text, value);
+  }
+
+  /**
+   * b_g by least squares on the rotations of neighbouring keyframes, r_k = 2 vec(q) of
+   * dR_k^T R_VBk^T R_VBk+1 = J_k db_g; preintegrations are integrated anew at the result.
+   */
+  bool estimateGyroBias(const VisualSolution& visual, std::vector<Preintegration>* preintegrations,
+                        ImuBias* bias) const {
+    const Index rows = 3 * static_cast<Index>(preintegrations->size());
+    const MatrixXd whitening = rotationWhitening(visual, *preintegrations);
+    for (int pass = 0; pass < gyro_passes_; ++pass) {
+      MatrixXd J(rows, 3);
+      VectorXd r(rows);
+      for (size_t k = 0; k < preintegrations->size(); ++k) {
+        const Preintegration& p = (*preintegrations)[k];
+        const Matrix3d error =
+            p.deltas().dR.transpose() * visual.T_VB[k].R.transpose() * visual.T_VB[k + 1].R;
+        const Eigen::Quaterniond q(error);
+        J.middleRows<3>(3 * static_cast<Index>(k)) = p.dR_dbg();
+        r.segment<3>(3 * static_cast<Index>(k)) = (q.w() < 0 ? -2.0 : 2.0) * q.vec();
+      }
+      if (whitening.size() > 0) {
+        J = whitening * J;
+        r = whitening * r;
+      }
+      const Eigen::LDLT<Matrix3d> factor(J.transpose() * J);
+      const Vector3d step = factor.solve(J.transpose() * r);
+      if (!factor.isPositive() || !step.allFinite()) return false;
+      bias->gyro += step;
+      for (Preintegration& p : *preintegrations) p = p.reintegrated(*bias);
+      // What the linear step leaves is of the order of (|step| dt)^2 / dt.
+      constexpr double kStandsStill = 1e-6;  // rad/s
+      if (step.norm() < kStandsStill) break;
+    }
+    return true;
+  }
+
+  /** W with W^T W the inverse covariance of all r_k; empty if the rows count alike. */
+  MatrixXd rotationWhitening(const VisualSolution& visual,
+                             const std::vector<Preintegration>& preintegrations) const {
+    const Index n = static_cast<Index>(preintegrations.size());
+    if (weights_ == "none") return {};
+    MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
+    if (weights_ == "imu_and_vision" && visual.covariance.rows() == 6 * n) {
+      MatrixXd J = MatrixXd::Zero(3 * n, 6 * n);  // r_k near zero against the poses' errors
+      for (Index k = 0; k < n; ++k) {
+        J.block<3, 3>(3 * k, 6 * k).setIdentity();
+        if (k > 0)
+          J.block<3, 3>(3 * k, 6 * (k - 1)) =
+              -visual.T_VB[static_cast<size_t>(k) + 1].R.transpose() *
+              visual.T_VB[static_cast<size_t>(k)].R;
+      }
+      covariance = J * visual.covariance * J.transpose();
+    }
+    for (Index k = 0; k < n; ++k)
+      covariance.block<3, 3>(3 * k, 3 * k) +=
+          preintegrations[static_cast<size_t>(k)].covariance().topLeftCorner<3, 3>();
+    const Eigen::LLT<MatrixXd> factor(covariance);
+    if (factor.info() != Eigen::Success) return {};
+    return factor.matrixL().solve(MatrixXd::Identity(3 * n, 3 * n));
+  }
+
+  /** Velocities and gravity; the refusal's reason is empty on success. */
+  InitializationResult align(const InitializationProblem& problem, const VisualSolution& visual,
+                             const std::vector<Preintegration>& preintegrations,
+                             VisualFrameEstimate* estimate) const {
+    LinearAlignmentOptions options;
+    options.gravity_mps2 = problem.gravityMagnitude();
+    options.weighted = weights_ != "none";
+    if (weights_ == "imu_and_vision") options.pose_covariance = visual.covariance;
+    options.tangent_iterations = gravity_iterations_;
+    const LinearAlignmentResult alignment =
+        alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);
+    if (!alignment.ok)
+      return refused(InitializationStatus::kIllConditioned,
+                     "%.0f keyframes do not determine velocities and gravity (%.0f)",
+                     problem.keyframeCount(), 0.0);
+    const double deviation = alignment.free_gravity_mps2 - problem.gravityMagnitude();
+    if (!(std::abs(deviation) <= max_gravity_deviation_))
+      return refused(InitializationStatus::kImplausible,
+                     "gravity comes out %+.2f m/s^2 away from its magnitude, at most %.2f is "
+                     "wanted",
+                     deviation, max_gravity_deviation_);
+    estimate->v_VB = alignment.v_VB;
+    estimate->g_V = alignment.g_V;
+    return {};
+  }
+
+  /** Gravity from the mean specific force between the first two frames, velocities from zero. */
+  static void seedAsFusion(const InitializationProblem& problem,
+                           const std::vector<Preintegration>& preintegrations,
+                           VisualFrameEstimate* estimate) {
+    const TimeNs start = problem.frames().front().t;
+    Vector3d sum = Vector3d::Zero();
+    for (const ImuSample& s : problem.imu().between(start, problem.frames()[1].t)) sum += s.accel;
+    estimate->g_V = -problem.gravityMagnitude() * (estimate->T_VB.front().R * sum).normalized();
+    estimate->v_VB.assign(1, Vector3d::Zero());
+    for (size_t k = 0; k < preintegrations.size(); ++k)
+      estimate->v_VB.emplace_back(estimate->v_VB[k] + estimate->g_V * preintegrations[k].dt() +
+                                  estimate->T_VB[k].R * preintegrations[k].deltas().dv);
+  }
+
+  std::string variant_ = "alignment";
+  std::string weights_ = "none";
+  int gyro_passes_ = 3;
+  int gravity_iterations_ = 4;
+  double max_gravity_deviation_ = 1.0;
+  int min_landmarks_ = 15;
+};
+
+IMPLEMENTS_MRPT_OBJECT(VinsAlignment, Initializer, etalon::plugins)
+
+}  // namespace etalon::plugins
+
+ETALON_REGISTER_INITIALIZER(VinsAlignment, etalon::plugins, "vins_alignment", "1.0",
+                            "gyro bias from rotations, linear alignment of velocities and gravity "
+                            "(Qin et al. 2018)")

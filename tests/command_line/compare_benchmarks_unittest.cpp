@@ -1,0 +1,84 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "etalon/evaluation/benchmark_store.h"
+#include "example_benchmark.h"
+#include "run_command.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/** The folder of a benchmark as `etalon bench` leaves it. */
+std::string writeExample(const TemporaryFolder& folder) {
+  const BenchmarkRecord record = exampleBenchmark();
+  writeBenchmarkHead(folder.path(), record);
+  SlotStore store(folder.path());
+  for (const SlotRecord& slot : record.slots) store.append(slot);
+  return folder.path();
+}
+
+TEST(CompareBenchmarks, PrintsTablesAndWhatIsSignificant) {
+  const TemporaryFolder folder;
+  const CommandResult result = runEtalon({"compare", writeExample(folder)});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("Success [%], 10 keyframes at 4 Hz"), HasSubstr("RRE [deg], median"),
+                    HasSubstr("Paired comparison"), HasSubstr("too few pairs"),
+                    HasSubstr("10000 resamples, seed 1"), Not(HasSubstr("\033"))));
+  EXPECT_THAT(runEtalon({"compare", folder.path(), "--bold"}).out, HasSubstr("\033[1m"));
+}
+
+TEST(CompareBenchmarks, ChoosesInitializersMetricsAndSeed) {
+  const TemporaryFolder folder;
+  const std::string path = writeExample(folder);
+  const CommandResult result =
+      runEtalon({"compare", path, "--initializers", "bad,good", "--metric", "success,gravity_deg",
+                 "--seed", "7", "--format", "json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json.size(), 4u);  // two figures, two stages
+  EXPECT_EQ(json[0]["a"], "bad");
+  EXPECT_EQ(json[0]["figure"], "success");
+  EXPECT_EQ(json[1]["slots_a"], 4);
+  EXPECT_EQ(json[1]["slots_b"], 5);
+  EXPECT_EQ(json[1]["pairs"], 4);
+  const CommandResult text = runEtalon({"compare", path, "--metric", "gravity_deg", "--seed", "7"});
+  EXPECT_THAT(text.out, AllOf(HasSubstr("gravity [deg], 90th percentile"), HasSubstr("seed 7"),
+                              Not(HasSubstr("RRE")), Not(HasSubstr("corrected"))));
+}
+
+TEST(CompareBenchmarks, PutsFoldersBesideEachOther) {
+  const TemporaryFolder one, two;
+  const CommandResult result = runEtalon(
+      {"compare", writeExample(one), writeExample(two), "--metric", "rre_deg", "--format", "csv"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("/good"));
+  EXPECT_THAT(result.out, HasSubstr("/bad"));
+}
+
+TEST(CompareBenchmarks, RefusesWhatCannotBeCompared) {
+  const TemporaryFolder folder, run;
+  const std::string path = writeExample(folder);
+  const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
+      {{"compare", path, run.path()}, "folders of one kind"},
+      {{"compare", path, "--initializers", "good,best"}, "expected one of good, bad"},
+      {{"compare", path, "--initializers", "good", "--format", "csv"}, "summary.csv"}};
+  for (const auto& [arguments, expected] : wrong) {
+    const CommandResult result = runEtalon(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments.back();
+    EXPECT_THAT(result.err, HasSubstr(expected));
+    EXPECT_THAT(result.out, IsEmpty());
+  }
+}
+
+}  // namespace
+}  // namespace etalon::testing

@@ -1,0 +1,112 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "run_command.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+constexpr double kRadius = 2.0;
+
+/** A circle at 20 Hz, level, moved by (dx, 0, 0) and enlarged about the origin. */
+std::string circleTum(double dx, double scale = 1.0) {
+  std::string text = "# t x y z qx qy qz qw\n";
+  for (int k = 0; k < 100; ++k) {
+    char line[200];
+    std::snprintf(line, sizeof line, "%d.%09d %.9f %.9f 1 0 0 0 1\n", 1400000000 + k / 20,
+                  k % 20 * 50'000'000, scale * kRadius * std::cos(0.05 * k) + dx,
+                  scale * kRadius * std::sin(0.05 * k));
+    text += line;
+  }
+  return text;
+}
+
+/** The circle as EuRoC's ground truth, 2 ms later. */
+std::string circleCsv() {
+  std::string text = "#timestamp, p x y z, q w x y z\n";
+  for (int k = 0; k < 100; ++k) {
+    char line[200];
+    std::snprintf(line, sizeof line, "%lld,%.9f,%.9f,1,1,0,0,0\n",
+                  1'400'000'000'002'000'000LL + k * 50'000'000LL, kRadius * std::cos(0.05 * k),
+                  kRadius * std::sin(0.05 * k));
+    text += line;
+  }
+  return text;
+}
+
+TEST(EvaluateCommand, PrintsAbsoluteAndRelativeErrors) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("truth.tum", circleTum(0.0));
+  const std::string moved = folder.write("moved.tum", circleTum(0.5));
+  const CommandResult result = runEtalon({"evaluate", moved, truth});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  for (const char* word : {"100 of 100 poses", "ATE", "none", "SE(3)", "Sim(3)", "yaw and position",
+                           "RPE", "1 frame", "10 frames", "1 m", "500.000"})
+    EXPECT_THAT(result.out, HasSubstr(word));
+  const CommandResult csv =
+      runEtalon({"evaluate", moved, truth, "--align", "none", "--delta", "5", "--format", "csv"});
+  EXPECT_THAT(csv.out, StartsWith("error,over,count,position_rmse_m,position_mean_m,"));
+  EXPECT_THAT(csv.out, HasSubstr("\nATE,none,100,0.5,0.5,0.5,"));
+  EXPECT_THAT(csv.out, HasSubstr("\nRPE,5 frames,19,"));
+}
+
+TEST(EvaluateCommand, TakesEurocsCsvAndAssociatesWithinTheLimit) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("data.csv", circleCsv());
+  const std::string estimate = folder.write("estimate.tum", circleTum(0.0));
+  const CommandResult result = runEtalon({"evaluate", estimate, truth, "--align", "none"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("100 of 100 poses"));
+  const CommandResult apart =
+      runEtalon({"evaluate", estimate, truth, "--max-time-difference", "0.001"});
+  EXPECT_EQ(apart.exit_code, 3);
+  EXPECT_THAT(apart.err, AllOf(HasSubstr(estimate), HasSubstr("0.001 s")));
+  EXPECT_THAT(apart.out, IsEmpty());
+}
+
+TEST(EvaluateCommand, DrawsAPlot) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("truth.tum", circleTum(0.0));
+  const std::string plot = folder.path() + "/plot.png";
+  EXPECT_EQ(runEtalon({"evaluate", truth, truth, "--plot", plot}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(plot));
+}
+
+TEST(EvaluateCommand, RefusesWhatItCannotUse) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("truth.tum", circleTum(0.0));
+  const std::string words = folder.write("words.tum", "no trajectory\n");
+  const std::vector<std::pair<std::vector<std::string>, int>> wrong = {
+      {{"evaluate"}, 2},
+      {{"evaluate", truth}, 2},
+      {{"evaluate", truth, truth, "--align", "best"}, 2},
+      {{"evaluate", truth, truth, "--delta", "0"}, 2},
+      {{"evaluate", truth, truth, "--delta", "1.5"}, 2},
+      {{"evaluate", truth, truth, "--unit", "meters"}, 2},
+      {{"evaluate", truth, truth, "--delta", "1", "--unit", "miles"}, 2},
+      {{"evaluate", truth, truth, "--max-time-difference", "-1"}, 2},
+      {{"evaluate", "/no/such.tum", truth}, 3},
+      {{"evaluate", truth, "/no/such.tum"}, 3},
+      {{"evaluate", truth, folder.path()}, 3},
+      {{"evaluate", words, truth}, 3}};
+  for (const auto& [arguments, exit_code] : wrong) {
+    const CommandResult result = runEtalon(arguments);
+    EXPECT_EQ(result.exit_code, exit_code) << arguments.back() << ": " << result.err;
+    EXPECT_THAT(result.err, HasSubstr("etalon: "));
+    EXPECT_THAT(result.out, IsEmpty());
+  }
+}
+
+}  // namespace
+}  // namespace etalon::testing

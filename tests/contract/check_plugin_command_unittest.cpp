@@ -1,0 +1,89 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "run_command.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string badPlugin(const std::string& name) { return ETALON_BAD_PLUGINS "/" + name + ".so"; }
+
+TEST(CheckPluginCommand, PassesOnePlugin) {
+  const CommandResult result =
+      runEtalon({"check-plugin", "orbslam3_inertial_only", "--only", "exact.", "--only", "needs"});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("passed   needs"), HasSubstr("exact.standstill"),
+                                HasSubstr("8 passed"), HasSubstr("0 failed")));
+}
+
+TEST(CheckPluginCommand, SpeaksJson) {
+  const CommandResult result = runEtalon({"check-plugin", "orbslam3_inertial_only", "--only",
+                                          "exact.gentle", "--only", "time", "--format", "json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("plugin"), "orbslam3_inertial_only");
+  EXPECT_EQ(json.at("ok"), true);
+  EXPECT_GT(json.at("milliseconds_per_call").get<double>(), 0.0);
+  EXPECT_EQ(json.at("checks").at(1).at("name"), "exact.gentle");
+  EXPECT_EQ(json.at("checks").at(1).at("verdict"), "passed");
+}
+
+TEST(CheckPluginCommand, ChecksWithOtherParameters) {
+  const CommandResult result = runEtalon({"check-plugin", "orbslam3_inertial_only", "--only",
+                                          "exact.gentle", "--set", "min_landmarks=100000"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.out, HasSubstr("refused  exact.gentle"));
+  const CommandResult unknown =
+      runEtalon({"check-plugin", "orbslam3_inertial_only", "--set", "min_landmark=1"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("min_landmarks"));
+}
+
+TEST(CheckPluginCommand, SurvivesAPluginThatCrashes) {
+  const CommandResult asked = runEtalon({"check-plugin", badPlugin("crashes_when_asked"), "--only",
+                                         "exact.gentle", "--only", "parameters"});
+  EXPECT_EQ(asked.exit_code, 1) << asked.err;
+  EXPECT_THAT(asked.out, AllOf(HasSubstr("passed   parameters"), HasSubstr("FAILED   exact.gentle"),
+                               HasSubstr("crashed with signal 11")));
+  const CommandResult loaded = runEtalon({"check-plugin", badPlugin("crashes_when_loaded")});
+  EXPECT_EQ(loaded.exit_code, 3);
+  EXPECT_THAT(loaded.err, HasSubstr("while being loaded it crashed with signal 11"));
+}
+
+TEST(CheckPluginCommand, RefusesWhatCannotBeLoadedInWords) {
+  const CommandResult missing = runEtalon({"check-plugin", "/no/such/plugin.so"});
+  EXPECT_EQ(missing.exit_code, 3);
+  EXPECT_THAT(missing.err, HasSubstr("no such file"));
+  const CommandResult name = runEtalon({"check-plugin", "etta"});
+  EXPECT_EQ(name.exit_code, 3);
+  EXPECT_THAT(name.err, HasSubstr("etta"));
+  const TemporaryFolder temporary;
+  const std::string text = temporary.write("text.so", "not a library\n");
+  EXPECT_EQ(runEtalon({"check-plugin", text}).exit_code, 3);
+}
+
+TEST(CheckPluginCommand, RefusesWrongUsage) {
+  EXPECT_EQ(runEtalon({"check-plugin"}).exit_code, 2);
+  EXPECT_EQ(runEtalon({"check-plugin", "eta", "--allow-nees", "0.5"}).exit_code, 2);
+  EXPECT_EQ(runEtalon({"check-plugin", "eta", "--format", "xml"}).exit_code, 2);
+  const CommandResult check =
+      runEtalon({"check-plugin", "orbslam3_inertial_only", "--only", "exact.gentel"});
+  EXPECT_EQ(check.exit_code, 2);
+  EXPECT_THAT(check.err, HasSubstr("did you mean 'exact.gentle'?"));
+}
+
+TEST(CheckPluginCommand, ListsTheChecks) {
+  const CommandResult result = runEtalon({"check-plugin", "--list"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.out, AllOf(HasSubstr("covariance.consistent"), HasSubstr("exact.gentle"),
+                                HasSubstr("status.outliers")));
+}
+
+}  // namespace
+}  // namespace etalon::testing

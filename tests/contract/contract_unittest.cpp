@@ -1,0 +1,322 @@
+#include "etalon/contract/contract.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <csignal>
+#include <functional>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "etalon/contract/synthetic_window.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+#include "etalon/initialization/plugin_loader.h"
+
+namespace etalon::test_plugins {
+
+using Change = std::function<void(const InitializationProblem&, InitializationResult*)>;
+
+/** A good initializer whose results are spoilt on the way out. */
+class Spoilt : public Initializer {
+  DEFINE_MRPT_OBJECT(Spoilt, etalon::test_plugins)
+
+ public:
+  Spoilt() = default;
+  explicit Spoilt(Change change) : change_(std::move(change)) {
+    good_ = PluginLoader({ETALON_INITIALIZERS}).create("orbslam3_inertial_only");
+  }
+  void declareParameters(ParameterSet& parameters) override {
+    parameters.add("key", &number_, {0, 9}, documentation_);
+  }
+  bool needsVisualSolution() const override { return says_needs_; }
+
+  std::string documentation_ = "A number.";
+  bool says_needs_ = true;
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    InitializationResult result = good_->initialize(problem);
+    change_(problem, &result);
+    return result;
+  }
+
+ private:
+  Initializer::Ptr good_;
+  Change change_ = [](const InitializationProblem&, InitializationResult*) {};
+  int number_ = 1;
+};
+
+IMPLEMENTS_MRPT_OBJECT(Spoilt, etalon::Initializer, etalon::test_plugins)
+
+}  // namespace etalon::test_plugins
+
+namespace etalon {
+namespace {
+
+using test_plugins::Change;
+using test_plugins::Spoilt;
+using ::testing::HasSubstr;
+using Verdict = ContractCheck::Verdict;
+
+void unchanged(const InitializationProblem& /*problem*/, InitializationResult* /*result*/) {}
+
+/** The verdict of one check. */
+ContractCheck check(const std::string& name, const Initializer& initializer,
+                    ContractOptions options = {}) {
+  options.only = {name};
+  options.limits.cpu_s = 100.0;
+  const ContractReport report = checkContract(initializer, options);
+  EXPECT_EQ(report.checks.size(), 1U);
+  return report.checks.front();
+}
+
+void expectFailure(const std::string& name, const Change& change, const std::string& words) {
+  const ContractCheck result = check(name, Spoilt(change));
+  EXPECT_EQ(result.verdict, Verdict::kFailed) << name << ": " << result.detail;
+  EXPECT_THAT(result.detail, HasSubstr(words)) << name;
+}
+
+/** A change of successes alone. */
+Change ofSuccess(const std::function<void(InitializationResult*)>& change) {
+  return [change](const InitializationProblem&, InitializationResult* result) {
+    if (result->ok()) change(result);
+  };
+}
+
+TEST(Contract, LetsAGoodInitializerPass) {
+  ContractOptions options;
+  options.timed_calls = 3;
+  options.monte_carlo_windows = 10;
+  int called = 0;
+  const ContractReport report =
+      checkContract(Spoilt(unchanged), options, [&](const ContractCheck&) { ++called; });
+  for (const ContractCheck& c : report.checks)
+    EXPECT_NE(c.verdict, Verdict::kFailed) << c.name << ": " << c.detail;
+  EXPECT_TRUE(report.ok());
+  EXPECT_GT(report.milliseconds_per_call, 0.0);
+  EXPECT_EQ(called, static_cast<int>(report.checks.size()));
+  EXPECT_EQ(report.checks.size(), contractChecks().size() + 1);  // and "exact.somewhere"
+}
+
+TEST(Contract, RefusesTheNameOfACheckThatIsNone) {
+  ContractOptions options;
+  options.only = {"exact.gentel"};
+  try {
+    checkContract(Spoilt(unchanged), options);
+    FAIL() << "no exception";
+  } catch (const ConfigError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("did you mean 'exact.gentle'?"));
+  }
+}
+
+TEST(Contract, FindsWhatIsNotExact) {
+  // Each by twice its bound, the others untouched.
+  expectFailure("exact.gentle", ofSuccess([](auto* r) { r->bias.gyro.x() += 2e-5; }), "b_g 2e-05");
+  expectFailure("exact.circle", ofSuccess([](auto* r) { r->bias.accel.z() -= 2e-3; }), "b_a 0.002");
+  expectFailure("exact.gentle", ofSuccess([](auto* r) {
+                  for (KeyframeState& s : r->states) s.v_WB.x() += 2e-4;
+                }),
+                "velocity 0.0002 m/s (at most");
+  expectFailure("exact.standstill", ofSuccess([](auto* r) {
+                  const SE3 tilt(expSO3({0.01 * M_PI / 180, 0, 0}), Eigen::Vector3d::Zero());
+                  for (KeyframeState& s : r->states) s.T_WB = tilt * s.T_WB;
+                }),
+                "gravity 0.01 deg (at most");
+  expectFailure("exact.gentle", ofSuccess([](auto* r) {
+                  for (auto& [id, p_W] : r->landmarks) p_W.z() += 2e-3;
+                }),
+                "landmarks 0.002 m (at most");
+}
+
+TEST(Contract, AllowsRefusalsWithAReasonButNotEverywhere) {
+  const Spoilt always([](const InitializationProblem&, InitializationResult* result) {
+    *result = InitializationResult::refusal(InitializationStatus::kTooLittleMotion, "too dull", 1);
+  });
+  const ContractCheck one = check("exact.gentle", always);
+  EXPECT_EQ(one.verdict, Verdict::kRefused);
+  EXPECT_EQ(one.detail, "too_little_motion: too dull");
+  ContractOptions options;
+  options.only = {"exact."};
+  const ContractReport report = checkContract(always, options);
+  EXPECT_EQ(report.checks.back().name, "exact.somewhere");
+  EXPECT_EQ(report.checks.back().verdict, Verdict::kFailed);
+
+  expectFailure(
+      "exact.gentle",
+      [](const InitializationProblem&, InitializationResult* result) {
+        *result = InitializationResult();
+      },
+      "without a reason");
+}
+
+TEST(Contract, FindsWrongAndMissingResponsesToBiases) {
+  expectFailure("response.gyro_bias", ofSuccess([](auto* r) { r->bias.gyro *= -1.0; }), "b_g");
+  expectFailure("response.gyro_bias", ofSuccess([](auto* r) { r->bias.gyro.setZero(); }), "b_g");
+  expectFailure("response.accel_bias", ofSuccess([](auto* r) { r->bias.accel *= -1.0; }),
+                "against its direction");
+  const Spoilt pinned(ofSuccess([](auto* r) { r->bias.accel.setZero(); }));
+  EXPECT_EQ(check("response.accel_bias", pinned).verdict, Verdict::kPassed);
+}
+
+TEST(Contract, FindsWhatDependsOnMoreThanTheProblem) {
+  int calls = 0;
+  expectFailure("deterministic", ofSuccess([&calls](auto* r) {
+                  r->landmarks.begin()->second.x() += 1e-15 * ++calls;
+                }),
+                "differs when asked again");
+  expectFailure(
+      "invariant.time_origin",
+      [](const InitializationProblem& problem, InitializationResult* result) {
+        if (!result->ok()) return;
+        // Absolute time in seconds, as a double.
+        const double t0 = 1e-9 * static_cast<double>(problem.frames()[0].t);
+        const double t1 = 1e-9 * static_cast<double>(problem.frames()[1].t);
+        result->states[1].v_WB *= (t1 - t0) / 0.05;
+      },
+      "velocity");
+}
+
+TEST(Contract, FindsWhatIsNoAnswer) {
+  expectFailure("exact.gentle", ofSuccess([](auto* r) { r->states.back().v_WB.y() = NAN; }),
+                "not finite");
+  expectFailure("exact.gentle", ofSuccess([](auto* r) { r->states.pop_back(); }), "states");
+  expectFailure(
+      "status.few_tracks",
+      [](const InitializationProblem&, InitializationResult* result) {
+        if (!result->ok()) throw std::out_of_range("index 7 of 5");
+      },
+      "throws: index 7 of 5");
+  expectFailure(
+      "status.few_tracks",
+      [](const InitializationProblem&, InitializationResult* result) {
+        if (!result->ok()) throw Error("an error instead of a status");
+      },
+      "throws: an error instead");
+  expectFailure(
+      "status.few_tracks",
+      [](const InitializationProblem& problem, InitializationResult* result) {
+        if (result->ok()) return;
+        result->status = InitializationStatus::kSuccess;
+        for (int k = 0; k < problem.keyframeCount(); ++k)
+          result->states.push_back({problem.keyframe(k).t, SE3(), {0.3, 0.0, 0.0}});
+      },
+      "is called a success");
+}
+
+TEST(Contract, SurvivesWhatKillsTheProcess) {
+  expectFailure(
+      "status.few_tracks",
+      [](const InitializationProblem&, InitializationResult* result) {
+        if (result->ok()) return;
+        std::signal(SIGSEGV, SIG_DFL);
+        std::raise(SIGSEGV);
+      },
+      "crashed with signal 11");
+}
+
+TEST(Contract, FindsFalseDeclarations) {
+  Spoilt lies(unchanged);
+  lies.says_needs_ = false;
+  EXPECT_THAT(check("needs", lies).detail, HasSubstr("says that it does not"));
+  Spoilt silent(unchanged);
+  silent.documentation_ = "";
+  EXPECT_THAT(check("parameters", silent).detail, HasSubstr("'key' has no documentation"));
+}
+
+/** The truth of a drawn window with an error of known covariance on it: what the Monte Carlo wants.
+ * The scale is that of the covariance that is given against the one that is true. */
+class Drawn : public Initializer {
+  DEFINE_MRPT_OBJECT(Drawn, etalon)
+
+ public:
+  explicit Drawn(double scale = 1.0) : scale_(scale) {}
+  void declareParameters(ParameterSet& /*parameters*/) override {}
+  bool needsVisualSolution() const override { return false; }
+  bool singular_ = false, lopsided_ = false;
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    InitializationResult result;
+    result.status = InitializationStatus::kSuccess;
+    for (int k = 0; k < problem.keyframeCount(); ++k)
+      result.states.push_back({problem.keyframe(k).t, SE3(), Eigen::Vector3d::Zero()});
+    // Knows nothing of the motion: b_g and b_a are the prior's, and so are their covariances. The
+    // rest is not known at all.
+    result.bias = problem.priors().mean;
+    Eigen::VectorXd variances = Eigen::VectorXd::Constant(11, 1e12);
+    variances.head<3>().setConstant(std::pow(problem.priors().sigma_gyro_rps, 2));
+    variances.segment<3>(3).setConstant(std::pow(problem.priors().sigma_accel_mps2, 2));
+    result.covariance = scale_ * variances.asDiagonal().toDenseMatrix();
+    if (singular_) result.covariance.bottomRightCorner<3, 3>().setZero();
+    if (lopsided_) result.covariance(0, 1) = 0.5 * result.covariance(0, 0);
+    return result;
+  }
+
+ private:
+  double scale_;
+};
+
+IMPLEMENTS_MRPT_OBJECT(Drawn, etalon::Initializer, etalon)
+
+TEST(Contract, JudgesCovariances) {
+  EXPECT_EQ(check("covariance.positive_definite", Spoilt(unchanged)).verdict,
+            Verdict::kNotApplicable);
+  EXPECT_EQ(check("covariance.consistent", Spoilt(unchanged)).verdict, Verdict::kNotApplicable);
+
+  Drawn honest(1.0), lopsided(1.0), singular(1.0);
+  lopsided.lopsided_ = singular.singular_ = true;
+  EXPECT_EQ(check("covariance.positive_definite", honest).verdict, Verdict::kPassed);
+  EXPECT_THAT(check("covariance.positive_definite", lopsided).detail, HasSubstr("not symmetric"));
+  const ContractCheck not_definite = check("covariance.positive_definite", singular);
+  EXPECT_EQ(not_definite.verdict, Verdict::kFailed);
+  EXPECT_THAT(not_definite.detail, HasSubstr("not positive definite"));
+}
+
+TEST(Contract, ComparesErrorsWithTheCovarianceByMonteCarlo) {
+  ContractOptions options;
+  options.monte_carlo_windows = 60;
+  // The blocks b_g and b_a are as drawn; gravity and velocity as good as unknown, so that only six
+  // of eleven degrees of freedom contribute: the average is 6/11 of its expectation.
+  const ContractCheck honest = check("covariance.consistent", Drawn(1.0), options);
+  EXPECT_NEAR(honest.value, 6.0 / 11.0, 0.1);
+  EXPECT_EQ(honest.verdict, Verdict::kFailed);
+  EXPECT_THAT(honest.detail, HasSubstr("too pessimistic"));
+  // A sixth of the true covariance: six times as much.
+  const ContractCheck optimistic = check("covariance.consistent", Drawn(1.0 / 6.0), options);
+  EXPECT_NEAR(optimistic.value, 36.0 / 11.0, 0.6);
+  EXPECT_THAT(optimistic.detail, HasSubstr("too optimistic"));
+  // 11/6 too much and 6/11 too little cancel in the sum.
+  EXPECT_EQ(check("covariance.consistent", Drawn(6.0 / 11.0), options).verdict, Verdict::kPassed);
+  options.allowed_nees_factor = 4.0;
+  EXPECT_EQ(check("covariance.consistent", Drawn(1.0 / 6.0), options).verdict, Verdict::kPassed);
+  // Where a part is singular, its blocks: the unknown gravity is the worst.
+  Drawn singular(1.0);
+  singular.singular_ = true;
+  EXPECT_THAT(check("covariance.consistent", singular, options).detail,
+              HasSubstr("velocity singular"));
+}
+
+TEST(EstimationError, TakesYawOutAndTiltAboutTheWorldsAxes) {
+  testing::SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  const testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const Eigen::Vector3d tilt(0.01, -0.02, 0.0), dv(0.1, 0.2, -0.3);
+  const Eigen::Matrix3d yaw = expSO3({0.0, 0.0, 2.5});
+  InitializationResult result;
+  result.states = window.truth;
+  for (KeyframeState& s : result.states) {
+    s.T_WB.R = expSO3(tilt) * yaw * s.T_WB.R;
+    s.v_WB = yaw * s.v_WB + dv;
+  }
+  result.bias.gyro = {1e-3, 2e-3, 3e-3};
+  const Eigen::Matrix<double, 11, 1> error = estimationError(result, window);
+  Eigen::Matrix<double, 11, 1> expected;
+  expected << 1e-3, 2e-3, 3e-3, 0, 0, 0, tilt.head<2>(), dv;
+  EXPECT_LT((error - expected).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace etalon

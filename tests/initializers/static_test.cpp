@@ -1,0 +1,194 @@
+// The plugin static, loaded by name.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "etalon/core/so3.h"
+#include "etalon/initialization/plugin_loader.h"
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing::Motion;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+using testing::WindowErrors;
+
+Initializer::Ptr loadStatic(const std::string& ini = "") {
+  PluginLoader loader({ETALON_INITIALIZERS});
+  Initializer::Ptr initializer = loader.create("static");
+  ParameterSet parameters("static");
+  initializer->declareParameters(parameters);
+  parameters.read(IniFile::fromText("[static]\n" + ini, "test"));
+  return initializer;
+}
+
+SyntheticWindowOptions atRest() {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kStandstill;
+  options.bias.gyro = {0.02, -0.06, 0.04};
+  return options;
+}
+
+/** Shakes the IMU as running motors do: 90 Hz, zero mean over the window. */
+void shake(double gyro_rps, double accel_mps2, SyntheticWindow* window) {
+  std::vector<ImuSample> samples = window->imu.samples();
+  for (ImuSample& s : samples) {
+    const double t = secondsBetween(samples.front().t, s.t);
+    s.gyro += gyro_rps * std::sin(2.0 * M_PI * 90.0 * t) * Vector3d(1, -1, 1);
+    s.accel += accel_mps2 * std::sin(2.0 * M_PI * 90.0 * t + 1.0) * Vector3d(1, 1, -1);
+  }
+  window->imu = ImuBuffer(samples);
+}
+
+TEST(Static, IsExactAtRestWithoutNoise) {
+  const SyntheticWindowOptions options = atRest();
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const InitializationProblem problem = makeProblem(window, options);
+  const InitializationResult result = loadStatic()->initialize(problem);
+  ASSERT_TRUE(result.ok()) << result.reason;
+  EXPECT_FALSE(problem.visualSolutionComputed());
+  const WindowErrors e = errorsOf(result.states, result.bias, window);
+  EXPECT_LT(e.gravity_deg, 1e-9);
+  EXPECT_LT(e.gyro_bias_rps, 1e-12);
+  EXPECT_LT(e.velocity_mps, 1e-12);
+  EXPECT_LT(e.rre_deg, 1e-9);
+  EXPECT_EQ(result.bias.accel, Vector3d::Zero());
+}
+
+TEST(Static, SubtractsTheAccelerometerBiasThatThePriorKnows) {
+  SyntheticWindowOptions options = atRest();
+  options.bias.accel = options.priors.mean.accel = {0.2, -0.3, 0.1};
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+  ASSERT_TRUE(result.ok()) << result.reason;
+  EXPECT_LT(errorsOf(result.states, result.bias, window).gravity_deg, 1e-9);
+  EXPECT_EQ(result.bias.accel, options.bias.accel);
+}
+
+TEST(Static, StandsStillWithRunningMotors) {
+  SyntheticWindowOptions options = atRest();
+  options.sigma_px = options.assumed_sigma_px = 0.3;
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  shake(0.08, 1.4, &window);
+  const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+  ASSERT_TRUE(result.ok()) << result.reason;
+  const WindowErrors e = errorsOf(result.states, result.bias, window);
+  EXPECT_LT(e.gravity_deg, 0.1);  // what is left of whole periods of the shaking
+  EXPECT_LT(e.gyro_bias_rps, 1e-3);
+}
+
+TEST(Static, RefusesEveryMotionByTheImages) {
+  for (const Motion motion : {Motion::kGentle, Motion::kAggressive, Motion::kCircle,
+                              Motion::kPureRotation, Motion::kConstantVelocity}) {
+    SCOPED_TRACE(testing::toString(motion));
+    SyntheticWindowOptions options = atRest();
+    options.motion = motion;
+    const SyntheticWindow window = testing::makeSyntheticWindow(options);
+    const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+    EXPECT_EQ(result.status, InitializationStatus::kTooMuchMotion);
+    EXPECT_NE(result.reason.find("moves"), std::string::npos) << result.reason;
+    EXPECT_GT(result.reason_value, 0.0);
+  }
+}
+
+TEST(Static, RefusesByTheImuWhatTheImagesDoNotSee) {
+  const SyntheticWindowOptions options = atRest();
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  shake(0.3, 0.0, &window);
+  const InitializationResult rates = loadStatic()->initialize(makeProblem(window, options));
+  EXPECT_EQ(rates.status, InitializationStatus::kTooMuchMotion);
+  EXPECT_NEAR(rates.reason_value, 0.3 / std::sqrt(2.0), 0.01) << rates.reason;
+  window = testing::makeSyntheticWindow(options);
+  shake(0.0, 4.0, &window);
+  const InitializationResult forces = loadStatic()->initialize(makeProblem(window, options));
+  EXPECT_EQ(forces.status, InitializationStatus::kTooMuchMotion);
+  EXPECT_NEAR(forces.reason_value, 4.0 / std::sqrt(2.0), 0.1) << forces.reason;
+}
+
+TEST(Static, RefusesImplausibleMeansAndTooFewTracks) {
+  SyntheticWindowOptions options = atRest();
+  options.bias.accel = {0.0, 0.0, 0.0};
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  std::vector<ImuSample> samples = window.imu.samples();
+  for (ImuSample& s : samples) s.accel *= 1.1;
+  SyntheticWindow heavy = window;
+  heavy.imu = ImuBuffer(samples);
+  const InitializationResult gravity = loadStatic()->initialize(makeProblem(heavy, options));
+  EXPECT_EQ(gravity.status, InitializationStatus::kImplausible);
+  EXPECT_NEAR(gravity.reason_value, 0.981, 1e-6) << gravity.reason;
+
+  for (TrackedFrame& frame : window.frames) frame.observations.resize(5);
+  const InitializationResult tracks = loadStatic()->initialize(makeProblem(window, options));
+  EXPECT_EQ(tracks.status, InitializationStatus::kTooFewTracks) << tracks.reason;
+  EXPECT_EQ(tracks.reason_value, 5.0);
+}
+
+/** Error, truth against estimate, in the order of the covariance but for the velocity. */
+Eigen::Matrix<double, 8, 1> errorOf(const InitializationResult& result,
+                                    const SyntheticWindow& window) {
+  Eigen::Matrix<double, 8, 1> e;
+  e.head<3>() = window.bias.gyro - result.bias.gyro;
+  e.segment<3>(3) = window.bias.accel - result.bias.accel;
+  // R true = Exp(tilt) R up to yaw: R^T z true, seen in the estimated world, is z - tilt x z.
+  const Vector3d up =
+      result.states.front().T_WB.R * window.truth.front().T_WB.R.transpose() * Vector3d::UnitZ();
+  e(6) = up.y();
+  e(7) = -up.x();
+  return e;
+}
+
+TEST(Static, CovarianceIsHonestByMonteCarlo) {
+  constexpr int kTrials = 400;
+  const Initializer::Ptr initializer = loadStatic();
+  std::mt19937 rng(7);
+  std::normal_distribution<double> normal;
+  double nees = 0.0, tilt_nees = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    SyntheticWindowOptions options = atRest();
+    options.seed = static_cast<unsigned>(trial) + 1;
+    options.keyframes = 3;
+    options.frames_per_keyframe = 1;
+    options.landmarks = 60;
+    options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+    for (int a = 0; a < 3; ++a)
+      options.bias.accel[a] = options.priors.sigma_accel_mps2 * normal(rng);
+    const SyntheticWindow window = testing::makeSyntheticWindow(options);
+    const InitializationResult result = initializer->initialize(makeProblem(window, options));
+    ASSERT_TRUE(result.ok()) << result.reason;
+    ASSERT_EQ(result.covariance.rows(), 11);
+    const Eigen::Matrix<double, 8, 1> e = errorOf(result, window);
+    const Eigen::MatrixXd P = result.covariance.topLeftCorner(8, 8);
+    nees += e.dot(P.ldlt().solve(e)) / kTrials;
+    tilt_nees += e.tail<2>().dot(P.bottomRightCorner(2, 2).ldlt().solve(e.tail<2>())) / kTrials;
+  }
+  // Mean of chi-square with 8 and with 2 degrees of freedom; four standard deviations of the mean,
+  // and one percent more for the tilt's second order (0.01 rad of tilt against 1).
+  EXPECT_NEAR(nees, 8.0, 4.0 * std::sqrt(2.0 * 8.0 / kTrials) + 0.08);
+  EXPECT_NEAR(tilt_nees, 2.0, 4.0 * std::sqrt(2.0 * 2.0 / kTrials) + 0.02);
+}
+
+TEST(Static, CovarianceSaysThatTiltAndAccelerometerBiasAreOneError) {
+  SyntheticWindowOptions options = atRest();
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+  ASSERT_TRUE(result.ok()) << result.reason;
+  const Eigen::MatrixXd& P = result.covariance;
+  EXPECT_NEAR(std::sqrt(P(6, 6)), 0.1 / 9.81, 1e-4);
+  // Known b_a would leave the tilt to the accelerometer's noise alone.
+  const Eigen::Matrix2d given = P.block<2, 2>(6, 6) - P.block<2, 3>(6, 3) *
+                                                          P.block<3, 3>(3, 3).inverse() *
+                                                          P.block<3, 2>(3, 6);
+  EXPECT_LT(std::sqrt(given(0, 0)), 0.02 * std::sqrt(P(6, 6)));
+}
+
+}  // namespace
+}  // namespace etalon
