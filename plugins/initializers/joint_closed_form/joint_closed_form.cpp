@@ -117,10 +117,14 @@ class JointClosedForm : public Initializer {
                        "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
                        tracks.validCount(), 0.0);
       const double moved = (estimate.bias.gyro - before.gyro).norm();
-      converged = moved < converged_ && tracks.atFinalScale() && pass > 0;
+      converged = moved < converged_ && tracks.nearFinalScale() && pass > 0;
       for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
       motion = composeMotion(preintegrations);
     }
+    if (!converged)
+      return refused(InitializationStatus::kNotConverged,
+                     "%.0f linear solutions did not come to rest (at most %.0f)", max_passes_,
+                     max_passes_);
     tracks.triangulate(estimate.T_VB);
     const InitializationResult refusal = check(tracks, estimate);
     if (!refusal.reason.empty()) return refusal;
@@ -299,7 +303,7 @@ class JointClosedForm : public Initializer {
   int frame_stride_ = 0;
   std::string accel_bias_ = "estimate";
   bool imu_noise_ = true;
-  int max_passes_ = 8;
+  int max_passes_ = 20;
   double converged_ = 1e-4;
   double chi2_pixel_ = kChi2Pixel;
   double chi2_stereo_ = 16.0;

@@ -162,8 +162,8 @@ void TrackInformation::updateScale() {
   for (size_t i = 0; i < r2_.size(); ++i)
     if (valid_[static_cast<size_t>(window_.measurements[i].landmark)]) of_valid.push_back(r2_[i]);
   if (of_valid.empty()) return;
-  // |r| of two Gaussian coordinates has its median at 1.18 sigma; three sigmas are let in.
-  constexpr double kFactor = 3.0 / 1.18;
+  // |r| of two Gaussian coordinates has its median at 1.18 sigma: c is two sigmas of what is seen.
+  constexpr double kFactor = 2.0 / 1.18;
   c2_ = std::max(scale_ * scale_, kFactor * kFactor * medianOf(&of_valid));
 }
 

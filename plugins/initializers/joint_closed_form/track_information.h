@@ -54,8 +54,8 @@ class TrackInformation {
   int validCount() const;
   /** Share of the valid landmarks' measurements within `max_chi2`. */
   double inlierShare(double max_chi2) const;
-  /** Whether c is `scale` already. */
-  bool atFinalScale() const { return c2_ <= scale_ * scale_; }
+  /** Whether c has come down to about `scale`; outliers keep the median, and so c, above it. */
+  bool nearFinalScale() const { return c2_ <= 4.0 * scale_ * scale_; }
 
  private:
   void eliminate(int l, const std::vector<SE3>& T_VB);

@@ -119,18 +119,19 @@ class Static : public Initializer {
     const std::vector<TrackedFrame>& frames = problem.frames();
     const auto first = static_cast<size_t>(problem.keyframeIndices().front());
     const auto last = static_cast<size_t>(problem.keyframeIndices().back());
+    double farthest = 0.0;
     for (size_t k = first + 1; k <= last; ++k) {
       std::vector<double> moved = displacements(frames[first], frames[k]);
-      const double since = secondsBetween(frames[first].t, frames[k].t);
       if (moved.size() < static_cast<size_t>(min_tracks_))
-        return tooFewTracks(frames[first], moved.size(), since);
-      const double median = medianOf(&moved);
-      if (!(median <= max_displacement_))
-        return refused(InitializationStatus::kTooMuchMotion,
-                       "the platform moves: the median landmark has moved by %.2f px, at most %.2f "
-                       "is standstill",
-                       median, max_displacement_);
+        return tooFewTracks(frames[first], moved.size(),
+                            secondsBetween(frames[first].t, frames[k].t));
+      farthest = std::max(farthest, medianOf(&moved));
     }
+    if (!(farthest <= max_displacement_))
+      return refused(InitializationStatus::kTooMuchMotion,
+                     "the platform moves: the median landmark has moved by %.2f px, at most %.2f "
+                     "is standstill",
+                     farthest, max_displacement_);
     return {};
   }
 
@@ -201,7 +202,7 @@ class Static : public Initializer {
     return P;
   }
 
-  double max_displacement_ = 1.0;
+  double max_displacement_ = 4.0;
   double max_gyro_std_ = 0.1;
   double max_accel_std_ = 1.5;
   double max_gyro_mean_ = 0.3;
