@@ -100,6 +100,29 @@ ResidualGroup groupFromJson(const JsonReader& json) {
   return {json.at("chi2").number(), json.at("dof").number()};
 }
 
+Json noiseJson(const NoiseCheck& noise) {
+  Json json;
+  json["gyro"] = groupJson(noise.gyro);
+  json["accel"] = groupJson(noise.accel);
+  json["vision"] = groupJson(noise.vision);
+  json["coupling"] = Json::array();
+  for (int row = 0; row < 3; ++row)
+    json["coupling"].push_back(vectorJson(Eigen::Vector3d(noise.coupling.row(row))));
+  return json;
+}
+
+NoiseCheck noiseFromJson(const JsonReader& json) {
+  NoiseCheck noise;
+  noise.gyro = groupFromJson(json.at("gyro"));
+  noise.accel = groupFromJson(json.at("accel"));
+  noise.vision = groupFromJson(json.at("vision"));
+  const std::vector<JsonReader> rows = json.at("coupling").elements();
+  if (rows.size() != 3) json.at("coupling").fail("expected three rows");
+  for (int row = 0; row < 3; ++row)
+    noise.coupling.row(row) = rows[static_cast<size_t>(row)].vector<3>();
+  return noise;
+}
+
 BenchmarkProtocol protocolFromJson(const JsonReader& json) {
   BenchmarkProtocol protocol;
   protocol.every_s = json.at("every_s").number();
@@ -176,10 +199,7 @@ Json slotJson(const SlotRecord& slot) {
   json["attempt"] = attemptJson(slot.attempt);
   json["truth"] = Json::array();
   for (const GroundTruthState& state : slot.truth) json["truth"].push_back(truthJson(state));
-  if (slot.noise)
-    json["noise"] = {{"gyro", groupJson(slot.noise->gyro)},
-                     {"accel", groupJson(slot.noise->accel)},
-                     {"vision", groupJson(slot.noise->vision)}};
+  if (slot.noise) json["noise"] = noiseJson(*slot.noise);
   return json;
 }
 
@@ -194,11 +214,7 @@ SlotRecord slotFromJson(const JsonReader& json) {
   slot.attempt = attemptFromJson(json.at("attempt"));
   for (const JsonReader& state : json.at("truth").elements())
     slot.truth.push_back(truthFromJson(state));
-  if (json.has("noise")) {
-    const JsonReader noise = json.at("noise");
-    slot.noise = NoiseCheck{groupFromJson(noise.at("gyro")), groupFromJson(noise.at("accel")),
-                            groupFromJson(noise.at("vision"))};
-  }
+  if (json.has("noise")) slot.noise = noiseFromJson(json.at("noise"));
   return slot;
 }
 

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <map>
 
+#include "etalon/evaluation/noise_calibration.h"
+
 namespace etalon {
 namespace {
 
@@ -52,8 +54,9 @@ SequenceNoise noiseOf(const BenchmarkRecord& record, const Window& window,
   return sum;
 }
 
-void setVerdict(Table* table, const std::string& sensor, const ResidualGroup& residuals) {
-  const NoiseVerdict verdict = noiseVerdict(residuals);
+void setVerdict(Table* table, const std::string& sensor, const ResidualGroup& residuals,
+                double factor) {
+  const NoiseVerdict verdict = noiseVerdict(residuals, factor);
   table->setNumber(sensor + "_chi2_per_dof", verdict.chi2_per_dof);
   table->setText(sensor + "_noise", verdict.words);
   table->setNumber(sensor + "_factor", verdict.factor);
@@ -69,11 +72,11 @@ std::string windowId(const Window& window) {
   return "_" + std::to_string(window.first) + "_" + inShort(window.second) + "hz";
 }
 
-NoiseVerdict noiseVerdict(const ResidualGroup& residuals) {
+NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor) {
   NoiseVerdict verdict;
   if (!(residuals.dof > 0.0)) return verdict;
   verdict.chi2_per_dof = residuals.chi2 / residuals.dof;
-  verdict.factor = std::sqrt(verdict.chi2_per_dof);
+  verdict.factor = std::isnan(factor) ? std::sqrt(verdict.chi2_per_dof) : factor;
   verdict.words = verdict.factor > kNoiseTolerance         ? "too small"
                   : verdict.factor < 1.0 / kNoiseTolerance ? "too large"
                                                            : "about right";
@@ -137,15 +140,16 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
     table.addRow();
     table.setText("sequence", sequence);
     table.setNumber("slots", sum.slots);
-    setVerdict(&table, "gyro", sum.check.gyro);
-    setVerdict(&table, "accel", sum.check.accel);
-    setVerdict(&table, "vision", sum.check.vision);
+    const Eigen::Vector3d factor = correctionOf(sum.check).factor;
+    setVerdict(&table, "gyro", sum.check.gyro, factor[0]);
+    setVerdict(&table, "accel", sum.check.accel, factor[1]);
+    setVerdict(&table, "vision", sum.check.vision, factor[2]);
   }
   return TitledTable{
       "noise" + windowId(window),
       "Check of the noise, VI-BA after " + checked->initializer + ", " + windowText(window),
-      "chi2/dof is 1 where the noise in use is right; factor = sqrt(chi2/dof) is "
-      "what to multiply it by. About right: at most a factor of " +
+      "chi2/dof is 1 where the noise in use is right; factor is what to multiply it by, as far as "
+      "the residuals tell (variance components). About right: at most a factor of " +
           inShort(kNoiseTolerance) + " off.",
       std::move(table)};
 }

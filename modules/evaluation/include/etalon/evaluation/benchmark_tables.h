@@ -25,11 +25,12 @@ constexpr double kNoiseTolerance = 1.25;
 /** The noise in use against the residuals. */
 struct NoiseVerdict {
   double chi2_per_dof = SegmentErrors::kNone;
-  double factor = SegmentErrors::kNone;  ///< sqrt(chi2 / dof): what to multiply the noise by
+  double factor = SegmentErrors::kNone;  ///< what to multiply the noise by
   std::string words;  ///< "too small", "about right", "too large"; empty without residuals
 };
 
-NoiseVerdict noiseVerdict(const ResidualGroup& residuals);
+/** @param factor what to multiply the noise by (correctionOf); NaN: sqrt(chi2 / dof) */
+NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor = SegmentErrors::kNone);
 
 enum class SummaryStatistic { kMean, kMedian, kP90 };
 
