@@ -100,7 +100,7 @@ SphereMinimum minimizeOnSphere(const Matrix3d& A, const Vector3d& b, double radi
   SphereMinimum result;
   if (!A.allFinite() || !b.allFinite() || !(radius > 0.0)) return result;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(A);
-  const Vector3d lambda = eigen.eigenvalues();  // increasing
+  const Vector3d& lambda = eigen.eigenvalues();  // increasing
   const Vector3d gap = lambda.array() - lambda(0);
   Vector3d beta = eigen.eigenvectors().transpose() * b;
 

@@ -126,7 +126,7 @@ class JointClosedForm : public Initializer {
                      "%.0f linear solutions did not come to rest (at most %.0f)", max_passes_,
                      max_passes_);
     tracks.triangulate(estimate.T_VB);
-    const InitializationResult refusal = check(tracks, estimate);
+    InitializationResult refusal = check(tracks, estimate);
     if (!refusal.reason.empty()) return refusal;
     InitializationResult result = makeResult(problem, nodes, window, tracks, estimate);
     result.timings = {{"start", start_ms}, {"closed_form", watch.lapMilliseconds()}};

@@ -85,12 +85,12 @@ class Static : public Initializer {
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
     Stopwatch watch;
-    const InitializationResult moving = checkImages(problem);
+    InitializationResult moving = checkImages(problem);
     if (!moving.reason.empty()) return moving;
     const double images_ms = watch.lapMilliseconds();
     const ImuStatistics imu(problem.imu().between(problem.keyframe(0).t,
                                                   problem.keyframe(problem.keyframeCount() - 1).t));
-    const InitializationResult refusal = checkImu(problem, imu);
+    InitializationResult refusal = checkImu(problem, imu);
     if (!refusal.reason.empty()) return refusal;
 
     const auto n = static_cast<size_t>(problem.keyframeCount());

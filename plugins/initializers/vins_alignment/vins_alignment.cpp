@@ -73,7 +73,7 @@ class VinsAlignment : public Initializer {
     if (variant_ == "fusion") {
       seedAsFusion(problem, preintegrations, &estimate);
     } else {
-      const InitializationResult refusal = align(problem, visual, preintegrations, &estimate);
+      InitializationResult refusal = align(problem, visual, preintegrations, &estimate);
       if (!refusal.reason.empty()) return refusal;
     }
     InitializationResult result = alignWithGravity(problem, estimate);
