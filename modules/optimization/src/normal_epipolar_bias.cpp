@@ -105,6 +105,8 @@ double robustSigma(std::vector<double>* sizes) {
   return kMedianToSigma * *middle;
 }
 
+/** The schedule and what it works on, in one file: its parts share the pairs and make no sense
+ * apart. */
 class Estimator {
  public:
   Estimator(const StereoInertialCalibration& calibration,
