@@ -109,7 +109,7 @@ TEST(ReplayUsage, RefusesAnUnknownInitializerWithTheNearest) {
   expectRefused({{"--set", "pipeline.initializer=orbslam3_inertial"},
                  {"'orbslam3_inertial'", "did you mean 'orbslam3_inertial_only'?"}});
   expectRefused({{"--initializer", "nothing_alike"},
-                 {"'nothing_alike'", "available: eta, orbslam3_inertial_only"}});
+                 {"'nothing_alike'", "available: ", "eta, ", "orbslam3_inertial_only"}});
   expectRefused({{"--initializer", ""}, {"available: eta"}});
 }
 

@@ -190,7 +190,7 @@ class VinsAlignment : public Initializer {
   }
 
   std::string variant_ = "alignment";
-  std::string weights_ = "none";
+  std::string weights_ = "imu";
   int gyro_passes_ = 3;
   int gravity_iterations_ = 4;
   double max_gravity_deviation_ = 1.0;
