@@ -61,7 +61,7 @@ TEST(PluginsCommand, RefusesAnUnknownNameWithTheNearest) {
   EXPECT_THAT(result.err, AllOf(HasSubstr("etta"), HasSubstr("did you mean 'eta'?")));
   const CommandResult nope = runEtalon({"plugins", "--describe", "nope"});
   EXPECT_EQ(nope.exit_code, 2);
-  EXPECT_THAT(nope.err, AllOf(HasSubstr("nope"), HasSubstr("available: eta")));
+  EXPECT_THAT(nope.err, AllOf(HasSubstr("nope"), HasSubstr("available: "), HasSubstr("eta, ")));
 }
 
 TEST(PluginsCommand, RefusesBrokenLibrariesInWords) {

@@ -110,7 +110,7 @@ TEST(ReplayUsage, RefusesAnUnknownInitializerWithTheNearest) {
                  {"'orbslam3_inertial'", "did you mean 'orbslam3_inertial_only'?"}});
   expectRefused({{"--initializer", "nothing_alike"},
                  {"'nothing_alike'", "available: ", "eta, ", "orbslam3_inertial_only"}});
-  expectRefused({{"--initializer", ""}, {"available: eta"}});
+  expectRefused({{"--initializer", ""}, {"available: ", "eta, "}});
 }
 
 TEST(ReplayUsage, RefusesPluginsThatCannotBeLoaded) {

@@ -150,17 +150,17 @@ class Benchmark {
   /** Finds the slots that an interrupted run of the same benchmark has finished. */
   void adoptFormerRun() {
     if (!isBenchmarkFolder(options_.out)) return;
+    if (options_.overwrite) {
+      fs::remove_all(fs::path(options_.out) / "slots");
+      return;
+    }
     const BenchmarkRecord former = readBenchmarkHead(options_.out);
     std::string difference = differenceOf(former, record_);
     if (difference.empty() && (former.shard != record_.shard || former.shards != record_.shards))
       difference = "it is another shard";
-    if (!difference.empty()) {
-      if (!options_.overwrite)
-        throw ConfigError("'" + options_.out + "' holds a benchmark that cannot be resumed: " +
-                          difference + "; choose another --out, or --overwrite it");
-      fs::remove_all(fs::path(options_.out) / "slots");
-      return;
-    }
+    if (!difference.empty())
+      throw ConfigError("'" + options_.out + "' holds a benchmark that cannot be resumed: " +
+                        difference + "; choose another --out, or --overwrite it");
     for (size_t i = 0; i < record_.sequences.size(); ++i)
       record_.sequences[i].content = former.sequences[i].content;
     for (const BenchmarkSequence& sequence : record_.sequences)
