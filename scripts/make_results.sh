@@ -1,16 +1,18 @@
 #!/usr/bin/env bash
 # Runs the benchmarks of docs/results.md and writes that document from what they give.
 #
-#   scripts/make_results.sh OUT GROUP...
+#   scripts/make_results.sh OUT GROUP[:EVERY]...
 #
-# A GROUP is a folder of recordings (EuRoC folders or .rawlog files); its name becomes a chapter. For every
-# group all initializers are tried on windows of 10 and 5 keyframes at 4 and 10 Hz; then, with config/paper.ini,
+# A GROUP is a folder of recordings (EuRoC folders or .rawlog files); its name becomes a chapter. EVERY are the
+# seconds from slot to slot (2.5). For every group all initializers are tried on windows of 10 and 5 keyframes at 4 and 10 Hz; then, with config/paper.ini,
 # ORB-SLAM3's and ETA's on the papers' window. Results stay in OUT/<group> and OUT/<group>_paper; a second
 # call goes on where the first one ended. Numbers that stand in docs/results.md all come from there.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=$root/build/release/bin/etalon
-(($# >= 2)) || { sed -n '2,10p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+compared=success,rre_deg,ate_m,velocity_mps,gravity_deg
+initializers=eta,orbslam3_inertial_only,stereo_nec,drt,vins_alignment,joint_closed_form,static
+(($# >= 2)) || { sed -n '2,11p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 [[ -x $etalon ]] || { echo "make_results.sh: $etalon is missing; run scripts/build.sh" >&2; exit 2; }
 out=$1
 shift
@@ -72,29 +74,38 @@ Written by `scripts/make_results.sh`, whose commands stand above the tables; not
 HEAD
 
 for group in "$@"; do
+  every=2.5
+  [[ $group != *:* ]] || every=${group##*:} group=${group%:*}
   name=$(basename "$group")
   recordings=("$group"/*)
   echo "results: $name, ${#recordings[@]} recordings" >&2
-  # Exit code 3: a recording could not be used; the table of the others is still wanted, and the document says so.
+  # Exit code 3: a recording could not be used; the tables of the others are still wanted, and the document says so.
   status=0
-  "$etalon" bench "${recordings[@]}" --keyframes 10,5 --rate 4,10 --tracks "$out/tracks" --out "$out/$name" >"$out/$name.txt" || status=$?
-  ((status == 0 || status == 3)) || exit "$status"
-  "$etalon" bench "${recordings[@]}" --initializers eta,orbslam3_inertial_only -c "$root/config/paper.ini" \
-    --tracks "$out/tracks" --out "$out/${name}_paper" >"$out/${name}_paper.txt" || status=$?
-  ((status == 0 || status == 3)) || exit "$status"
-  "$etalon" compare "$out/$name" --format markdown >"$out/$name.md"
-  "$etalon" compare "$out/${name}_paper" --format markdown >"$out/${name}_paper.md"
+  bench() { # folder, arguments...
+    local folder=$1 code=0
+    shift
+    "$etalon" bench "${recordings[@]}" --every "$every" --tracks "$out/tracks" --out "$out/$folder" --format markdown "$@" \
+      >"$out/$folder.md" || code=$?
+    ((code == 0 || code == 3)) || exit "$code"
+    ((code == 0)) || status=$code
+  }
+  bench "$name" --keyframes 10,5 --rate 4,10 --initializers "$initializers"
+  bench "${name}_paper" --initializers eta,orbslam3_inertial_only -c "$root/config/paper.ini"
+  "$etalon" compare "$out/$name" --initializers "$initializers" --metric "$compared" --format markdown |
+    awk -F'|' '!/^[|] (eta|A) / || $2 ~ /A/ || ($4 == 10 && $5 == 4)' >"$out/${name}_compare.md"
   {
-    printf '\n## %s\n\n    $ etalon bench %s/* --keyframes 10,5 --rate 4,10 --out %s\n\n' "$name" "$name" "$name"
-    ((status == 0)) || printf 'Some recordings could not be used: see the end of the output.\n\n'
+    printf '\n## %s\n\n    $ etalon bench %s/* --every %s --keyframes 10,5 --rate 4,10 --out %s --format markdown\n\n' \
+      "$name" "$name" "$every" "$name"
+    ((status == 0)) || printf 'Some recordings could not be used; the command says which.\n\n'
     printf '### 10 keyframes at 4 Hz, the papers'"'"' window\n\n'
-    blocks "$out/$name.md" '(Success|refused|RRE.*median|RRE.*mean|ATE.*median|ATE.*mean|Gravity.*median|Velocity.*median|[Gg]yro.*median|[Rr]un time).*10 keyframes at 4 Hz'
+    blocks "$out/$name.md" '^..(Success|Slots refused|RRE.*(mean|median)|ATE.*SE|ATE \\[mm\\], (mean|median)|gravity.*median|velocity.*median|gyro bias.*median|accel bias.*median|scale.*median|Run time \\[ms\\], median).*10 keyframes at 4 Hz'
     printf '### Other windows\n\n'
-    blocks "$out/$name.md" '(Success|RRE.*median|ATE.*median|Velocity.*median).*(5 keyframes at|10 keyframes at 10)'
+    blocks "$out/$name.md" '^..(Success|RRE.*median|ATE \\[mm\\], median|velocity.*median).*(5 keyframes at|10 keyframes at 10)'
     printf '### Noise and ground truth\n\n'
-    blocks "$out/$name.md" '([Nn]oise.*10 keyframes at 4 Hz|[Ff]loor)'
-    printf '### Which differences are significant?\n\n'
-    blocks "$out/$name.md" '([Dd]ifference|[Bb]ootstrap).*10 keyframes at 4 Hz'
+    blocks "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Floor)'
+    printf '### Which differences are significant?\n\n    $ etalon compare %s --initializers %s --metric %s --format markdown\n\nOf its rows, those of 10 keyframes at 4 Hz:\n\n' \
+      "$name" "$initializers" "$compared"
+    blocks "$out/${name}_compare.md" '^..Paired comparison'
     if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult),' "$out/$name/summary.csv"; then
       printf '### Beside the published figures\n\n    $ etalon bench %s/* --initializers eta,orbslam3_inertial_only -c config/paper.ini --out %s_paper\n\n' "$name" "$name"
       printf 'Ours as mean / median over all slots; `config/paper.ini` has the papers'"'"' noise and priors.\n\n'
@@ -104,7 +115,7 @@ for group in "$@"; do
       printf '\n'
     fi
     printf '### With the papers'"'"' noise and priors\n\n'
-    blocks "$out/${name}_paper.md" '(Success|RRE.*median|ATE.*median|Gravity.*median|Velocity.*median)'
+    blocks "$out/${name}_paper.md" '^..(Success|RRE.*median|ATE .mm., median|gravity.*median|velocity.*median|Check of the noise)'
   } >>"$part"
 done
 mv "$part" "$document"

@@ -24,8 +24,8 @@ struct FinishedRun {
 RunRecord makeRunRecord(const FinishedRun& run);
 
 /**
- * Writes trajectory.tum, initialization.json, run.rawlog, trajectory.png, report.html and config.ini
- * into `folder`, which is made if need be.
+ * Writes trajectory.tum, initialization.json, run.rawlog, trajectory.png, report.html and
+ * config.ini into `folder`, which is made if need be.
  * @return their paths, in this order
  * @throws DataError naming the file that cannot be written
  */
