@@ -177,7 +177,8 @@ NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindo
                      std::to_string(all),
                  false);
   };
-  NoiseCalibration calibration = calibrateNoise(windows, *configuration.initializer, options);
+  NoiseCalibration calibration =
+      calibrateNoise(windows, *configuration.initializers.initializer, options);
   line.interrupt();
   return calibration;
 }

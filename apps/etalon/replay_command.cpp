@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -50,10 +51,14 @@ IniFile readConfiguration(const Arguments& arguments) {
   return ini;
 }
 
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image) {
-  std::printf("%8.2f s  %s%s\n", secondsBetween(first_image, attempt.t),
-              attempt.decision.accepted ? "initialised" : "not yet, because ",
-              attempt.decision.accepted ? "" : attempt.decision.reason.c_str());
+/** @param handover whether the odometry ran already, started at rest */
+void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover) {
+  std::string text = attempt.decision.accepted ? (handover ? "handed over" : "initialised")
+                                               : "not yet, because " + attempt.decision.reason;
+  if (!attempt.initializer.empty())
+    text = attempt.decision.accepted ? text + (handover ? " to " : " by ") + attempt.initializer
+                                     : attempt.initializer + ": " + text;
+  std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
   std::fflush(stdout);
 }
 
@@ -63,7 +68,7 @@ class Replay {
   Replay(SensorSource* source, const RunConfiguration& configuration)
       : source_(*source),
         configuration_(configuration),
-        pipeline_(source->calibration(), configuration.pipeline, configuration.initializer) {}
+        pipeline_(source->calibration(), configuration.pipeline, configuration.initializers) {}
 
   void run() {
     while (const auto event = source_.next()) {
@@ -98,7 +103,10 @@ class Replay {
   void report(bool last) {
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();
-      printAttempt(pipeline_.attempts()[reported_], images_.front().t);
+      const InitializationAttempt& attempt = pipeline_.attempts()[reported_];
+      const bool handover =
+          pipeline_.state() == PipelineState::kInitialized && attempt.t > pipeline_.initializedAt();
+      printAttempt(attempt, images_.front().t, handover);
     }
     const double seconds =
         images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t);
@@ -135,9 +143,10 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
                 record.attempts.size() == 1 ? "" : "s",
                 secondsBetween(record.first_image, attempt->t));
     for (const StageRecord& stage : attempt->stages) printErrors(stage);
-    std::printf("  times  step 1 %.1f ms, initializer %.2f ms, VI-BA %.1f ms\n",
-                attempt->milliseconds(kTimingVisualOdometry),
-                attempt->milliseconds(kTimingInitialize), attempt->milliseconds(kTimingViBa));
+    const double step1_ms = attempt->milliseconds(kTimingVisualOdometry);
+    if (!std::isnan(step1_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", step1_ms);
+    std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt->milliseconds(kTimingInitialize),
+                attempt->milliseconds(kTimingViBa));
   } else {
     std::printf("\n%s never initialised in %zu attempts%s%s\n", record.initializer.c_str(),
                 record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",

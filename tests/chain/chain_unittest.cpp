@@ -178,6 +178,25 @@ TEST(Chain, CompareTabulatesRuns) {
   EXPECT_EQ(table[3].at("initializer"), "orbslam3_inertial_only");
 }
 
+TEST(Chain, AutoStartsAtRestAndHandsOverInMotion) {
+  const TemporaryFolder folder;
+  // Half a second at rest holds a window of 0.4 s.
+  const CommandResult result = runEtalon({"replay", kFlight, "--set", "pipeline.initializer=auto",
+                                          "--set", "pipeline.keyframes=5", "--set",
+                                          "pipeline.keyframe_rate_hz=10", "--out", folder.path()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("initialised by static"), HasSubstr("handed over to eta")));
+  const json run = readJson(folder.path() + "/initialization.json");
+  const json& attempts = run.at("attempts");
+  ASSERT_GE(attempts.size(), 2U);
+  EXPECT_EQ(attempts.front().at("initializer"), "static");
+  EXPECT_EQ(attempts.back().at("initializer"), "eta");
+  EXPECT_EQ(attempts.back().at("status"), "success");
+  // A jump at the handover would be an error of the whole trajectory: it is 1 mm on such a flight.
+  EXPECT_LT(run.at("trajectory_errors").at("position_m").at("max").get<double>(), 0.01);
+}
+
 TEST(Chain, RawlogEditReadsTheLogOfARun) {
   if (std::string(ETALON_RAWLOG_EDIT).empty()) GTEST_SKIP() << "rawlog-edit is not installed";
   const TemporaryFolder folder;

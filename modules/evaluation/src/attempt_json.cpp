@@ -116,6 +116,7 @@ StageRecord stageFromJson(const JsonReader& json) {
 Json attemptJson(const AttemptRecord& attempt) {
   Json json;
   json["stamp_ns"] = attempt.t;
+  if (!attempt.initializer.empty()) json["initializer"] = attempt.initializer;
   json["status"] = attempt.status;
   json["reason"] = attempt.reason;
   json["reason_value"] = numberJson(attempt.reason_value);
@@ -132,6 +133,7 @@ Json attemptJson(const AttemptRecord& attempt) {
 AttemptRecord attemptFromJson(const JsonReader& json) {
   AttemptRecord attempt;
   attempt.t = json.at("stamp_ns").integer();
+  if (json.has("initializer")) attempt.initializer = json.at("initializer").text();
   attempt.status = json.at("status").text();
   attempt.reason = json.at("reason").text();
   attempt.reason_value = json.at("reason_value").number();

@@ -32,6 +32,7 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   const Truth truth{ground_truth, gravity_direction_G};
   AttemptRecord record;
   record.t = attempt.t;
+  record.initializer = attempt.initializer;
   record.keyframes = attempt.keyframes;
   record.status = attempt.decision.accepted ? kStatusSuccess : toString(attempt.decision.status);
   record.reason = attempt.decision.reason;

@@ -1,6 +1,9 @@
 #include "etalon/odometry/pipeline.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 #include "etalon/core/stopwatch.h"
 
@@ -9,11 +12,16 @@ namespace etalon {
 std::vector<ParameterSet> PipelineOptions::sections() {
   std::vector<ParameterSet> sets;
   ParameterSet pipeline("pipeline");
-  pipeline.add("initializer", &initializer, "Name of the initializer plugin (etalon plugins).");
+  pipeline.add("initializer", &initializer,
+               "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
   pipeline.add("keyframes", &keyframes, {2, 200}, "Keyframes in the initialization window.");
   pipeline.add("keyframe_rate_hz", &keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
   pipeline.add("gravity_mps2", &window.gravity_mps2, {0.1, 100.0}, "Magnitude of gravity, m/s^2.");
   sets.push_back(pipeline);
+
+  ParameterSet automatic(kAutoInitializer);
+  auto_initializer.declare(automatic);
+  sets.push_back(automatic);
 
   ParameterSet priors("priors");
   const char* axes[] = {"x", "y", "z"};
@@ -42,11 +50,21 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   return sets;
 }
 
+void AutoOptions::declare(ParameterSet& parameters) {
+  parameters.add(
+      "at_rest", &at_rest,
+      "With [pipeline] initializer = auto: the plugin that starts the odometry while the "
+      "platform stands still.");
+  parameters.add("moving", &moving,
+                 "With [pipeline] initializer = auto: the plugin that takes over when motion "
+                 "begins, or starts the odometry in motion.");
+}
+
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
-                   std::shared_ptr<const Initializer> initializer)
+                   PipelineInitializers initializers)
     : calibration_(calibration),
       options_(options),
-      initializer_(std::move(initializer)),
+      initializers_(std::move(initializers)),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       tracker_(calibration, options.frontend),
       selector_(KeyframeSelectorOptions{options.keyframe_rate_hz}),
@@ -97,7 +115,7 @@ void Pipeline::process(const StereoFrame& frame) {
   has_previous_frame_ = true;
   timing.odometry_ms = watch.lapMilliseconds();
 
-  if (state_ == PipelineState::kCollecting) {
+  if (collecting()) {
     if (keyframe) window_keyframes_.push_back(frame.t);
     if (!window_keyframes_.empty()) window_frames_.push_back(tracked);
     if (keyframe) tryInitialize();
@@ -116,33 +134,75 @@ void Pipeline::dropBeforeWindow() {
   imu_.dropBefore(window_keyframes_.front());
 }
 
-void Pipeline::tryInitialize() {
-  dropBeforeWindow();
-  if (static_cast<int>(window_keyframes_.size()) < options_.keyframes) return;
+InitializationProblem Pipeline::windowProblem() const {
   std::vector<TrackedFrame> frames(window_frames_.begin(), window_frames_.end());
   std::vector<int> indices;
   for (size_t i = 0; i < frames.size(); ++i)
     if (std::binary_search(window_keyframes_.begin(), window_keyframes_.end(), frames[i].t))
       indices.push_back(static_cast<int>(i));
-  const InitializationProblem problem =
-      makeProblem(calibration_, noise_, options_.window, std::move(frames), std::move(indices),
-                  ImuBuffer(imu_.between(window_keyframes_.front(), window_keyframes_.back())));
-  attempts_.push_back(attemptInitialization(problem, *initializer_, options_.window));
-  if (attempts_.back().decision.accepted) start(attempts_.back());
+  return makeProblem(calibration_, noise_, options_.window, std::move(frames), std::move(indices),
+                     ImuBuffer(imu_.between(window_keyframes_.front(), window_keyframes_.back())));
+}
+
+void Pipeline::tryInitialize() {
+  dropBeforeWindow();
+  if (static_cast<int>(window_keyframes_.size()) < options_.keyframes) return;
+  const InitializationProblem problem = windowProblem();
+  if (initializers_.at_rest && startsAtRest(problem)) return;
+  attempts_.push_back(attemptInitialization(problem, *initializers_.initializer, options_.window));
+  if (initializers_.at_rest) attempts_.back().initializer = initializers_.name;
+  if (!attempts_.back().decision.accepted) return;
+  if (waits_for_motion_)
+    takeOver(attempts_.back());
+  else
+    start(attempts_.back());
+}
+
+/** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
+bool Pipeline::startsAtRest(const InitializationProblem& problem) {
+  if (waits_for_motion_) return initializers_.at_rest->initialize(problem).ok();
+  InitializationAttempt attempt =
+      attemptInitialization(problem, *initializers_.at_rest, options_.window);
+  if (!attempt.decision.accepted) return false;
+  attempt.initializer = initializers_.at_rest_name;
+  attempts_.push_back(std::move(attempt));
+  waits_for_motion_ = true;
+  start(attempts_.back());
+  return true;
 }
 
 void Pipeline::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WV = attempt.vi_ba.states.back().T_WB * odometry_.pose().inverse();
-  odometry_.transform(T_WV);
-  Trajectory keyframes;
-  for (size_t k = 0; k < attempt.keyframes.size(); ++k)
-    keyframes.push_back({attempt.keyframes[k], attempt.vi_ba.states[k].T_WB});
-  odometry_.adopt(keyframes, attempt.landmarks);
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
-  bias_ = attempt.vi_ba.bias;
+  adopt(attempt, SE3());
   state_ = PipelineState::kInitialized;
   initialized_at_ = attempt.t;
+}
+
+void Pipeline::takeOver(const InitializationAttempt& attempt) {
+  // The attempt has a world A of its own. The rotation about z that brings its current pose nearest
+  // to the odometry's: the trace of Rz(yaw)^T R_WB R_AB^T is greatest.
+  const SE3& T_WB = odometry_.pose();
+  const SE3& T_AB = attempt.vi_ba.states.back().T_WB;
+  const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
+  const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+  const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  waits_for_motion_ = false;
+  adopt(attempt, {R_WA, T_WB.t - R_WA * T_AB.t});
+}
+
+/** Moves the odometry to the attempt's estimate, whose world is A. */
+void Pipeline::adopt(const InitializationAttempt& attempt, const SE3& T_WA) {
+  odometry_.transform(T_WA * attempt.vi_ba.states.back().T_WB * odometry_.pose().inverse());
+  Trajectory keyframes;
+  for (size_t k = 0; k < attempt.keyframes.size(); ++k)
+    keyframes.push_back({attempt.keyframes[k], T_WA * attempt.vi_ba.states[k].T_WB});
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;
+  for (const auto& [id, p_A] : attempt.landmarks) landmarks[id] = T_WA * p_A;
+  odometry_.adopt(keyframes, landmarks);
+  bias_ = attempt.vi_ba.bias;
+  if (waits_for_motion_) return;
   window_frames_.clear();
   window_keyframes_.clear();
 }

@@ -95,11 +95,25 @@ RunConfiguration loadRunConfiguration(const IniFile& ini,
                                       const std::vector<std::string>& plugin_path) {
   RunConfiguration run;
   ConfigurationReader reader(ini, plugin_path, &run.pipeline);
-  ConfiguredInitializer configured = reader.initializer(run.pipeline.initializer);
-  reader.checkRest();
-  run.initializer = configured.initializer;
+  const bool automatic = run.pipeline.initializer == kAutoInitializer;
+  const AutoOptions& names = run.pipeline.auto_initializer;
+  ConfiguredInitializer configured =
+      reader.initializer(automatic ? names.moving : run.pipeline.initializer);
   run.plugin = configured.plugin;
+  run.initializers.name = configured.plugin.name;
+  run.initializers.initializer = configured.initializer;
   run.effective_ini = reader.pipelineIni() + configured.ini;
+  if (automatic) {
+    if (names.at_rest == names.moving)
+      throw ConfigError("[auto] at_rest and moving name the same initializer, '" + names.moving +
+                        "'; name it in [pipeline] initializer instead");
+    const ConfiguredInitializer at_rest = reader.initializer(names.at_rest);
+    run.initializers.at_rest = at_rest.initializer;
+    run.initializers.at_rest_name = at_rest.plugin.name;
+    run.effective_ini += "\n" + at_rest.ini;
+    run.plugin.name = kAutoInitializer;
+  }
+  reader.checkRest();
   return run;
 }
 

@@ -42,6 +42,7 @@ struct StageRecord {
 /** One attempt at initialising. */
 struct AttemptRecord {
   TimeNs t = 0;                      ///< stamp of the last keyframe
+  std::string initializer;           ///< which one, where a run has several; else empty
   std::vector<TimeNs> keyframes;     ///< stamps of the window's keyframes
   std::string status;                ///< toString(InitializationStatus); "success": accepted
   std::string reason;                ///< why not, in words; empty on success

@@ -13,15 +13,36 @@
 
 namespace etalon {
 
+/** [pipeline] initializer = auto: at rest one plugin, in motion another. */
+constexpr const char* kAutoInitializer = "auto";
+
+/** Section [auto]. */
+struct AutoOptions {
+  std::string at_rest = "static";
+  std::string moving = "eta";
+
+  void declare(ParameterSet& parameters);
+};
+
+/** The initializers of a pipeline. */
+struct PipelineInitializers {
+  std::string name;  ///< of `initializer`
+  std::shared_ptr<const Initializer> initializer;
+  /** Tried first, for a start at rest; null: there is none. */
+  std::shared_ptr<const Initializer> at_rest;
+  std::string at_rest_name;
+};
+
 /** Everything that a run needs to know; one INI section a member (see PipelineOptions::sections).
  */
 struct PipelineOptions {
-  std::string initializer = "eta";  ///< name of the plugin
+  std::string initializer = "eta";  ///< name of the plugin, or kAutoInitializer
   int keyframes = 10;               ///< in the initialization window
   double keyframe_rate_hz = 4.0;    ///< until initialised
   WindowOptions window;
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
+  AutoOptions auto_initializer;
 
   /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
    * [frontend], ... */
@@ -41,11 +62,16 @@ struct FrameTiming {
  * The stages tied together: measurements in, in time order; trajectory and initialization attempts
  * out. All stamps are cut to MRPT's tick of 100 ns on entry, so that a folder and the rawlog made
  * from it are the same input bit for bit.
+ *
+ * With an initializer for the start at rest: once that has started the odometry, the window goes
+ * on; when the at-rest initializer refuses it (motion has begun), the other one is tried at every
+ * keyframe, and what is accepted takes over: its biases, landmarks, roll and pitch, turned and
+ * moved so that yaw and position of the current pose stay as they are. Poses before keep theirs.
  */
 class Pipeline {
  public:
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
-           std::shared_ptr<const Initializer> initializer);
+           PipelineInitializers initializers);
   ~Pipeline();
 
   void add(const ImuSample& sample);
@@ -65,16 +91,23 @@ class Pipeline {
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
   TimeNs initializedAt() const { return initialized_at_; }
+  /** Whether it was started at rest and the initializer for motion has not taken over yet. */
+  bool waitsForMotion() const { return waits_for_motion_; }
 
  private:
   void process(const StereoFrame& frame);
+  bool collecting() const { return state_ == PipelineState::kCollecting || waits_for_motion_; }
+  InitializationProblem windowProblem() const;
   void tryInitialize();
+  bool startsAtRest(const InitializationProblem& problem);
   void start(const InitializationAttempt& attempt);
+  void takeOver(const InitializationAttempt& attempt);
+  void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
   void dropBeforeWindow();
 
   StereoInertialCalibration calibration_;
   PipelineOptions options_;
-  std::shared_ptr<const Initializer> initializer_;
+  PipelineInitializers initializers_;
   ImuNoiseDensities noise_;
   StereoTracker tracker_;
   KeyframeSelector selector_;
@@ -86,6 +119,7 @@ class Pipeline {
   TimeNs previous_frame_ = 0;
   bool has_previous_frame_ = false;
   PipelineState state_ = PipelineState::kCollecting;
+  bool waits_for_motion_ = false;
   TimeNs initialized_at_ = 0;
   ImuBias bias_;
   Trajectory trajectory_;

@@ -28,8 +28,8 @@ struct SuiteConfiguration {
 /** A run as configured: every option resolved, the initializer loaded. */
 struct RunConfiguration {
   PipelineOptions pipeline;
-  PluginInfo plugin;
-  Initializer::Ptr initializer;
+  PluginInfo plugin;  ///< with `initializer = auto`: the moving one's, under the name "auto"
+  PipelineInitializers initializers;
   /** All sections with documentation and the values in use; reading it gives the same run. */
   std::string effective_ini;
 };

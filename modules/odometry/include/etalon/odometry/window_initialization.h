@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "etalon/initialization/acceptance.h"
@@ -26,6 +27,7 @@ struct WindowOptions {
 /** What one attempt did, stage by stage. */
 struct InitializationAttempt {
   TimeNs t = 0;                   ///< stamp of the last keyframe
+  std::string initializer;        ///< name of the plugin; empty where there is but one
   std::vector<TimeNs> keyframes;  ///< stamps of the window's keyframes
   InitializationResult init;      ///< the plugin's result
   bool has_vi_ba = false;
