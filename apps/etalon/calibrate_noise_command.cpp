@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -19,8 +18,6 @@ namespace etalon::app {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Arguments {
   std::vector<std::string> sources, set, plugin_path;
   std::string config, out, tracks, format = "text";
@@ -38,13 +35,6 @@ RunConfiguration configure(const Arguments& arguments) {
   return loadRunConfiguration(ini, arguments.plugin_path);
 }
 
-std::string nameOf(const std::string& source) {
-  fs::path path = fs::absolute(source).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();
-  if (path.filename() == "mav0") path = path.parent_path();
-  return path.extension() == ".rawlog" ? path.stem().string() : path.filename().string();
-}
-
 /** Tracks of a recording; with --tracks from there, where they fit. */
 SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
                         const PipelineOptions& pipeline) {
@@ -56,23 +46,13 @@ SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
   tracking.decode_ahead = true;
   tracking.progress = [&](size_t done, size_t all) {
     if (line.due() || done == all)
-      line.print("calibrate-noise: " + nameOf(source) + ": front end " + std::to_string(done) +
-                     "/" + std::to_string(all) + " frames",
+      line.print("calibrate-noise: " + recordingName(source) + ": front end " +
+                     std::to_string(done) + "/" + std::to_string(all) + " frames",
                  done == all);
   };
   if (arguments.tracks.empty()) return trackSequence(*recording, tracking);
-  const std::string key = tracksKey(recordingHash(*recording), tracking);
-  const fs::path path =
-      fs::path(arguments.tracks) / (nameOf(source) + "-" + key.substr(0, 12) + ".tracks");
-  SequenceTracks tracks = withoutTracks(*recording);
-  std::string why_not;
-  if (readTracks(path.string(), key, &tracks, &why_not)) return tracks;
-  tracks = trackSequence(*recording, tracking);
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) throw DataError(arguments.tracks, 0, "cannot be made: " + error.message());
-  writeTracks(path.string(), key, tracks);
-  return tracks;
+  return loadOrTrack(*recording, recordingHash(*recording), recordingName(source), arguments.tracks,
+                     tracking, nullptr);
 }
 
 /** The slots of a recording. */
@@ -186,7 +166,8 @@ NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindo
 std::vector<std::string> commentOf(const Arguments& arguments,
                                    const NoiseCalibration& calibration) {
   std::vector<std::string> comment{"Noise as the residuals tell (etalon calibrate-noise), from"};
-  for (const std::string& source : arguments.sources) comment.push_back("  " + nameOf(source));
+  for (const std::string& source : arguments.sources)
+    comment.push_back("  " + recordingName(source));
   char text[200];
   std::snprintf(text, sizeof text,
                 "%zu of %d windows; relative standard errors: gyro %.2g, accelerometer %.2g, "
@@ -215,8 +196,8 @@ int calibrateNoise(const Arguments& arguments) {
         std::make_shared<const SequenceTracks>(tracksOf(source, arguments, configuration.pipeline));
     const std::vector<NoiseWindow> windows =
         windowsOf(tracks, arguments.every_s, configuration.pipeline);
-    results.emplace_back(nameOf(source),
-                         calibrate(nameOf(source), windows, configuration, arguments));
+    results.emplace_back(recordingName(source),
+                         calibrate(recordingName(source), windows, configuration, arguments));
     all.insert(all.end(), windows.begin(), windows.end());
   }
   if (arguments.sources.size() > 1)

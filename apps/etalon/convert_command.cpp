@@ -1,4 +1,3 @@
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -9,6 +8,7 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
+#include "progress_line.h"
 
 namespace etalon::app {
 
@@ -34,26 +34,19 @@ void convert(const Arguments& arguments) {
   const auto source = openSource(arguments.source, source_options);
 
   const auto start = std::chrono::steady_clock::now();
-  double printed_s = -1;
-  const bool terminal = isatty(STDERR_FILENO) == 1;
+  ProgressLine line;
   ConvertOptions options;
   options.embed = arguments.embed;
   options.progress = [&](const ConvertProgress& progress) {
-    const double now_s = secondsSince(start);
     const bool last = progress.frames == progress.frames_total;
-    if (!last && (!terminal || now_s - printed_s < 0.2)) return;
-    printed_s = now_s;
-    std::fprintf(stderr, "%sconvert: %d of %d stereo frames, %.0f a second", terminal ? "\r" : "",
-                 progress.frames, progress.frames_total, progress.frames / std::max(now_s, 1e-9));
+    if (!last && !line.due()) return;
+    char text[100];
+    std::snprintf(text, sizeof text, "convert: %d of %d stereo frames, %.0f a second",
+                  progress.frames, progress.frames_total,
+                  progress.frames / std::max(secondsSince(start), 1e-9));
+    line.print(text, last);
   };
-  ConvertReport report;
-  try {
-    report = convertToRawlog(*source, arguments.destination, options);
-  } catch (...) {
-    if (printed_s >= 0) std::fprintf(stderr, "\n");
-    throw;
-  }
-  std::fprintf(stderr, "\n");
+  const ConvertReport report = convertToRawlog(*source, arguments.destination, options);
   for (const std::string& warning : source->statistics().warnings)
     std::fprintf(stderr, "warning: %s\n", warning.c_str());
   std::printf("%s: %d stereo frames (%s), %d IMU samples, %d ground-truth poses, %.1f MB\n",

@@ -1,4 +1,3 @@
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -8,6 +7,7 @@
 #include "checks.h"
 #include "commands.h"
 #include "etalon/simulation/simulate_recording.h"
+#include "progress_line.h"
 
 namespace etalon::app {
 
@@ -19,36 +19,31 @@ struct SimulateArguments {
   double duration_s = 0.0;
 };
 
-/**
- * Frames done and the rate since the first call, on stderr: a line that overwrites itself on a
- * terminal, elsewhere a line at every tenth of the way.
- */
-class ProgressLine {
+/** Frames done, and the rate since the first call. */
+class SimulationProgress {
  public:
   void operator()(int done, int all) {
     using std::chrono::steady_clock;
     const steady_clock::time_point now = steady_clock::now();
     if (done == 1) start_ = now;
-    const bool due = terminal_ ? now - last_ >= std::chrono::milliseconds(200)
-                               : done * 10 / all > (done - 1) * 10 / all;
-    if (done < all && !due) return;
-    last_ = now;
+    if (done < all && !line_.due()) return;
     const double seconds = std::chrono::duration<double>(now - start_).count();
-    const double rate = seconds > 0.0 ? (done - 1) / seconds : 0.0;
-    std::fprintf(stderr, "%ssimulate: %d/%d stereo frames, %.1f frames/s%s", terminal_ ? "\r" : "",
-                 done, all, rate, terminal_ && done < all ? "" : "\n");
+    char text[100];
+    std::snprintf(text, sizeof text, "simulate: %d/%d stereo frames, %.1f frames/s", done, all,
+                  seconds > 0.0 ? (done - 1) / seconds : 0.0);
+    line_.print(text, done == all);
   }
 
  private:
-  bool terminal_ = isatty(STDERR_FILENO) == 1;
-  std::chrono::steady_clock::time_point start_, last_;
+  ProgressLine line_;
+  std::chrono::steady_clock::time_point start_;
 };
 
 int runSimulate(SimulateArguments arguments, bool has_duration) {
   SimulationOptions& options = arguments.options;
   options.profile = motionProfileFromName(arguments.profile);
   if (has_duration) options.duration_s = arguments.duration_s;
-  options.progress = ProgressLine();
+  options.progress = SimulationProgress();
   const SimulationSummary summary = simulateRecording(options);
   if (summary.skipped_stamps > 0) {
     std::cerr << "simulate: " << summary.skipped_stamps

@@ -14,6 +14,7 @@ namespace etalon::testing {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
@@ -200,6 +201,21 @@ TEST_F(BenchmarkTest, ARecordingThatCannotBeReadDoesNotSpoilTheOthers) {
   EXPECT_THAT(result.err, HasSubstr("was left out"));
   EXPECT_THAT(result.err, HasSubstr("imu0/data.csv:2"));
   EXPECT_THAT(readText(out("x") + "/segments.csv"), HasSubstr("standstill,0"));
+}
+
+TEST_F(BenchmarkTest, CalibratedNoiseIsAConfiguration) {
+  const CommandResult result =
+      runEtalon({"calibrate-noise", kFlight, "--every", "0.25", "--set", "pipeline.keyframes=5",
+                 "--tracks", kTracks, "--out", out("noise.ini")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  // The simulator's IMU has the data sheet's noise: a flight of 4 s tells it to some ten percent.
+  EXPECT_THAT(readText(out("noise.ini")),
+              AllOf(HasSubstr("[imu_noise]\ngyro_noise_factor = "), HasSubstr("; sigma_px = ")));
+  const CommandResult run =
+      runEtalon({"replay", kFlight, "-c", out("noise.ini"), "--out", out("run")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(runEtalon({"calibrate-noise", kFlight, "--set", "pipeline.keyframes=100"}).exit_code,
+            3);
 }
 
 TEST_F(BenchmarkTest, SaysWhatIsWrongWithTheArguments) {

@@ -20,14 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** The recording's own name: its folder's, without "mav0"; its file's, without extension. */
-std::string sequenceName(const std::string& source) {
-  fs::path path = fs::absolute(source).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();
-  if (path.filename() == "mav0") path = path.parent_path();
-  return path.extension() == ".rawlog" ? path.stem().string() : path.filename().string();
-}
-
 /** A slot that this run shall try, and which of the initializers. */
 struct Task {
   size_t sequence = 0;
@@ -77,7 +69,7 @@ class Benchmark {
   BenchmarkOutcome run() {
     describe();
     openRecordings();
-    makeFolders();
+    makeFolder();
     const FolderLock lock(options_.out);
     adoptFormerRun();
     writeBenchmarkHead(options_.out, record_);
@@ -114,7 +106,7 @@ class Benchmark {
     std::set<std::string> names;
     for (const std::string& source : options_.sources) {
       BenchmarkSequence sequence;
-      sequence.name = sequenceName(source);
+      sequence.name = recordingName(source);
       if (!names.insert(sequence.name).second)
         throw ConfigError("two recordings are called '" + sequence.name +
                           "'; their folders or files need different names (" + source + ")");
@@ -139,12 +131,10 @@ class Benchmark {
     tracks_.resize(recordings_.size());
   }
 
-  void makeFolders() const {
-    for (const std::string& folder : {options_.out, tracks_folder_}) {
-      std::error_code error;
-      fs::create_directories(folder, error);
-      if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
-    }
+  void makeFolder() const {
+    std::error_code error;
+    fs::create_directories(options_.out, error);
+    if (error) throw DataError(options_.out, 0, "cannot be made: " + error.message());
   }
 
   /** Finds the slots that an interrupted run of the same benchmark has finished. */
@@ -232,7 +222,7 @@ class Benchmark {
                           "', but the recording has changed since; choose another --out, or "
                           "--overwrite it");
       sequence.content = content;
-      tracks_[s] = std::make_unique<SequenceTracks>(loadOrTrack(sequence, &recording, progress));
+      tracks_[s] = std::make_unique<SequenceTracks>(tracksOf(sequence, &recording, progress));
     } catch (const Interrupted&) {
       return;
     } catch (const DataError& e) {
@@ -246,26 +236,23 @@ class Benchmark {
     recordings_[s].reset();
   }
 
-  SequenceTracks loadOrTrack(const BenchmarkSequence& sequence, RecordedSource* recording,
-                             ProgressReport* progress) {
+  SequenceTracks tracksOf(const BenchmarkSequence& sequence, RecordedSource* recording,
+                          ProgressReport* progress) {
     TrackingOptions tracking;
     tracking.frontend = configuration_.pipeline.frontend;
     tracking.gyro_bias = configuration_.pipeline.window.priors.mean.gyro;
     tracking.decode_ahead = options_.jobs > 1;
     tracking.stop = options_.stop;
-    tracking.progress = [progress](size_t, size_t) { progress->add(1); };
-    const std::string key = tracksKey(sequence.content, tracking);
-    const std::string path =
-        (fs::path(tracks_folder_) / (sequence.name + "-" + key.substr(0, 12) + ".tracks")).string();
-    SequenceTracks tracks = withoutTracks(*recording);
-    std::string why_not;
-    if (readTracks(path, key, &tracks, &why_not)) {
-      progress->add(recording->imageStamps().size());
-      return tracks;
-    }
-    if (fs::exists(path)) note("cached tracks were made anew: " + path + ": " + why_not);
-    tracks = trackSequence(*recording, tracking);
-    writeTracks(path, key, tracks);
+    size_t tracked = 0;
+    tracking.progress = [progress, &tracked](size_t, size_t) {
+      progress->add(1);
+      ++tracked;
+    };
+    std::string sentence;
+    SequenceTracks tracks = loadOrTrack(*recording, sequence.content, sequence.name, tracks_folder_,
+                                        tracking, &sentence);
+    if (tracked == 0) progress->add(recording->imageStamps().size());
+    if (!sentence.empty()) note(sentence);
     return tracks;
   }
 

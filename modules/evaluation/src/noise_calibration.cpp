@@ -236,7 +236,12 @@ std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& c
   for (const std::string& line : comment) ini += "; " + line + "\n";
   ini += text("[imu_noise]\ngyro_noise_factor = %.3g\naccel_noise_factor = %.3g\n", factors.gyro,
               factors.accel);
-  return ini + text("\n[odometry]\nsigma_px = %.3g\n", factors.sigma_px);
+  // Pixels of a track err alike, which residuals do not show: their noise comes out too small.
+  return ini +
+         text(
+             "\n[odometry]\n; The residuals' own figure; too small wherever the pixels of a track "
+             "err alike (docs/noise.md).\n; sigma_px = %.3g\n",
+             factors.sigma_px);
 }
 
 }  // namespace etalon

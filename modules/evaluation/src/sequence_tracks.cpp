@@ -1,6 +1,8 @@
 #include "etalon/evaluation/sequence_tracks.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
 #include <future>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -45,6 +47,14 @@ double median(std::vector<double> values) {
 }
 
 }  // namespace
+
+std::string recordingName(const std::string& source) {
+  namespace fs = std::filesystem;
+  fs::path path = fs::absolute(source).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (path.filename() == "mav0") path = path.parent_path();
+  return path.extension() == ".rawlog" ? path.stem().string() : path.filename().string();
+}
 
 SequenceTracks withoutTracks(const RecordedSource& recording) {
   SequenceTracks tracks;

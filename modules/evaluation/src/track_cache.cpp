@@ -165,4 +165,23 @@ void writeTracks(const std::string& path, const std::string& key, const Sequence
   }
 }
 
+SequenceTracks loadOrTrack(RecordedSource& recording, const std::string& recording_hash,
+                           const std::string& name, const std::string& folder,
+                           const TrackingOptions& options, std::string* note) {
+  namespace fs = std::filesystem;
+  const std::string key = tracksKey(recording_hash, options);
+  const std::string path =
+      (fs::path(folder) / (name + "-" + key.substr(0, 12) + ".tracks")).string();
+  SequenceTracks tracks = withoutTracks(recording);
+  std::string why_not;
+  if (readTracks(path, key, &tracks, &why_not)) return tracks;
+  if (note && fs::exists(path)) *note = "cached tracks were made anew: " + path + ": " + why_not;
+  tracks = trackSequence(recording, options);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
+  writeTracks(path, key, tracks);
+  return tracks;
+}
+
 }  // namespace etalon

@@ -187,7 +187,7 @@ TEST(NoiseCalibration, ItsIniIsAConfiguration) {
   for (const ParameterSet& section : options.sections()) section.read(ini);
   EXPECT_EQ(options.imu_noise.gyro_noise_factor, 1.5);
   EXPECT_EQ(options.imu_noise.accel_noise_factor, 6.25);
-  EXPECT_EQ(options.window.odometry.sigma_px, 0.4);
+  EXPECT_EQ(options.window.odometry.sigma_px, 0.5);  // a comment only
 }
 
 }  // namespace

@@ -86,7 +86,8 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
                                 const Initializer& initializer,
                                 const NoiseCalibrationOptions& options);
 
-/** The sections [imu_noise] and [odometry] that put the factors in use; `comment` lines first. */
+/** The section [imu_noise] that puts the factors in use, and sigma_px as a comment: it is not to be
+ * trusted where a track's pixels err alike. `comment` lines first. */
 std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& comment);
 
 }  // namespace etalon

@@ -41,6 +41,9 @@ struct Interrupted : public std::exception {
   const char* what() const noexcept override { return "interrupted"; }
 };
 
+/** A recording's own name: its folder's, without "mav0"; its file's, without extension. */
+std::string recordingName(const std::string& source);
+
 /** Everything of the recording but its tracks. */
 SequenceTracks withoutTracks(const RecordedSource& recording);
 
@@ -63,6 +66,17 @@ std::string tracksKey(const std::string& recording_hash, const TrackingOptions& 
  */
 bool readTracks(const std::string& path, const std::string& key, SequenceTracks* tracks,
                 std::string* why_not);
+
+/**
+ * The recording with its tracks: from the cache file `folder`/`name`-<key>.tracks where that can be
+ * trusted, else from the front end, and then kept there. The folder is made if need be.
+ * @param recording_hash recordingHash(recording)
+ * @param note a sentence where a file was there and could not be trusted; may be null
+ * @throws like trackSequence() and writeTracks()
+ */
+SequenceTracks loadOrTrack(RecordedSource& recording, const std::string& recording_hash,
+                           const std::string& name, const std::string& folder,
+                           const TrackingOptions& options, std::string* note);
 
 /** Writes a cache file; a reader never sees it half written. @throws DataError if it cannot */
 void writeTracks(const std::string& path, const std::string& key, const SequenceTracks& tracks);
