@@ -29,7 +29,7 @@ blocks() {
     END { flush() }' "$1"
 }
 
-# Our figures beside the published ones, for the sequences that the paper has.
+# Our figures beside the published ones (deg; m, printed as mm), for the sequences that the paper has.
 beside_the_paper() { # summary with our configuration, summary with config/paper.ini, error, factor, unit
   awk -F, -v error="$3" -v factor="$4" -v unit="$5" '
     FNR == 1 { ++file }
@@ -37,7 +37,7 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
       if ($0 ~ /^#/) next
       if ($1 == "sequence") { for (i = 1; i <= NF; ++i) paper[i] = $i; next }
       names[++count] = $1
-      for (i = 2; i <= NF; ++i) published[$1, paper[i]] = $i
+      for (i = 2; i <= NF; ++i) published[$1, paper[i]] = sprintf("%.3g", factor * $i)
       next
     }
     FNR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
@@ -111,7 +111,7 @@ for group in "$@"; do
       printf 'Ours as mean / median over all slots; `config/paper.ini` has the papers'"'"' noise and priors.\n\n'
       beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]'
       printf '\n'
-      beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1 'ATE [m]'
+      beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1000 'ATE [mm]'
       printf '\n'
     fi
     printf '### With the papers'"'"' noise and priors\n\n'
