@@ -21,7 +21,7 @@ struct Arguments {
   std::vector<std::string> runs, initializers, metrics;
   std::string format = "text";
   std::uint64_t seed = BootstrapOptions().seed;
-  bool bold = false;
+  bool bold = false, all = false;
 };
 
 bool isForPeople(TableFormat format) {
@@ -56,8 +56,10 @@ void compareRunFolders(const Arguments& arguments, TableFormat format) {
   }
 }
 
-/** The tables to print beside the comparison: the headlines, or those of the chosen figures. */
-bool isAskedFor(const TitledTable& table, const std::vector<std::string>& metrics) {
+/** The tables to print beside the comparison: all, the headlines, or those of the chosen figures.
+ */
+bool isAskedFor(const TitledTable& table, const std::vector<std::string>& metrics, bool all) {
+  if (all) return true;
   if (metrics.empty()) return table.headline;
   return std::find(metrics.begin(), metrics.end(), table.figure) != metrics.end();
 }
@@ -96,7 +98,7 @@ void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
       comparisonsWithTheFirst(record, figures, options);
   if (isForPeople(format))
     for (const TitledTable& table : benchmarkTables(record))
-      if (isAskedFor(table, arguments.metrics))
+      if (isAskedFor(table, arguments.metrics, arguments.all))
         std::printf("%s\n", toString(table, format, arguments.bold).c_str());
   if (several) std::fputs(toString(comparisonTable(comparisons, options), format).c_str(), stdout);
 }
@@ -138,6 +140,8 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
                    "Benchmarks: these figures alone, comma between, e.g. success,rre_deg")
       ->check(CLI::IsMember(comparedFigures()))
       ->delimiter(',');
+  command->add_flag("--all", arguments->all,
+                    "Benchmarks: print all tables, as `etalon bench --format markdown` does");
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")
       ->check(checkWholeNumber())
       ->capture_default_str();

@@ -24,6 +24,10 @@ const SummaryRow& rowOf(const std::vector<SummaryRow>& summary, const SummaryRow
   });
 }
 
+/** An initializer must have an estimate in so many of the slots for its figures to count as best.
+ */
+constexpr double kShareForBest = 0.75;
+
 /** How a table of the papers' layout is filled. */
 struct Layout {
   int decimals = 0;
@@ -64,8 +68,10 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
       for (const std::string& initializer : initializers) {
         key.initializer = initializer;
         const SummaryRow& row = rowOf(summary, key);
-        cells.push_back(cellKey(initializer, stage));
-        table.setNumber(cells.back(), value(row));
+        table.setNumber(cellKey(initializer, stage), value(row));
+        // Who answers only where it is easy is not the best.
+        if (row.estimates >= kShareForBest * row.count)
+          cells.push_back(cellKey(initializer, stage));
         more(&table, row);
       }
       if (layout.mark_best) table.markBest(cells, layout.least_is_best);
@@ -168,7 +174,10 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
   Layout layout;
   layout.decimals = metric.decimals;
   layout.factor = metric.factor;
-  std::string note = "Over the slots with an estimate; best in bold.";
+  std::string note =
+      "Over the slots with an estimate; best in bold, of those with an estimate in three quarters "
+      "of "
+      "the slots.";
   const bool rotation = metric.key == "rre_deg", gravity = metric.key == "gravity_deg";
   if (rotation || gravity) {
     layout.after = {
