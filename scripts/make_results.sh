@@ -25,6 +25,7 @@ blocks() {
   awk -v pattern="$2" '
     function flush() { if (text != "" && title ~ pattern) printf "%s", text; text = "" }
     /^\*\*/ { flush(); title = $0 }
+    /^[|]/ { gsub(/ +/, " "); gsub(/---+/, "---") }  # no need to align what nobody reads as text
     { text = text $0 "\n" }
     END { flush() }' "$1"
 }
