@@ -4,23 +4,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "etalon/optimization/gravity_sphere.h"
+
 namespace etalon::plugins {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-namespace {
-
-/** Two unit vectors that span the plane orthogonal to `g`, 3x2. */
-Eigen::Matrix<double, 3, 2> tangentBasis(const Vector3d& g) {
-  const Vector3d d = g.normalized();
-  Eigen::Matrix<double, 3, 2> B;
-  B.col(0) = d.unitOrthogonal();
-  B.col(1) = d.cross(B.col(0));
-  return B;
-}
-
-}  // namespace
 
 ImuAlignment::ImuAlignment(const std::vector<Matrix3d>& R_VB,
                            const std::vector<Preintegration>& preintegrations, double gravity_mps2,
