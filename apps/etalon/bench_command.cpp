@@ -159,6 +159,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->add_option("--initializers", arguments->initializers,
                    "Initializer plugins, separated by commas, or all")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->default_str("all");
   command->add_option("--every", arguments->every_s, "Seconds from slot to slot")
       ->check(within(0.01, 1e6, "seconds from 0.01 to 1e6"))
@@ -168,11 +169,13 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
                    "Keyframes of a window; several, separated by commas, are tried each with each "
                    "rate (default: the configuration's, 10)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(within(2, 200, "a whole number from 2 to 200"));
   command
       ->add_option("--rate", arguments->rates_hz,
                    "Keyframes a second; one or several (default: the configuration's, 4)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(within(0.1, 100.0, "a rate from 0.1 to 100 Hz"));
   command
       ->add_option("--vi-ba", arguments->vi_ba, "Stages: without and with VI-BA, or without only")

@@ -134,12 +134,14 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
   command
       ->add_option("--initializers", arguments->initializers,
                    "Benchmarks: these alone, comma between; the first is compared with the others")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--metric", arguments->metrics,
                    "Benchmarks: these figures alone, comma between, e.g. success,rre_deg")
       ->check(CLI::IsMember(comparedFigures()))
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_flag("--all", arguments->all,
                     "Benchmarks: print all tables, as `etalon bench --format markdown` does");
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")

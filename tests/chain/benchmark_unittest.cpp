@@ -203,6 +203,13 @@ TEST_F(BenchmarkTest, ARecordingThatCannotBeReadDoesNotSpoilTheOthers) {
   EXPECT_THAT(readText(out("x") + "/segments.csv"), HasSubstr("standstill,0"));
 }
 
+TEST_F(BenchmarkTest, OptionsMayStandBeforeTheRecordings) {
+  const CommandResult result =
+      runEtalon({"bench", "--keyframes", "4", "--rate", "4", "--every", "1", "--tracks", kTracks,
+                 "--out", out("x"), "--initializers", "eta", kStandstill});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 TEST_F(BenchmarkTest, CalibratedNoiseIsAConfiguration) {
   const CommandResult result =
       runEtalon({"calibrate-noise", kFlight, "--every", "0.25", "--set", "pipeline.keyframes=5",
