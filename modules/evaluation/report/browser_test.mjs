@@ -44,7 +44,19 @@ async function expectCharts(page, ids) {
 }
 
 /** Clicks the mark of a slot in the lane of its initializer, with the mouse. */
+// Charts that come into view may still move what lies below them: then the click goes astray and is repeated.
 async function clickSlot(page, index) {
+  for (let attempt = 0; attempt < 10; ++attempt) {
+    await clickWhereSlotIs(page, index);
+    const chosen = await page
+      .waitForFunction((i) => window.etalonReport.state.slot === i, index, { timeout: 3000 })
+      .then(() => true, () => false);
+    if (chosen) return;
+  }
+  assert.fail(`a click on slot ${index} does not choose it`);
+}
+
+async function clickWhereSlotIs(page, index) {
   const place = await page.evaluate((slotNumber) => {
     const { charts, slots } = window.etalonReport;
     const slot = slots[slotNumber];

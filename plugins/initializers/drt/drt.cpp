@@ -73,6 +73,13 @@ class Drt : public Initializer {
                      "%.0f landmarks with parallax support the translation of the weakest "
                      "keyframe, at least %.0f are wanted",
                      support, min_landmarks_);
+    const double force = meanSpecificForce(R_VB, preintegrations);
+    const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
+    if (!(force >= least_force))
+      return refused(InitializationStatus::kImplausible,
+                     "the accelerometer measures %.3f m/s^2 on average, which leaves no direction "
+                     "for gravity; at least %.3f m/s^2 are wanted",
+                     force, least_force);
     const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
                            problem.priors().mean.accel,
                            accel_bias_ == "prior" ? problem.priors().sigma_accel_mps2 : 0.0);
@@ -89,6 +96,21 @@ class Drt : public Initializer {
   }
 
  private:
+  /** Of gravity: with less on average there is no telling where down is. */
+  static constexpr double kLeastSpecificForce = 0.1;
+
+  /** Norm of the mean of what the accelerometer measures, turned into V, m/s^2. */
+  static double meanSpecificForce(const std::vector<Matrix3d>& R_VB,
+                                  const std::vector<Preintegration>& preintegrations) {
+    Vector3d sum = Vector3d::Zero();
+    double duration = 0.0;
+    for (size_t k = 0; k < preintegrations.size(); ++k) {
+      sum += R_VB[k] * preintegrations[k].deltas().dv;
+      duration += preintegrations[k].dt();
+    }
+    return sum.norm() / duration;
+  }
+
   static InitializationResult refused(InitializationStatus status, const char* format, double value,
                                       double bound) {
     char text[256];
