@@ -12,6 +12,7 @@
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/content_hash.h"
 #include "etalon/evaluation/sequence_tracks.h"
+#include "files.h"
 #include "folder_lock.h"
 #include "parallel.h"
 
@@ -69,7 +70,7 @@ class Benchmark {
   BenchmarkOutcome run() {
     describe();
     openRecordings();
-    makeFolder();
+    makeFolder(options_.out);
     const FolderLock lock(options_.out);
     adoptFormerRun();
     writeBenchmarkHead(options_.out, record_);
@@ -129,12 +130,6 @@ class Benchmark {
       recordings_.push_back(std::move(recording));
     }
     tracks_.resize(recordings_.size());
-  }
-
-  void makeFolder() const {
-    std::error_code error;
-    fs::create_directories(options_.out, error);
-    if (error) throw DataError(options_.out, 0, "cannot be made: " + error.message());
   }
 
   /** Finds the slots that an interrupted run of the same benchmark has finished. */

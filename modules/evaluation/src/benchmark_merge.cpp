@@ -4,6 +4,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
+#include "files.h"
 #include "folder_lock.h"
 
 namespace etalon {
@@ -135,9 +136,7 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   for (const std::string& folder : folders) merger.add(folder, readBenchmark(folder));
   BenchmarkOutcome outcome;
   outcome.record = merger.finish();
-  std::error_code error;
-  fs::create_directories(out, error);
-  if (error) throw DataError(out, 0, "cannot be made: " + error.message());
+  makeFolder(out);
   const FolderLock lock(out);
   fs::remove_all(fs::path(out) / "slots");
   writeBenchmarkHead(out, outcome.record);

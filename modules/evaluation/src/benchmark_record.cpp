@@ -1,31 +1,8 @@
 #include "etalon/evaluation/benchmark_record.h"
 
-#include <cmath>
-#include <cstdio>
+#include "table_text.h"
 
 namespace etalon {
-namespace {
-
-std::string number(double value) {
-  if (std::isnan(value)) return "";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
-/** RFC 4180: quoted where it must be. */
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += c;
-    if (c == '"') quoted += c;
-  }
-  return quoted + "\"";
-}
-
-}  // namespace
-
 std::optional<bool> SegmentRow::success() const {
   if (status != kStatusSuccess) return false;
   return errors.success();
@@ -64,12 +41,13 @@ std::string segmentsCsv(const std::vector<SegmentRow>& rows) {
       "gravity_deg,velocity_mps,gyro_bias_rps,accel_bias_mps2,scale_error,runtime_ms\n";
   for (const SegmentRow& row : rows) {
     const SegmentErrors& e = row.errors;
-    csv += field(row.sequence) + "," + std::to_string(row.segment) + "," + std::to_string(row.t0) +
-           "," + std::to_string(row.keyframes) + "," + number(row.rate_hz) + "," +
-           field(row.initializer) + "," + row.stage + "," + row.status + "," + field(row.reason);
+    csv += csvField(row.sequence) + "," + std::to_string(row.segment) + "," +
+           std::to_string(row.t0) + "," + std::to_string(row.keyframes) + "," +
+           csvNumber(row.rate_hz) + "," + csvField(row.initializer) + "," + row.stage + "," +
+           row.status + "," + csvField(row.reason);
     for (const double value : {e.rre_deg, e.ate_m, e.gravity_deg, e.velocity_mps, e.gyro_bias_rps,
                                e.accel_bias_mps2, e.scale_error, row.runtime_ms})
-      csv += "," + number(value);
+      csv += "," + csvNumber(value);
     csv += "\n";
   }
   return csv;

@@ -12,6 +12,7 @@
 #include "etalon/evaluation/benchmark_slots.h"
 #include "etalon/evaluation/benchmark_summary.h"
 #include "etalon/evaluation/report.h"
+#include "files.h"
 
 namespace etalon {
 namespace {
@@ -23,19 +24,6 @@ constexpr const char* kHeadName = "benchmark.json";
 
 std::string pathIn(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / name).string();
-}
-
-/** Written beside and then moved there: never half of it. */
-void writeText(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary, std::ios::binary);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) fs::rename(temporary, path, error);
-  if (!file || error)
-    throw DataError(path, 0,
-                    "cannot be written: " + (error ? error.message() : std::strerror(errno)));
 }
 
 std::string readText(const std::string& path) {
@@ -81,9 +69,7 @@ BenchmarkRecord readBenchmark(const std::string& folder) {
 }
 
 void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record) {
-  std::error_code error;
-  fs::create_directories(fs::path(folder) / "slots", error);
-  if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
+  makeFolder(pathIn(folder, "slots"));
   writeText(pathIn(folder, kHeadName),
             benchmarkHeadJson(record).dump(1, ' ', false, ReplaceInvalid::replace) + "\n");
   std::string config = record.config;

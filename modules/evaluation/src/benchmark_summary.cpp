@@ -67,15 +67,9 @@ SummaryRow summarizeSlots(const std::vector<Judged>& slots, const std::string& s
   return row;
 }
 
-std::string number(double value) {
-  if (std::isnan(value)) return "";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
 std::string figures(const FigureSummary& summary) {
-  return "," + number(summary.mean) + "," + number(summary.median) + "," + number(summary.p90);
+  return "," + csvNumber(summary.mean) + "," + csvNumber(summary.median) + "," +
+         csvNumber(summary.p90);
 }
 
 std::string figureNames(const std::string& key) {
@@ -187,12 +181,12 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
   csv += figureNames("runtime_ms") + figureNames("visual_odometry_ms") + "\n";
   for (const SummaryRow& row : rows) {
     csv += csvField(row.sequence) + "," + std::to_string(row.keyframes) + "," +
-           number(row.rate_hz) + "," + csvField(row.initializer) + "," + row.stage + "," +
+           csvNumber(row.rate_hz) + "," + csvField(row.initializer) + "," + row.stage + "," +
            row.slots;
     for (const int count : {row.count, row.judged, row.unknown, row.estimates, row.refusals,
                             row.accepted, row.successes})
       csv += "," + std::to_string(count);
-    csv += "," + number(row.success_rate);
+    csv += "," + csvNumber(row.success_rate);
     for (const FigureSummary& error : row.errors) csv += figures(error);
     csv += figures(row.runtime_ms) + figures(row.visual_odometry_ms) + "\n";
   }

@@ -51,7 +51,7 @@ class Fit {
     std::map<LandmarkId, Eigen::Vector3d> landmarks;
     VisualInertialBaResult refined;
     if (start_) {
-      refined = refine(problem, *start_, options.vi_ba, &landmarks);
+      refined = refine(problem, *start_, options, &landmarks);
     } else {
       InitializationAttempt attempt = attemptInitialization(problem, initializer, options);
       if (!attempt.has_vi_ba) return;
@@ -112,10 +112,6 @@ double largestMove(const NoiseFactors& a, const NoiseFactors& b) {
 WindowOptions withoutChiSquareTest(WindowOptions options) {
   options.refine = true;
   options.acceptance.max_chi2_per_dof_inertial = std::numeric_limits<double>::infinity();
-  options.vi_ba.prior_mean = options.priors.mean;
-  options.vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;
-  options.vi_ba.prior_sigma_accel_mps2 = options.priors.sigma_accel_mps2;
-  options.vi_ba.gravity_mps2 = options.gravity_mps2;
   return options;
 }
 

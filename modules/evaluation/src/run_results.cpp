@@ -1,26 +1,17 @@
 #include "etalon/evaluation/run_results.h"
 
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/attempt_record.h"
 #include "etalon/evaluation/plot.h"
 #include "etalon/evaluation/report.h"
+#include "files.h"
+#include "median.h"
 
 namespace etalon {
 
 namespace {
-
-double median(std::vector<double> values) {
-  if (values.empty()) return SegmentErrors::kNone;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 RunStatistics statisticsOf(const FinishedRun& run) {
   RunStatistics s;
@@ -38,13 +29,6 @@ RunStatistics statisticsOf(const FinishedRun& run) {
     frame_ms.push_back(t.frontend_ms + t.odometry_ms);
   s.frame_median_ms = median(frame_ms);
   return s;
-}
-
-void writeText(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
 }
 
 }  // namespace
@@ -75,9 +59,7 @@ RunRecord makeRunRecord(const FinishedRun& run) {
 
 std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
                                          const RunRecord& record) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
+  makeFolder(folder);
   const auto path = [&folder](const char* name) {
     return (std::filesystem::path(folder) / name).string();
   };

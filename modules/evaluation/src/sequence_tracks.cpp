@@ -1,6 +1,5 @@
 #include "etalon/evaluation/sequence_tracks.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -11,6 +10,7 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/evaluation/content_hash.h"
 #include "etalon/imu/preintegration.h"
+#include "median.h"
 
 namespace etalon {
 namespace {
@@ -38,13 +38,6 @@ class PairReader {
   bool ahead_;
   std::future<FrameLoader::Result> next_;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

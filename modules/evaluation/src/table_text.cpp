@@ -1,6 +1,8 @@
 #include "table_text.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace etalon {
 
@@ -9,6 +11,13 @@ std::string csvField(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + "\"";
+}
+
+std::string csvNumber(double value) {
+  if (std::isnan(value)) return "";
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
 }
 
 std::string markdownText(const std::string& text) {

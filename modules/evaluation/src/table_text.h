@@ -8,6 +8,9 @@ namespace etalon {
 /** RFC 4180: quoted where it must be. */
 std::string csvField(const std::string& text);
 
+/** `%.9g`; empty for NaN. */
+std::string csvNumber(double value);
+
 /** A bar would end a Markdown cell. */
 std::string markdownText(const std::string& text);
 

@@ -9,6 +9,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/sequence_tracks.h"
+#include "files.h"
 
 // The file: 8 bytes magic, uint32 version, 32 characters key, payload, uint64 XXH3 of all before
 // it. Payload: int32 unreadable images, double median milliseconds, uint64 frames, and for each
@@ -177,9 +178,7 @@ SequenceTracks loadOrTrack(RecordedSource& recording, const std::string& recordi
   if (readTracks(path, key, &tracks, &why_not)) return tracks;
   if (note && fs::exists(path)) *note = "cached tracks were made anew: " + path + ": " + why_not;
   tracks = trackSequence(recording, options);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw DataError(folder, 0, "cannot be made: " + error.message());
+  makeFolder(folder);
   writeTracks(path, key, tracks);
   return tracks;
 }

@@ -1,5 +1,6 @@
 #include "etalon/initialization/initialization_result.h"
 
+#include <cstdio>
 #include <utility>
 
 namespace etalon {
@@ -37,6 +38,13 @@ InitializationResult InitializationResult::refusal(InitializationStatus status, 
   result.reason = std::move(reason);
   result.reason_value = value;
   return result;
+}
+
+InitializationResult InitializationResult::refusal(InitializationStatus status, const char* format,
+                                                   double value, double bound) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, value, bound);
+  return refusal(status, text, value);
 }
 
 }  // namespace etalon

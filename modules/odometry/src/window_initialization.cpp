@@ -33,8 +33,7 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
 }
 
 VisualInertialBaResult refine(const InitializationProblem& problem,
-                              const InitializationResult& result,
-                              const VisualInertialBaOptions& options,
+                              const InitializationResult& result, const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
   const VisualWindow window =
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
@@ -47,9 +46,14 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
   StartingLandmarks start = startingLandmarks(window, result.landmarks);
   constexpr double kMinParallax = 1e-3;  // rad
   triangulateMissing(window, poses, kMinParallax, &start);
+  VisualInertialBaOptions vi_ba = options.vi_ba;
+  vi_ba.prior_mean = options.priors.mean;
+  vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;
+  vi_ba.prior_sigma_accel_mps2 = options.priors.sigma_accel_mps2;
+  vi_ba.gravity_mps2 = options.gravity_mps2;
   VisualInertialBaResult refined =
       solveVisualInertialBa(window, problem.preintegrate(result.bias), states, result.bias,
-                            start.positions, start.valid, options);
+                            start.positions, start.valid, vi_ba);
   if (landmarks)
     for (size_t l = 0; l < window.landmark_ids.size(); ++l)
       if (refined.landmark_valid[l]) (*landmarks)[window.landmark_ids[l]] = refined.landmarks[l];
@@ -88,13 +92,8 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
     attempt.decision.status = InitializationStatus::kSuccess;
     return attempt;
   }
-  VisualInertialBaOptions vi_ba = options.vi_ba;
-  vi_ba.prior_mean = options.priors.mean;
-  vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;
-  vi_ba.prior_sigma_accel_mps2 = options.priors.sigma_accel_mps2;
-  vi_ba.gravity_mps2 = options.gravity_mps2;
   watch.lapMilliseconds();
-  attempt.vi_ba = refine(problem, attempt.init, vi_ba, &attempt.landmarks);
+  attempt.vi_ba = refine(problem, attempt.init, options, &attempt.landmarks);
   attempt.vi_ba_ms = watch.lapMilliseconds();
   attempt.has_vi_ba = true;
   attempt.decision = judge(attempt.vi_ba, options.acceptance);

@@ -69,17 +69,19 @@ class Drt : public Initializer {
                                      problem.sigmaPx(), min_parallax_rad_);
     const int support = std::min(constraint.landmarks(), constraint.fewestViews());
     if (support < min_landmarks_)
-      return refused(InitializationStatus::kTooFewTracks,
-                     "%.0f landmarks with parallax support the translation of the weakest "
-                     "keyframe, at least %.0f are wanted",
-                     support, min_landmarks_);
+      return InitializationResult::refusal(
+          InitializationStatus::kTooFewTracks,
+          "%.0f landmarks with parallax support the translation of the weakest "
+          "keyframe, at least %.0f are wanted",
+          support, min_landmarks_);
     const double force = meanSpecificForce(R_VB, preintegrations);
     const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
     if (!(force >= least_force))
-      return refused(InitializationStatus::kImplausible,
-                     "the accelerometer measures %.3f m/s^2 on average, which leaves no direction "
-                     "for gravity; at least %.3f m/s^2 are wanted",
-                     force, least_force);
+      return InitializationResult::refusal(
+          InitializationStatus::kImplausible,
+          "the accelerometer measures %.3f m/s^2 on average, which leaves no direction "
+          "for gravity; at least %.3f m/s^2 are wanted",
+          force, least_force);
     const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
                            problem.priors().mean.accel,
                            accel_bias_ == "prior" ? problem.priors().sigma_accel_mps2 : 0.0);
@@ -111,13 +113,6 @@ class Drt : public Initializer {
     return sum.norm() / duration;
   }
 
-  static InitializationResult refused(InitializationStatus status, const char* format, double value,
-                                      double bound) {
-    char text[256];
-    std::snprintf(text, sizeof(text), format, value, bound);
-    return InitializationResult::refusal(status, text, value);
-  }
-
   static VisualFrameEstimate estimateOf(const std::vector<Matrix3d>& R_VB, const LinearState& state,
                                         const Vector3d& b_g) {
     VisualFrameEstimate estimate;
@@ -147,18 +142,19 @@ class Drt : public Initializer {
       Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
       step.segment(3, size) = factor.solve(-gradient.segment(3, size));
       if (!factor.isPositive() || !step.allFinite())
-        return refused(InitializationStatus::kIllConditioned,
-                       "the tracks do not determine the translations (pass %.0f of %.0f)", pass + 1,
-                       passes_);
+        return InitializationResult::refusal(
+            InitializationStatus::kIllConditioned,
+            "the tracks do not determine the translations (pass %.0f of %.0f)", pass + 1, passes_);
       *state = imu.moved(*state, step);
       if (pass > kWithStereoBases && step.head(n).lpNorm<Eigen::Infinity>() < kConverged) break;
     }
     constraint->reweight(state->p, false);
     if (!(constraint->noise() <= max_noise_))
-      return refused(InitializationStatus::kNotConverged,
-                     "the translation residuals are %.1f times what sigma_px promises, at most "
-                     "%.1f is wanted",
-                     constraint->noise(), max_noise_);
+      return InitializationResult::refusal(
+          InitializationStatus::kNotConverged,
+          "the translation residuals are %.1f times what sigma_px promises, at most "
+          "%.1f is wanted",
+          constraint->noise(), max_noise_);
     return {};
   }
 
@@ -171,9 +167,10 @@ class Drt : public Initializer {
     const LinearAlignmentResult aligned = alignVelocitiesAndGravity(
         poses.T_VB, preintegrations, bias, problem.gravityMagnitude(), state->g_V);
     if (!aligned.ok)
-      return refused(InitializationStatus::kIllConditioned,
-                     "velocities and gravity are not determined by %.0f positions (at least %.0f)",
-                     static_cast<double>(R_VB.size()), 3);
+      return InitializationResult::refusal(
+          InitializationStatus::kIllConditioned,
+          "velocities and gravity are not determined by %.0f positions (at least %.0f)",
+          static_cast<double>(R_VB.size()), 3);
     state->v = aligned.v_VB;
     state->g_V = aligned.g_V;
     state->b_a = bias.accel;

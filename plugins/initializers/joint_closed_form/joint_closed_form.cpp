@@ -100,10 +100,11 @@ class JointClosedForm : public Initializer {
     estimate.T_VB = medianPositions(points, rotations(motion));
     tracks.start(points, estimate.T_VB);
     if (tracks.validCount() < min_landmarks_)
-      return refused(InitializationStatus::kTooFewTracks,
-                     "%.0f landmarks of the window have a depth from both cameras, at least %.0f "
-                     "are wanted",
-                     tracks.validCount(), min_landmarks_);
+      return InitializationResult::refusal(
+          InitializationStatus::kTooFewTracks,
+          "%.0f landmarks of the window have a depth from both cameras, at least %.0f "
+          "are wanted",
+          tracks.validCount(), min_landmarks_);
     const double start_ms = watch.lapMilliseconds();
 
     bool converged = false;
@@ -113,18 +114,19 @@ class JointClosedForm : public Initializer {
       tracks.linearize(estimate.T_VB);
       const ImuBias before = estimate.bias;
       if (!solvePass(problem, motion, tracks, &estimate))
-        return refused(InitializationStatus::kIllConditioned,
-                       "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
-                       tracks.validCount(), 0.0);
+        return InitializationResult::refusal(
+            InitializationStatus::kIllConditioned,
+            "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
+            tracks.validCount(), 0.0);
       const double moved = (estimate.bias.gyro - before.gyro).norm();
       converged = moved < converged_ && tracks.nearFinalScale() && pass > 0;
       for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
       motion = composeMotion(preintegrations);
     }
     if (!converged)
-      return refused(InitializationStatus::kNotConverged,
-                     "%.0f linear solutions did not come to rest (at most %.0f)", max_passes_,
-                     max_passes_);
+      return InitializationResult::refusal(
+          InitializationStatus::kNotConverged,
+          "%.0f linear solutions did not come to rest (at most %.0f)", max_passes_, max_passes_);
     tracks.triangulate(estimate.T_VB);
     InitializationResult refusal = check(tracks, estimate);
     if (!refusal.reason.empty()) return refusal;
@@ -134,13 +136,6 @@ class JointClosedForm : public Initializer {
   }
 
  private:
-  static InitializationResult refused(InitializationStatus status, const char* format, double value,
-                                      double bound) {
-    char text[256];
-    std::snprintf(text, sizeof(text), format, value, bound);
-    return InitializationResult::refusal(status, text, value);
-  }
-
   Nodes chooseNodes(const InitializationProblem& problem) const {
     Nodes nodes;
     const std::vector<int>& keyframes = problem.keyframeIndices();
@@ -272,14 +267,16 @@ class JointClosedForm : public Initializer {
   InitializationResult check(const TrackInformation& tracks, const Estimate& estimate) const {
     const double sigma_deg = 180.0 / M_PI * estimate.sigma_gravity;
     if (!(sigma_deg <= max_sigma_gravity_deg_))
-      return refused(InitializationStatus::kIllConditioned,
-                     "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted",
-                     sigma_deg, max_sigma_gravity_deg_);
+      return InitializationResult::refusal(
+          InitializationStatus::kIllConditioned,
+          "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted", sigma_deg,
+          max_sigma_gravity_deg_);
     const double share = tracks.inlierShare(kChi2Outlier);
     if (!(share >= min_inlier_share_))
-      return refused(InitializationStatus::kNotConverged,
-                     "%.2f of the measurements agree with the solution, at least %.2f is wanted",
-                     share, min_inlier_share_);
+      return InitializationResult::refusal(
+          InitializationStatus::kNotConverged,
+          "%.2f of the measurements agree with the solution, at least %.2f is wanted", share,
+          min_inlier_share_);
     return {};
   }
 

@@ -107,13 +107,6 @@ class Static : public Initializer {
   }
 
  private:
-  static InitializationResult refused(InitializationStatus status, const char* format, double value,
-                                      double bound) {
-    char text[256];
-    std::snprintf(text, sizeof(text), format, value, bound);
-    return InitializationResult::refusal(status, text, value);
-  }
-
   /** The refusal's reason is empty if the images stand still. */
   InitializationResult checkImages(const InitializationProblem& problem) const {
     const std::vector<TrackedFrame>& frames = problem.frames();
@@ -128,19 +121,21 @@ class Static : public Initializer {
       farthest = std::max(farthest, medianOf(&moved));
     }
     if (!(farthest <= max_displacement_))
-      return refused(InitializationStatus::kTooMuchMotion,
-                     "the platform moves: the median landmark has moved by %.2f px, at most %.2f "
-                     "is standstill",
-                     farthest, max_displacement_);
+      return InitializationResult::refusal(
+          InitializationStatus::kTooMuchMotion,
+          "the platform moves: the median landmark has moved by %.2f px, at most %.2f "
+          "is standstill",
+          farthest, max_displacement_);
     return {};
   }
 
   /** Tracks that end within a window are motion too, unless there were too few to begin with. */
   InitializationResult tooFewTracks(const TrackedFrame& first, size_t common, double since) const {
     if (first.observations.size() < static_cast<size_t>(min_tracks_))
-      return refused(InitializationStatus::kTooFewTracks,
-                     "the first frame has %.0f landmarks, at least %.0f are wanted",
-                     static_cast<double>(first.observations.size()), min_tracks_);
+      return InitializationResult::refusal(
+          InitializationStatus::kTooFewTracks,
+          "the first frame has %.0f landmarks, at least %.0f are wanted",
+          static_cast<double>(first.observations.size()), min_tracks_);
     char text[256];
     std::snprintf(text, sizeof(text),
                   "the platform moves: after %.2f s %zu landmarks of the first frame are left, at "
@@ -153,27 +148,30 @@ class Static : public Initializer {
   InitializationResult checkImu(const InitializationProblem& problem,
                                 const ImuStatistics& imu) const {
     if (!(imu.gyro_std <= max_gyro_std_))
-      return refused(InitializationStatus::kTooMuchMotion,
-                     "the platform moves: the gyro varies by %.3f rad/s (1 sigma), at most %.3f is "
-                     "standstill",
-                     imu.gyro_std, max_gyro_std_);
+      return InitializationResult::refusal(
+          InitializationStatus::kTooMuchMotion,
+          "the platform moves: the gyro varies by %.3f rad/s (1 sigma), at most %.3f is "
+          "standstill",
+          imu.gyro_std, max_gyro_std_);
     if (!(imu.accel_std <= max_accel_std_))
-      return refused(
+      return InitializationResult::refusal(
           InitializationStatus::kTooMuchMotion,
           "the platform moves: the accelerometer varies by %.2f m/s^2 (1 sigma), at most "
           "%.2f is standstill",
           imu.accel_std, max_accel_std_);
     if (!(imu.mean_gyro.norm() <= max_gyro_mean_))
-      return refused(InitializationStatus::kImplausible,
-                     "the mean rate is %.3f rad/s, at most %.3f can be a bias",
-                     imu.mean_gyro.norm(), max_gyro_mean_);
+      return InitializationResult::refusal(
+          InitializationStatus::kImplausible,
+          "the mean rate is %.3f rad/s, at most %.3f can be a bias", imu.mean_gyro.norm(),
+          max_gyro_mean_);
     const double deviation =
         (imu.mean_accel - problem.priors().mean.accel).norm() - problem.gravityMagnitude();
     if (!(std::abs(deviation) <= max_gravity_deviation_))
-      return refused(InitializationStatus::kImplausible,
-                     "the mean specific force is %+.2f m/s^2 away from gravity, at most %.2f is "
-                     "wanted",
-                     deviation, max_gravity_deviation_);
+      return InitializationResult::refusal(
+          InitializationStatus::kImplausible,
+          "the mean specific force is %+.2f m/s^2 away from gravity, at most %.2f is "
+          "wanted",
+          deviation, max_gravity_deviation_);
     return {};
   }
 

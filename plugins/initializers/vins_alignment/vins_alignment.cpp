@@ -55,9 +55,10 @@ class VinsAlignment : public Initializer {
   InitializationResult solve(const InitializationProblem& problem) const override {
     const VisualSolution& visual = problem.visualSolution();
     if (static_cast<int>(visual.landmarks.size()) < min_landmarks_)
-      return refused(InitializationStatus::kTooFewTracks,
-                     "stereo odometry has %.0f landmarks in the window, at least %.0f are wanted",
-                     static_cast<double>(visual.landmarks.size()), min_landmarks_);
+      return InitializationResult::refusal(
+          InitializationStatus::kTooFewTracks,
+          "stereo odometry has %.0f landmarks in the window, at least %.0f are wanted",
+          static_cast<double>(visual.landmarks.size()), min_landmarks_);
     Stopwatch watch;
     VisualFrameEstimate estimate;
     estimate.T_VB = visual.T_VB;
@@ -65,9 +66,10 @@ class VinsAlignment : public Initializer {
     estimate.bias = problem.priors().mean;
     std::vector<Preintegration> preintegrations = problem.preintegrate(estimate.bias);
     if (!estimateGyroBias(visual, &preintegrations, &estimate.bias))
-      return refused(InitializationStatus::kIllConditioned,
-                     "the rotations of %.0f keyframes do not determine the gyro bias (%.0f)",
-                     problem.keyframeCount(), 0.0);
+      return InitializationResult::refusal(
+          InitializationStatus::kIllConditioned,
+          "the rotations of %.0f keyframes do not determine the gyro bias (%.0f)",
+          problem.keyframeCount(), 0.0);
     const double gyro_ms = watch.lapMilliseconds();
 
     if (variant_ == "fusion") {
@@ -82,13 +84,6 @@ class VinsAlignment : public Initializer {
   }
 
  private:
-  static InitializationResult refused(InitializationStatus status, const char* format, double value,
-                                      double bound) {
-    char text[256];
-    std::snprintf(text, sizeof(text), format, value, bound);
-    return InitializationResult::refusal(status, text, value);
-  }
-
   /**
    * b_g by least squares on the rotations of neighbouring keyframes, r_k = 2 vec(q) of
    * dR_k^T R_VBk^T R_VBk+1 = J_k db_g; preintegrations are integrated anew at the result.
@@ -161,15 +156,17 @@ class VinsAlignment : public Initializer {
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);
     if (!alignment.ok)
-      return refused(InitializationStatus::kIllConditioned,
-                     "%.0f keyframes do not determine velocities and gravity (%.0f)",
-                     problem.keyframeCount(), 0.0);
+      return InitializationResult::refusal(
+          InitializationStatus::kIllConditioned,
+          "%.0f keyframes do not determine velocities and gravity (%.0f)", problem.keyframeCount(),
+          0.0);
     const double deviation = alignment.free_gravity_mps2 - problem.gravityMagnitude();
     if (!(std::abs(deviation) <= max_gravity_deviation_))
-      return refused(InitializationStatus::kImplausible,
-                     "gravity comes out %+.2f m/s^2 away from its magnitude, at most %.2f is "
-                     "wanted",
-                     deviation, max_gravity_deviation_);
+      return InitializationResult::refusal(
+          InitializationStatus::kImplausible,
+          "gravity comes out %+.2f m/s^2 away from its magnitude, at most %.2f is "
+          "wanted",
+          deviation, max_gravity_deviation_);
     estimate->v_VB = alignment.v_VB;
     estimate->g_V = alignment.g_V;
     return {};

@@ -48,7 +48,7 @@ void visualInertialBa(benchmark::State& state) {
   const InitializationProblem problem = makeProblem(testing::makeSyntheticWindow(options), options);
   const InitializationResult result = initializer->initialize(problem);
   for (auto _ : state)
-    benchmark::DoNotOptimize(refine(problem, result, VisualInertialBaOptions(), nullptr));
+    benchmark::DoNotOptimize(refine(problem, result, WindowOptions(), nullptr));
 }
 
 BENCHMARK(visualOdometry)->Unit(benchmark::kMillisecond);

@@ -63,6 +63,10 @@ struct InitializationResult {
 
   static InitializationResult refusal(InitializationStatus status, std::string reason,
                                       double value);
+  /** The same, its reason printed from the number behind it and the bound that it does not keep.
+   * @param format for printf, with two doubles */
+  static InitializationResult refusal(InitializationStatus status, const char* format, double value,
+                                      double bound);
 };
 
 }  // namespace etalon

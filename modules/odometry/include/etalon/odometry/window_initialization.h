@@ -48,10 +48,9 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
                                   std::vector<TrackedFrame> frames,
                                   std::vector<int> keyframe_indices, ImuBuffer imu);
 
-/** Step 4 on an initializer's result. */
+/** Step 4 on an initializer's result, with `options.vi_ba`, and priors and gravity of `options`. */
 VisualInertialBaResult refine(const InitializationProblem& problem,
-                              const InitializationResult& result,
-                              const VisualInertialBaOptions& options,
+                              const InitializationResult& result, const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks);
 
 /** Initializer, VI-BA, acceptance. Deterministic but for the times. */
