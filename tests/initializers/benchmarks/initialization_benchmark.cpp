@@ -47,8 +47,7 @@ void visualInertialBa(benchmark::State& state) {
   const auto options = noisyWindow();
   const InitializationProblem problem = makeProblem(testing::makeSyntheticWindow(options), options);
   const InitializationResult result = initializer->initialize(problem);
-  for (auto _ : state)
-    benchmark::DoNotOptimize(refine(problem, result, WindowOptions(), nullptr));
+  for (auto _ : state) benchmark::DoNotOptimize(refine(problem, result, WindowOptions(), nullptr));
 }
 
 BENCHMARK(visualOdometry)->Unit(benchmark::kMillisecond);
