@@ -23,18 +23,21 @@ struct Rows {
   VectorXd y;
 };
 
-/** Rows of one pair in the unknowns (v_k, v_k+1, g). */
+/**
+ * Rows of one pair in the unknowns x = (v_k, v_k+1, g): y - A x = (r_p, r_v), in the signs of the
+ * preintegration's covariance, in which dp and dv are strongly correlated.
+ */
 void pairRows(const SE3& T_VBi, const SE3& T_VBj, const Preintegration::Deltas& d, double dt,
               Eigen::Matrix<double, 6, 9>* A, Eigen::Matrix<double, 6, 1>* y) {
   const Matrix3d R_BV = T_VBi.R.transpose();
   A->setZero();
   A->block<3, 3>(0, 0) = R_BV * dt;
   A->block<3, 3>(0, 6) = R_BV * (0.5 * dt * dt);
-  A->block<3, 3>(3, 0) = -R_BV;
-  A->block<3, 3>(3, 3) = R_BV;
-  A->block<3, 3>(3, 6) = -R_BV * dt;
+  A->block<3, 3>(3, 0) = R_BV;
+  A->block<3, 3>(3, 3) = -R_BV;
+  A->block<3, 3>(3, 6) = R_BV * dt;
   y->head<3>() = R_BV * (T_VBj.t - T_VBi.t) - d.dp;
-  y->tail<3>() = d.dv;
+  y->tail<3>() = -d.dv;
 }
 
 /**

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/optimization/inertial_only_map.h"
+#include "etalon/optimization/preintegration_residual.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -97,6 +100,79 @@ TEST(LinearAlignment, WeightsByThePosesCovariancePayWhereOnePoseIsBad) {
   const LinearAlignmentResult weighted = alignLinearly(T_VB, c.preintegrations, c.bias, options);
   ASSERT_TRUE(exact_poses.ok && weighted.ok);
   EXPECT_LT(angleBetween(weighted.g_V, c.g_V), 0.2 * angleBetween(exact_poses.g_V, c.g_V));
+}
+
+/** A window whose accelerometer has a bias that the alignment does not know of. */
+Case misled() {
+  SyntheticWindowOptions window = biased();
+  window.motion = testing::Motion::kAggressive;
+  Case c(window);
+  c.bias.accel.setZero();
+  for (Preintegration& p : c.preintegrations) p = p.reintegrated(c.bias);
+  return c;
+}
+
+/** Half the sum of squares of the preintegration residual's position and velocity rows. */
+double inertialCost(const Case& c, const LinearAlignmentResult& at) {
+  double sum = 0.0;
+  for (size_t k = 0; k < c.preintegrations.size(); ++k) {
+    const Preintegration& p = c.preintegrations[k];
+    const Eigen::Matrix<double, 6, 1> r =
+        preintegrationResidual(p, c.T_VB[k], at.v_VB[k], c.T_VB[k + 1], at.v_VB[k + 1], c.bias,
+                               at.g_V, nullptr)
+            .tail<6>();
+    const Eigen::Matrix<double, 6, 6> noise = p.covariance9().bottomRightCorner<6, 6>();
+    sum += 0.5 * r.dot(noise.llt().solve(r));
+  }
+  return sum;
+}
+
+TEST(LinearAlignment, ItsCostIsThatOfThePreintegrationResidualAndLeast) {
+  const Case c = misled();
+  LinearAlignmentOptions options;
+  options.tangent_iterations = 0;
+  const LinearAlignmentResult best = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
+  ASSERT_TRUE(best.ok);
+  EXPECT_GT(best.cost, 100.0);  // it is misled
+  EXPECT_NEAR(best.cost, inertialCost(c, best), 1e-6 * best.cost);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 100; ++trial) {
+    LinearAlignmentResult other = best;
+    for (Vector3d& v : other.v_VB) v += 1e-3 * Vector3d(normal(random), normal(random), 0.0);
+    other.g_V = expSO3(1e-3 * Vector3d(normal(random), normal(random), 0.0)) * other.g_V;
+    EXPECT_GT(inertialCost(c, other), best.cost);
+  }
+}
+
+TEST(LinearAlignment, AgreesWithTheInertialOnlyMapThatHoldsTheBiases) {
+  const Case c = misled();
+  InertialOnlyOptions held;
+  held.prior_mean = c.bias;
+  held.prior_gyro_information = held.prior_accel_information = 1e12;
+  const InertialOnlyResult map = solveInertialOnlyMap(c.T_VB, c.preintegrations, held);
+  ASSERT_TRUE(map.converged);
+  const LinearAlignmentResult result =
+      alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravity, map.g_V);
+  ASSERT_TRUE(result.ok);
+  // They differ by the rotation rows alone, which the MAP has and exact rotations leave at zero.
+  EXPECT_LT(angleBetween(result.g_V, map.g_V), 1e-4);
+  for (size_t k = 0; k < map.v_VB.size(); ++k)
+    EXPECT_LT((result.v_VB[k] - map.v_VB[k]).norm(), 2e-4) << "keyframe " << k;
+}
+
+/** The joint whitening with poses all but exact is the whitening pair by pair. */
+TEST(LinearAlignment, ExactPosesHaveNoPartInTheWeights) {
+  const Case c = misled();
+  const Eigen::Index n = 6 * static_cast<Eigen::Index>(c.preintegrations.size());
+  LinearAlignmentOptions options;
+  const LinearAlignmentResult pairs = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
+  options.pose_covariance = 1e-18 * Eigen::MatrixXd::Identity(n, n);
+  const LinearAlignmentResult joint = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
+  ASSERT_TRUE(pairs.ok && joint.ok);
+  EXPECT_NEAR(joint.cost, pairs.cost, 1e-4 * pairs.cost);
+  for (size_t k = 0; k < pairs.v_VB.size(); ++k)
+    EXPECT_LT((joint.v_VB[k] - pairs.v_VB[k]).norm(), 1e-5);
 }
 
 TEST(LinearAlignment, RefusesAWindowThatDoesNotDetermineGravity) {
