@@ -111,6 +111,7 @@ for group in "$@"; do
     blocks "$out/$name.md" '^..Paired comparison'
     if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult),' "$out/$name/summary.csv"; then
       printf '### Beside the published figures\n\n    $ etalon bench %s/* --initializers eta,orbslam3_inertial_only -c config/paper.ini --out %s_paper\n\n' "$name" "$name"
+      # shellcheck disable=SC2016 # Markdown's backticks
       printf 'Ours as mean / median over all slots; `config/paper.ini` has the papers'"'"' noise and priors.\n\n'
       beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]'
       printf '\n'

@@ -1,19 +1,24 @@
 #!/usr/bin/env bash
 # Spreads a benchmark over processors and hosts with GNU parallel, and joins the parts.
 #
-#   gnu_parallel.sh SHARDS OUT [PARALLEL_OPTION]... -- BENCH_ARGUMENT...
+#   gnu_parallel.sh [--etalon PROGRAM] SHARDS OUT [PARALLEL_OPTION]... -- BENCH_ARGUMENT...
 #
 #   gnu_parallel.sh 8 results --jobs 4 -- /data/euroc/*                      # this machine, 4 at a time
-#   gnu_parallel.sh 32 /shared/results --sshlogin 8/node1,8/node2 --workdir . -- /shared/euroc/* --initializers all
+#   gnu_parallel.sh 32 /shared/results --sshlogin 8/node1,8/node2 --retries 3 -- /shared/euroc/* --initializers all
 #
 # Every shard runs as `etalon bench BENCH_ARGUMENT... --shard K/SHARDS --jobs 1` into OUT/shard-K; the
 # front end's tracks are shared in OUT/tracks; the result is in OUT/merged. Over several hosts all paths
 # must be the same on each of them (a shared file system), and so must the installation of Etalon: the
-# parts of different builds are refused. The same command resumes what was interrupted.
-# `etalon` is taken from PATH; --etalon PROGRAM as first argument names another one.
+# parts of different builds are refused. ssh must log in without a question. With --retries a shard whose
+# host is down, or goes down, is given to another one (ServerAliveInterval in ssh's configuration makes ssh
+# notice). The same command resumes what was interrupted.
+# `etalon` is the one in this machine's PATH; --etalon PROGRAM as first argument names another one.
+#
+# Exit code 0: all done; 3: joined, but a recording could not be used; 2: parts are missing or do not fit.
 set -euo pipefail
 
-usage() { sed -n '2,15p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+usage() { sed -n '2,17p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+fail() { echo "gnu_parallel.sh: $1" >&2; exit 2; }
 
 etalon=etalon
 if [[ ${1:-} == --etalon ]]; then
@@ -21,7 +26,7 @@ if [[ ${1:-} == --etalon ]]; then
   etalon=$2
   shift 2
 fi
-(($# >= 2)) && [[ $1 =~ ^[1-9][0-9]*$ ]] || usage
+if (($# < 2)) || ! [[ $1 =~ ^[1-9][0-9]*$ ]]; then usage; fi
 shards=$1 out=$2
 shift 2
 options=()
@@ -31,16 +36,30 @@ while (($# > 0)) && [[ $1 != -- ]]; do
 done
 (($# >= 2)) || usage
 shift
-command -v parallel >/dev/null || { echo "gnu_parallel.sh: GNU parallel is missing (Debian: apt-get install parallel)" >&2; exit 2; }
+command -v parallel >/dev/null || fail "GNU parallel is missing (Debian: apt-get install parallel)"
+# Absolute: the PATH of a host that is reached through ssh is another one.
+etalon=$(command -v "$etalon") || fail "there is no program '$etalon'"
+etalon=$(realpath --no-symlinks "$etalon")
 
 mkdir -p "$out"
-# A shard ends with 3 if a recording cannot be used: the others are joined all the same.
+log=$out/parallel.log
+rm -f "$log"
 status=0
-seq "$shards" | parallel --will-cite --quote --line-buffer --joblog "$out/parallel.log" "${options[@]}" \
+seq "$shards" | parallel --will-cite --quote --line-buffer --joblog "$log" --workdir . "${options[@]}" \
   "$etalon" bench "$@" --shard "{}/$shards" --jobs 1 --out "$out/shard-{}" --tracks "$out/tracks" \
-  --format csv >"$out/shards.csv" || status=$?
+  >/dev/null || status=$?
+# A line a shard in the log: number, host, start, run time, bytes sent and received, exit code, signal, command.
+if [[ ! -f $log ]] || (($(wc -l <"$log") <= 1)); then fail "GNU parallel ended with $status and ran nothing"; fi
+# What a shard ended with decides nothing but 3, a recording that cannot be used: merge finds what is missing.
+awk -F '\t' 'NR > 1 && ($7 != 0 || $8 != 0) {
+  printf "gnu_parallel.sh: shard %s on %s ended with %s%s\n", $1, ($2 == ":" ? "this machine" : $2), $7,
+      ($8 != 0 ? ", signal " $8 : "")
+}' "$log" >&2
+
 folders=()
 for ((k = 1; k <= shards; ++k)); do folders+=("$out/shard-$k"); done
-"$etalon" merge "${folders[@]}" --out "$out/merged" --overwrite
-((status == 0)) || echo "gnu_parallel.sh: $status shards did not end with 0, see $out/parallel.log" >&2
-exit $((status == 0 ? 0 : 3))
+if ! "$etalon" merge "${folders[@]}" --out "$out/merged" --overwrite; then
+  fail "the parts were not joined. The same command does what is missing; a part of another build or host \
+begins anew if its folder is removed. Which host ran which: $log"
+fi
+if awk -F '\t' 'NR > 1 && $7 == 3 { found = 1 } END { exit !found }' "$log"; then exit 3; fi

@@ -2,33 +2,44 @@
 # A benchmark as a Slurm job array: a shard a task.
 #
 #   sbatch --array=1-16 slurm_array.sh OUT BENCH_ARGUMENT...
-#   e.g. sbatch --array=1-16 slurm_array.sh /shared/results /shared/euroc/* --initializers all
+#   e.g. job=$(sbatch --parsable --array=1-16 slurm_array.sh /shared/results /shared/euroc/* --initializers all)
 #
-# and when all tasks are done, which sbatch --dependency=afterok:JOBID --wrap can wait for:
+# and, to join the parts when no task is left:
 #
-#   etalon merge /shared/results/shard-* --out /shared/results/merged
+#   sbatch --dependency=afterany:$job --wrap 'etalon merge /shared/results/shard-* --out /shared/results/merged'
 #
-# OUT, the recordings and Etalon must be on a file system that all nodes share. A task that was killed is
-# resumed by submitting its number again (--array=7). The array must count from 1 without gaps.
+# OUT, the recordings and Etalon must be on a file system that all nodes share; `etalon` is the one in the PATH
+# that sbatch hands on. What a task had finished when it was cancelled, timed out or requeued is kept: submit the
+# same command again, with all numbers or those that `etalon merge` names (--array=2,7). The first array into OUT
+# counts from 1 without gaps; OUT/shards keeps its length.
 #
 #SBATCH --job-name=etalon-bench
 #SBATCH --cpus-per-task=2
 #SBATCH --mem=2G
 #SBATCH --time=02:00:00
+#SBATCH --open-mode=append
 set -euo pipefail
 
-(($# >= 2)) || { sed -n '2,12p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
-: "${SLURM_ARRAY_TASK_ID:?run it through sbatch --array=1-N}"
-# A task that is submitted again alone knows only itself; the first submission leaves the number of shards.
+fail() { echo "slurm_array.sh: $1" >&2; exit 2; }
+
+(($# >= 2)) || { sed -n '2,14p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+task=${SLURM_ARRAY_TASK_ID:-}
+[[ -n $task ]] || fail "not a task of an array; submit it as sbatch --array=1-N"
+command -v etalon >/dev/null || fail "etalon is not in the PATH of $(hostname): $PATH"
+
 out=$1
 shift
 mkdir -p "$out"
-if [[ -f $out/shards ]]; then
-  shards=$(<"$out/shards")
-else
-  shards=${SLURM_ARRAY_TASK_MAX:?}
-  echo "$shards" >"$out/shards.$SLURM_ARRAY_TASK_ID"
-  mv "$out/shards.$SLURM_ARRAY_TASK_ID" "$out/shards"
+# A task that is submitted again knows only the numbers of its own array: the first one leaves its length.
+if [[ ! -f $out/shards ]]; then
+  if ((SLURM_ARRAY_TASK_MIN != 1 || SLURM_ARRAY_TASK_COUNT != SLURM_ARRAY_TASK_MAX)); then
+    fail "the first array into '$out' must count from 1 without gaps (--array=1-N)"
+  fi
+  echo "$SLURM_ARRAY_TASK_MAX" >"$out/shards.$task"
+  mv "$out/shards.$task" "$out/shards"
 fi
-etalon bench "$@" --shard "$SLURM_ARRAY_TASK_ID/$shards" --jobs "${SLURM_CPUS_PER_TASK:-1}" \
-  --out "$out/shard-$SLURM_ARRAY_TASK_ID" --tracks "$out/tracks"
+shards=$(<"$out/shards")
+((task <= shards)) || fail "there is no shard $task: '$out' was begun with $shards (see $out/shards)"
+# exec: Slurm's signals reach etalon, which then stops between two slots, and its exit code is the task's.
+exec etalon bench "$@" --shard "$task/$shards" --jobs "${SLURM_CPUS_PER_TASK:-1}" \
+  --out "$out/shard-$task" --tracks "$out/tracks"

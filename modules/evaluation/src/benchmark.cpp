@@ -136,7 +136,7 @@ class Benchmark {
   void adoptFormerRun() {
     if (!isBenchmarkFolder(options_.out)) return;
     if (options_.overwrite) {
-      fs::remove_all(fs::path(options_.out) / "slots");
+      discardBenchmark(options_.out);
       return;
     }
     const BenchmarkRecord former = readBenchmarkHead(options_.out);

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "etalon/core/errors.h"
+#include "table_text.h"
 
 namespace etalon {
 namespace {
@@ -62,12 +63,6 @@ PairedComparison compareFigures(const Figures& a, const Figures& b,
   comparison.interval = pairedBootstrap(
       paired_a, paired_b, rate ? PairedStatistic::kMean : PairedStatistic::kMedian, options);
   return comparison;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
 }
 
 /** Recordings of the same name must be the same. */

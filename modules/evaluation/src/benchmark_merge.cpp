@@ -1,11 +1,13 @@
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "files.h"
 #include "folder_lock.h"
+#include "table_text.h"
 
 namespace etalon {
 namespace {
@@ -24,6 +26,19 @@ std::string firstDifference(const std::string& a, const std::string& b) {
     return "'" + text.substr(begin, text.find('\n', begin) - begin) + "'";
   };
   return line(a) + " and " + line(b);
+}
+
+/** Versions in which two builds differ, and the beginnings of their hashes. */
+std::string differenceOfPrograms(const BenchmarkRecord& a, const BenchmarkRecord& b) {
+  std::string details;
+  for (const auto& [name, version] : a.versions) {
+    const auto other = b.versions.find(name);
+    if (other != b.versions.end() && other->second != version)
+      details.append(name).append(" ").append(version).append(" and ").append(other->second) +=
+          ", ";
+  }
+  details += "hashes " + a.binaries.substr(0, 8) + "... and " + b.binaries.substr(0, 8) + "...";
+  return "another build of etalon (" + details + ")";
 }
 
 std::string differenceOfProtocols(const BenchmarkProtocol& a, const BenchmarkProtocol& b) {
@@ -63,8 +78,12 @@ class Merger {
       if (!difference.empty())
         throw ConfigError("merge: '" + first_ + "' and '" + folder +
                           "' are no parts of one benchmark: " + difference);
-      adoptSequences(part);
+      adoptSequences(folder, part);
     }
+    all_shards_[part.shards].insert(part.shard);
+    if (!hasBenchmarkResults(folder))
+      interrupted_.push_back(std::to_string(part.shard) + "/" + std::to_string(part.shards) +
+                             " ('" + folder + "')");
     for (SlotRecord& slot : part.slots) {
       const auto [former, is_new] = owner_.emplace(slotKey(slot), folder);
       if (!is_new)
@@ -80,32 +99,55 @@ class Merger {
     const std::vector<std::string> missing = missingSlots(merged_);
     if (!missing.empty())
       throw ConfigError("merge: " + std::to_string(missing.size()) +
-                        " slots are missing (is a shard missing, or was one interrupted?), the "
-                        "first: " +
-                        missing.front());
+                        " slots are missing, the first: " + missing.front() + unfinishedParts());
     return std::move(merged_);
   }
 
  private:
+  static bool used(const BenchmarkSequence& sequence) {
+    return !sequence.content.empty() && sequence.error.empty();
+  }
+
   /** A part knows only the recordings that it needed. */
-  void adoptSequences(const BenchmarkRecord& part) {
+  void adoptSequences(const std::string& folder, const BenchmarkRecord& part) {
     for (size_t i = 0; i < merged_.sequences.size(); ++i) {
       BenchmarkSequence& known = merged_.sequences[i];
       const BenchmarkSequence& other = part.sequences[i];
+      if ((used(known) && !other.error.empty()) || (used(other) && !known.error.empty()))
+        throw ConfigError("merge: '" + folder +
+                          "' and the parts before it: not all could use the recording '" +
+                          known.name + "': " + known.error + other.error);
       if (known.content.empty() && !other.content.empty()) known = other;
       if (known.error.empty()) known.error = other.error;
     }
   }
 
+  /** What to run for the missing slots, as the end of a sentence. */
+  std::string unfinishedParts() const {
+    std::string text;
+    if (!interrupted_.empty())
+      text += "; interrupted, the same command goes on: shard " + joined(interrupted_);
+    if (all_shards_.size() != 1) return text;
+    const auto& [shards, there] = *all_shards_.begin();
+    std::vector<std::string> absent;
+    for (int shard = 1; shard <= shards; ++shard)
+      if (there.count(shard) == 0) absent.push_back(std::to_string(shard));
+    if (!absent.empty())
+      text += "; of " + std::to_string(shards) + " shards not given: " + joined(absent, ",");
+    return text;
+  }
+
   std::string first_;
   BenchmarkRecord merged_;
+  std::map<int, std::set<int>> all_shards_;   ///< numbers of the parts given, by N of K/N
+  std::vector<std::string> interrupted_;      ///< parts without results
   std::map<std::string, std::string> owner_;  ///< folder of each slot
 };
 
 }  // namespace
 
 std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b) {
-  if (a.binaries != b.binaries) return "another build of etalon";
+  if (a.binaries != b.binaries) return differenceOfPrograms(a, b);
   if (a.config != b.config) return "another configuration: " + firstDifference(a.config, b.config);
   for (const std::string& difference : {differenceOfProtocols(a.protocol, b.protocol),
                                         differenceOfInitializers(a.initializers, b.initializers)})
@@ -117,6 +159,9 @@ std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b) {
     if (s.name != t.name) return "other recordings ('" + s.name + "' and '" + t.name + "')";
     if (!s.content.empty() && !t.content.empty() && s.content != t.content)
       return "the recording '" + s.name + "' has other content";
+    // The slots are dealt out over the recordings that could be opened.
+    if ((a.shards > 1 || b.shards > 1) && (s.stereo_frames == 0) != (t.stereo_frames == 0))
+      return "one could not read the recording '" + s.name + "': " + s.error + t.error;
     if (s.error.empty() && t.error.empty() &&
         (s.first_image != t.first_image || s.last_image != t.last_image))
       return "the recording '" + s.name + "' has another length";
@@ -126,9 +171,11 @@ std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b) {
 
 BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const std::string& out,
                                  bool overwrite) {
+  std::vector<std::string> empty;
   for (const std::string& folder : folders)
-    if (!isBenchmarkFolder(folder))
-      throw ConfigError("merge: '" + folder + "' holds no benchmark (benchmark.json is missing)");
+    if (!isBenchmarkFolder(folder)) empty.push_back("'" + folder + "'");
+  if (!empty.empty())
+    throw ConfigError("merge: there is no benchmark (benchmark.json) in " + joined(empty));
   if (isBenchmarkFolder(out) && !overwrite)
     throw ConfigError("merge: '" + out +
                       "' holds a benchmark already; choose another --out, or --overwrite it");
@@ -138,7 +185,7 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   outcome.record = merger.finish();
   makeFolder(out);
   const FolderLock lock(out);
-  fs::remove_all(fs::path(out) / "slots");
+  discardBenchmark(out);
   writeBenchmarkHead(out, outcome.record);
   SlotStore store(out);
   for (const SlotRecord& slot : outcome.record.slots) store.append(slot);

@@ -21,6 +21,9 @@ namespace fs = std::filesystem;
 using ReplaceInvalid = nlohmann::ordered_json::error_handler_t;
 
 constexpr const char* kHeadName = "benchmark.json";
+constexpr const char* kSegmentsName = "segments.csv";
+constexpr const char* kSummaryName = "summary.csv";
+constexpr const char* kReportName = "report.html";
 
 std::string pathIn(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / name).string();
@@ -85,10 +88,19 @@ std::vector<std::string> writeBenchmarkResults(const std::string& folder,
     paths.push_back(pathIn(folder, name));
     writeText(paths.back(), text);
   };
-  write("segments.csv", segmentsCsv(segmentRows(record)));
-  write("summary.csv", summaryCsv(record));
-  write("report.html", benchmarkReportHtml(record));
+  write(kSegmentsName, segmentsCsv(segmentRows(record)));
+  write(kSummaryName, summaryCsv(record));
+  write(kReportName, benchmarkReportHtml(record));
   return paths;
+}
+
+bool hasBenchmarkResults(const std::string& folder) {
+  return fs::exists(pathIn(folder, kSegmentsName));
+}
+
+void discardBenchmark(const std::string& folder) {
+  for (const char* name : {kSegmentsName, kSummaryName, kReportName, "slots"})
+    fs::remove_all(pathIn(folder, name));
 }
 
 std::string slotKey(const SlotRecord& slot) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace etalon {
 
@@ -19,6 +20,9 @@ std::string latexText(const std::string& text);
 
 /** HTML's special characters as themselves, in text and in attributes. */
 std::string htmlText(const std::string& text);
+
+/** One word after the other. */
+std::string joined(const std::vector<std::string>& words, const std::string& between = ", ");
 
 /** Characters of UTF-8 text: bytes that do not continue one. */
 std::size_t displayWidth(const std::string& text);

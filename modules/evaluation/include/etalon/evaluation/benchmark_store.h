@@ -36,6 +36,12 @@ void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record
 std::vector<std::string> writeBenchmarkResults(const std::string& folder,
                                                const BenchmarkRecord& record);
 
+/** Whether they were written: not so if the benchmark was interrupted. */
+bool hasBenchmarkResults(const std::string& folder);
+
+/** Removes slots and results, so that none of them outlive a benchmark that begins anew. */
+void discardBenchmark(const std::string& folder);
+
 /** What tells a slot's line from all others: sequence, window, segment, initializer. */
 std::string slotKey(const SlotRecord& slot);
 
