@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 
 #include "etalon/testing/initializer_checks.h"
@@ -19,6 +20,7 @@ struct Configuration {
   const char* label;
   const char* ini;
 };
+void PrintTo(const Configuration& configuration, std::ostream* out) { *out << configuration.label; }
 constexpr Configuration kConfigurations[] = {
     {"default", ""},
     {"published",
