@@ -42,3 +42,33 @@ function(etalon_add_initializer name)
     set_tests_properties(contract.${name} PROPERTIES LABELS contract TIMEOUT 900)
   endif()
 endfunction()
+
+# etalon_add_initializer_tests(NAME SOURCES ... [LINK ...])
+# Unit tests of the plugin NAME: one GoogleTest executable etalon_initializer_<name>_tests; every TEST in it becomes the
+# ctest <name>.<suite>.<test>. They load the plugin as users get it, from the file ETALON_INITIALIZER (a string constant);
+# etalon::contract has windows with exact truth for them. Parts of the plugin that are tested by themselves are named among
+# the SOURCES too; their headers are found.
+# Nothing where no tests are built, as above. Call it in the folder of the plugin, after etalon_add_initializer().
+function(etalon_add_initializer_tests name)
+  if(NOT (ETALON_BUILD_TESTS OR BUILD_TESTING))
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  if(NOT TARGET GTest::gtest_main)
+    find_package(GTest REQUIRED)
+  endif()
+  include(GoogleTest)
+  set(plugin etalon_initializer_${name})
+  set(target ${plugin}_tests)
+  add_executable(${target} ${ARG_SOURCES})
+  target_include_directories(${target} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
+  target_compile_definitions(${target} PRIVATE ETALON_INITIALIZER="$<TARGET_FILE:${plugin}>")
+  target_link_libraries(${target} PRIVATE ${ARG_LINK} etalon::contract GTest::gtest GTest::gmock GTest::gtest_main)
+  foreach(own etalon_build_settings etalon_initializer_checks) # of Etalon's own build
+    if(TARGET ${own})
+      target_link_libraries(${target} PRIVATE ${own})
+    endif()
+  endforeach()
+  add_dependencies(${target} ${plugin})
+  gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

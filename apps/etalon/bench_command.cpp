@@ -9,6 +9,7 @@
 
 #include "checks.h"
 #include "commands.h"
+#include "configuration_options.h"
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
@@ -22,10 +23,11 @@ namespace etalon::app {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> sources, initializers, set, plugin_path;
+  std::vector<std::string> sources, initializers;
   std::vector<int> keyframes;
   std::vector<double> rates_hz;
-  std::string config, out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
+  std::string out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
+  ConfigurationOptions configuration;
   double every_s = 2.5;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool overwrite = false;
@@ -40,12 +42,10 @@ extern "C" void requestStop(int signal_number) {
 }
 
 SuiteConfiguration configure(const Arguments& arguments) {
-  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
-                                         : IniFile::fromFile(arguments.config);
-  for (const std::string& argument : arguments.set) ini.setFromArgument(argument);
   std::vector<std::string> names = arguments.initializers;
   if (names.size() == 1 && names.front() == "all") names.clear();
-  return loadSuiteConfiguration(ini, arguments.plugin_path, names);
+  return loadSuiteConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path,
+                                names);
 }
 
 void setShard(const std::string& text, BenchmarkOptions* options) {
@@ -113,8 +113,7 @@ int bench(const Arguments& arguments) {
   setShard(arguments.shard, &options);
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
-    const bool last = p.done == p.total;
-    if (last || line.due()) line.print(describe(p), last);
+    line.update(p.done == p.total, [&p] { return describe(p); });
   };
   cv::setNumThreads(1);  // the jobs are the threads
   std::signal(SIGINT, requestStop);
@@ -197,15 +196,8 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
       ->capture_default_str();
-  command->add_option("-c,--config", arguments->config, "INI file; without, built-in values")
-      ->check(CLI::ExistingFile);
-  command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--plugin-path", arguments->plugin_path,
-                   "Folder or library searched first for plugins; repeatable")
-      ->check(CLI::ExistingPath)
-      ->allow_extra_args(false);
+  arguments->configuration.addConfig(command);
+  arguments->configuration.addOverrides(command);
   command->footer(
       "Example: etalon bench /data/euroc/* --out results\n"
       "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "

@@ -1,9 +1,9 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <optional>
 
 #include "commands.h"
+#include "configuration_options.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/evaluation/benchmark_slots.h"
@@ -19,21 +19,12 @@ namespace etalon::app {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> sources, set, plugin_path;
-  std::string config, out, tracks, format = "text";
-  std::optional<std::string> initializer;
+  std::vector<std::string> sources;
+  std::string out, tracks, format = "text";
+  ConfigurationOptions configuration;
   double every_s = 2.5;
   bool include_rest = false;
 };
-
-RunConfiguration configure(const Arguments& arguments) {
-  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
-                                         : IniFile::fromFile(arguments.config);
-  if (arguments.initializer)
-    ini.set("pipeline", "initializer", *arguments.initializer, "--initializer");
-  for (const std::string& argument : arguments.set) ini.setFromArgument(argument);
-  return loadRunConfiguration(ini, arguments.plugin_path);
-}
 
 /** Tracks of a recording; with --tracks from there, where they fit. */
 SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
@@ -45,10 +36,10 @@ SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
   tracking.gyro_bias = pipeline.window.priors.mean.gyro;
   tracking.decode_ahead = true;
   tracking.progress = [&](size_t done, size_t all) {
-    if (line.due() || done == all)
-      line.print("calibrate-noise: " + recordingName(source) + ": front end " +
-                     std::to_string(done) + "/" + std::to_string(all) + " frames",
-                 done == all);
+    line.update(done == all, [&] {
+      return "calibrate-noise: " + recordingName(source) + ": front end " + std::to_string(done) +
+             "/" + std::to_string(all) + " frames";
+    });
   };
   if (arguments.tracks.empty()) return trackSequence(*recording, tracking);
   return loadOrTrack(*recording, recordingHash(*recording), recordingName(source), arguments.tracks,
@@ -152,10 +143,10 @@ NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindo
   if (arguments.include_rest) options.min_speed_mps = 0.0;
   ProgressLine line;
   options.progress = [&](size_t done, size_t all) {
-    if (line.due())
-      line.print("calibrate-noise: " + name + ": window " + std::to_string(done) + "/" +
-                     std::to_string(all),
-                 false);
+    line.update(false, [&] {
+      return "calibrate-noise: " + name + ": window " + std::to_string(done) + "/" +
+             std::to_string(all);
+    });
   };
   NoiseCalibration calibration =
       calibrateNoise(windows, *configuration.initializers.initializer, options);
@@ -188,7 +179,8 @@ void write(const std::string& path, const std::string& text) {
 
 int calibrateNoise(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
-  const RunConfiguration configuration = configure(arguments);
+  const RunConfiguration configuration =
+      loadRunConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path);
   std::vector<std::pair<std::string, NoiseCalibration>> results;
   std::vector<NoiseWindow> all;
   for (const std::string& source : arguments.sources) {
@@ -227,8 +219,7 @@ void addCalibrateNoiseCommand(CLI::App& app, int* exit_code) {
       "windows of recordings, without ground truth. Prints the iterations, what the noise in use "
       "is worth, and the lines of an INI file for -c.");
   command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
-  command->add_option("--initializer", arguments->initializer,
-                      "Initializer plugin (etalon plugins lists them)");
+  arguments->configuration.addInitializer(command);
   command->add_option("--every", arguments->every_s, "Seconds from window to window")
       ->check(CLI::Range(0.01, 1e6, "seconds from 0.01 to 1e6"))
       ->capture_default_str();
@@ -240,15 +231,8 @@ void addCalibrateNoiseCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember({"text", "markdown", "csv", "json"}))
       ->capture_default_str();
-  command->add_option("-c,--config", arguments->config, "INI file; without, built-in values")
-      ->check(CLI::ExistingFile);
-  command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--plugin-path", arguments->plugin_path,
-                   "Folder or library searched first for plugins; repeatable")
-      ->check(CLI::ExistingPath)
-      ->allow_extra_args(false);
+  arguments->configuration.addConfig(command);
+  arguments->configuration.addOverrides(command);
   command->footer("Exit codes: 0 done, 2 usage or configuration, 3 data.");
   command->callback([arguments, exit_code] { *exit_code = calibrateNoise(*arguments); });
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "commands.h"
+#include "configuration_options.h"
 #include "etalon/contract/contract.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/ini_file.h"
@@ -186,11 +187,7 @@ void addCheckPluginCommand(CLI::App& app, int* exit_code) {
       "runs in a process of its own.");
   command->add_option("PLUGIN", arguments->plugin,
                       "Name of the initializer, or its library's path");
-  command
-      ->add_option("--plugin-path", arguments->plugin_path,
-                   "Folder or library searched first for plugins; repeatable")
-      ->check(CLI::ExistingPath)
-      ->allow_extra_args(false);
+  addPluginPathOption(command, &arguments->plugin_path);
   command->add_option("-c,--config", arguments->config, "INI file with the plugin's section")
       ->check(CLI::ExistingFile);
   command->add_option("--set", arguments->set, "Override a parameter, key=value; repeatable")

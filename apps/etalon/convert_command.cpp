@@ -38,13 +38,13 @@ void convert(const Arguments& arguments) {
   ConvertOptions options;
   options.embed = arguments.embed;
   options.progress = [&](const ConvertProgress& progress) {
-    const bool last = progress.frames == progress.frames_total;
-    if (!last && !line.due()) return;
-    char text[100];
-    std::snprintf(text, sizeof text, "convert: %d of %d stereo frames, %.0f a second",
-                  progress.frames, progress.frames_total,
-                  progress.frames / std::max(secondsSince(start), 1e-9));
-    line.print(text, last);
+    line.update(progress.frames == progress.frames_total, [&]() -> std::string {
+      char text[100];
+      std::snprintf(text, sizeof text, "convert: %d of %d stereo frames, %.0f a second",
+                    progress.frames, progress.frames_total,
+                    progress.frames / std::max(secondsSince(start), 1e-9));
+      return text;
+    });
   };
   const ConvertReport report = convertToRawlog(*source, arguments.destination, options);
   for (const std::string& warning : source->statistics().warnings)

@@ -16,9 +16,10 @@ bool ProgressLine::due() const {
   return since.count() > (terminal_ ? 0.2 : 5.0);
 }
 
-void ProgressLine::print(const std::string& text, bool last) {
+void ProgressLine::update(bool last, const std::function<std::string()>& make_text) {
   if (!last && !due()) return;
   printed_ = std::chrono::steady_clock::now();
+  const std::string text = make_text();
   if (!terminal_) {
     std::fprintf(stderr, "%s\n", text.c_str());
     return;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 
 namespace etalon::app {
@@ -11,14 +12,18 @@ class ProgressLine {
  public:
   ProgressLine();
 
-  /** Whether a call of print() would show something; so that the text is made only then. */
-  bool due() const;
-  /** @param last whether it is the last of its kind: printed in any case, and left standing */
-  void print(const std::string& text, bool last);
+  /**
+   * Shows a text if it is time for one.
+   * @param make_text called only if it is shown
+   * @param last whether it is the last of its kind: shown in any case, and left standing
+   */
+  void update(bool last, const std::function<std::string()>& make_text);
   /** Before anything else is printed: removes what stands there. */
   void interrupt();
 
  private:
+  bool due() const;
+
   bool terminal_;
   size_t length_ = 0;  ///< of the text that stands there
   std::chrono::steady_clock::time_point printed_;

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 
 #include "checks.h"
 #include "commands.h"
+#include "configuration_options.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
@@ -20,9 +20,8 @@ namespace etalon::app {
 namespace {
 
 struct Arguments {
-  std::string source, config, out = "out/replay";
-  std::optional<std::string> initializer;
-  std::vector<std::string> set, plugin_path;
+  std::string source, out = "out/replay";
+  ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18;
 };
 
@@ -40,15 +39,6 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
   std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
                 state.c_str());
   return text;
-}
-
-IniFile readConfiguration(const Arguments& arguments) {
-  IniFile ini = arguments.config.empty() ? IniFile::fromText("", "built-in configuration")
-                                         : IniFile::fromFile(arguments.config);
-  if (arguments.initializer)
-    ini.set("pipeline", "initializer", *arguments.initializer, "--initializer");
-  for (const std::string& argument : arguments.set) ini.setFromArgument(argument);
-  return ini;
 }
 
 /** @param handover whether the odometry ran already, started at rest */
@@ -108,12 +98,12 @@ class Replay {
           pipeline_.state() == PipelineState::kInitialized && attempt.t > pipeline_.initializedAt();
       printAttempt(attempt, images_.front().t, handover);
     }
-    const double seconds =
-        images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t);
-    if (!last && !progress_.due()) return;
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-    progress_.print(describeProgress(pipeline_, configuration_.pipeline, seconds, elapsed.count()),
-                    last);
+    progress_.update(last, [this] {
+      const double seconds =
+          images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t);
+      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+      return describeProgress(pipeline_, configuration_.pipeline, seconds, elapsed.count());
+    });
   }
 
   SensorSource& source_;
@@ -183,7 +173,7 @@ int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
   const RunConfiguration configuration =
-      loadRunConfiguration(readConfiguration(arguments), arguments.plugin_path);
+      loadRunConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path);
   SourceOptions source_options;
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
@@ -214,21 +204,13 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       "gravity-aligned frame. Writes trajectory, initialization.json, run.rawlog, a picture and "
       "the effective configuration.");
   command->add_option("SRC", arguments->source, "EuRoC folder or .rawlog")->required();
-  command->add_option("-c,--config", arguments->config, "INI file; without, built-in values")
-      ->check(CLI::ExistingFile);
-  command->add_option("--initializer", arguments->initializer,
-                      "Initializer plugin (etalon plugins lists them)");
+  arguments->configuration.addConfig(command);
+  arguments->configuration.addInitializer(command);
   command->add_option("--from", arguments->from_s, "Start, seconds after the first image")
       ->check(checkSeconds(true));
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
-  command->add_option("--set", arguments->set, "Override section.key=value; repeatable")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--plugin-path", arguments->plugin_path,
-                   "Folder or library searched first for plugins; repeatable")
-      ->check(CLI::ExistingPath)
-      ->allow_extra_args(false);
+  arguments->configuration.addOverrides(command);
   command->add_option("--out", arguments->out, "Folder for the results")->capture_default_str();
   command->footer(
       "Exit codes: 0 initialised, 1 never initialised (reasons printed), 2 usage or configuration, "

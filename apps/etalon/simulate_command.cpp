@@ -26,12 +26,13 @@ class SimulationProgress {
     using std::chrono::steady_clock;
     const steady_clock::time_point now = steady_clock::now();
     if (done == 1) start_ = now;
-    if (done < all && !line_.due()) return;
-    const double seconds = std::chrono::duration<double>(now - start_).count();
-    char text[100];
-    std::snprintf(text, sizeof text, "simulate: %d/%d stereo frames, %.1f frames/s", done, all,
-                  seconds > 0.0 ? (done - 1) / seconds : 0.0);
-    line_.print(text, done == all);
+    line_.update(done == all, [&]() -> std::string {
+      const double seconds = std::chrono::duration<double>(now - start_).count();
+      char text[100];
+      std::snprintf(text, sizeof text, "simulate: %d/%d stereo frames, %.1f frames/s", done, all,
+                    seconds > 0.0 ? (done - 1) / seconds : 0.0);
+      return text;
+    });
   }
 
  private:

@@ -1,16 +1,14 @@
-// The plugin static, loaded by name.
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <string>
 
 #include "etalon/core/so3.h"
-#include "etalon/initialization/plugin_loader.h"
-#include "etalon/testing/synthetic_window.h"
+#include "etalon/testing/initializer_checks.h"
 
 namespace etalon {
 namespace {
@@ -18,17 +16,13 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using testing::Motion;
+using testing::runOn;
 using testing::SyntheticWindow;
 using testing::SyntheticWindowOptions;
 using testing::WindowErrors;
 
-Initializer::Ptr loadStatic(const std::string& ini = "") {
-  PluginLoader loader({ETALON_INITIALIZERS});
-  Initializer::Ptr initializer = loader.create("static");
-  ParameterSet parameters("static");
-  initializer->declareParameters(parameters);
-  parameters.read(IniFile::fromText("[static]\n" + ini, "test"));
-  return initializer;
+Initializer::Ptr load(const std::string& ini = "") {
+  return testing::loadInitializer(ETALON_INITIALIZER, ini);
 }
 
 SyntheticWindowOptions atRest() {
@@ -53,7 +47,7 @@ TEST(Static, IsExactAtRestWithoutNoise) {
   const SyntheticWindowOptions options = atRest();
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationProblem problem = makeProblem(window, options);
-  const InitializationResult result = loadStatic()->initialize(problem);
+  const InitializationResult result = load()->initialize(problem);
   ASSERT_TRUE(result.ok()) << result.reason;
   EXPECT_FALSE(problem.visualSolutionComputed());
   const WindowErrors e = errorsOf(result.states, result.bias, window);
@@ -68,7 +62,7 @@ TEST(Static, SubtractsTheAccelerometerBiasThatThePriorKnows) {
   SyntheticWindowOptions options = atRest();
   options.bias.accel = options.priors.mean.accel = {0.2, -0.3, 0.1};
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
-  const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+  const InitializationResult result = load()->initialize(makeProblem(window, options));
   ASSERT_TRUE(result.ok()) << result.reason;
   EXPECT_LT(errorsOf(result.states, result.bias, window).gravity_deg, 1e-9);
   EXPECT_EQ(result.bias.accel, options.bias.accel);
@@ -79,7 +73,7 @@ TEST(Static, StandsStillWithRunningMotors) {
   options.sigma_px = options.assumed_sigma_px = 0.3;
   SyntheticWindow window = testing::makeSyntheticWindow(options);
   shake(0.08, 1.4, &window);
-  const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+  const InitializationResult result = load()->initialize(makeProblem(window, options));
   ASSERT_TRUE(result.ok()) << result.reason;
   const WindowErrors e = errorsOf(result.states, result.bias, window);
   EXPECT_LT(e.gravity_deg, 0.1);  // what is left of whole periods of the shaking
@@ -93,7 +87,7 @@ TEST(Static, RefusesEveryMotionByTheImages) {
     SyntheticWindowOptions options = atRest();
     options.motion = motion;
     const SyntheticWindow window = testing::makeSyntheticWindow(options);
-    const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+    const InitializationResult result = load()->initialize(makeProblem(window, options));
     EXPECT_EQ(result.status, InitializationStatus::kTooMuchMotion);
     EXPECT_NE(result.reason.find("moves"), std::string::npos) << result.reason;
     EXPECT_GT(result.reason_value, 0.0);
@@ -104,14 +98,53 @@ TEST(Static, RefusesByTheImuWhatTheImagesDoNotSee) {
   const SyntheticWindowOptions options = atRest();
   SyntheticWindow window = testing::makeSyntheticWindow(options);
   shake(0.3, 0.0, &window);
-  const InitializationResult rates = loadStatic()->initialize(makeProblem(window, options));
+  const InitializationResult rates = load()->initialize(makeProblem(window, options));
   EXPECT_EQ(rates.status, InitializationStatus::kTooMuchMotion);
   EXPECT_NEAR(rates.reason_value, 0.3 / std::sqrt(2.0), 0.01) << rates.reason;
   window = testing::makeSyntheticWindow(options);
   shake(0.0, 4.0, &window);
-  const InitializationResult forces = loadStatic()->initialize(makeProblem(window, options));
+  const InitializationResult forces = load()->initialize(makeProblem(window, options));
   EXPECT_EQ(forces.status, InitializationStatus::kTooMuchMotion);
   EXPECT_NEAR(forces.reason_value, 4.0 / std::sqrt(2.0), 0.1) << forces.reason;
+}
+
+TEST(Static, RefusesTracksThatBreakOffWithinTheWindow) {
+  const SyntheticWindowOptions options = atRest();
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  for (size_t k = 20; k < window.frames.size(); ++k) window.frames[k].observations.resize(5);
+  const InitializationResult result = runOn(window, options, *load()).result;
+  testing::expectRefusal(result, InitializationStatus::kTooMuchMotion, "are left");
+  EXPECT_EQ(result.reason_value, 5.0);
+}
+
+TEST(Static, RefusesAMeanRateThatIsNoBias) {
+  SyntheticWindowOptions options = atRest();
+  options.bias.gyro = {0.0, 0.4, 0.0};
+  const InitializationResult result = runOn(options, *load()).result;
+  testing::expectRefusal(result, InitializationStatus::kImplausible, "mean rate");
+  EXPECT_NEAR(result.reason_value, 0.4, 1e-9);
+}
+
+TEST(Static, AnUnknownAccelerometerBiasTiltsGravity) {
+  SyntheticWindowOptions options = atRest();
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  // Level: across what the accelerometer measures at rest.
+  const Vector3d level = window.imu.samples().front().accel.unitOrthogonal();
+  options.bias.accel = 0.2 * level;
+  const testing::Outcome o = runOn(options, *load());
+  ASSERT_TRUE(o.result.ok()) << o.result.reason;
+  EXPECT_NEAR(o.errors.gravity_deg, 180.0 / M_PI * std::atan(0.2 / 9.81), 1e-6);
+}
+
+TEST(Static, GivesTheSameResultBitForBit) {
+  SyntheticWindowOptions options = atRest();
+  options.sigma_px = 0.3;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  testing::expectSameBits([] { return load(); }, options);
+}
+
+TEST(Static, RefusesAnImuGapAndNonFiniteMeasurements) {
+  testing::expectRefusesBrokenInput(*load());
 }
 
 TEST(Static, RefusesImplausibleMeansAndTooFewTracks) {
@@ -122,12 +155,12 @@ TEST(Static, RefusesImplausibleMeansAndTooFewTracks) {
   for (ImuSample& s : samples) s.accel *= 1.1;
   SyntheticWindow heavy = window;
   heavy.imu = ImuBuffer(samples);
-  const InitializationResult gravity = loadStatic()->initialize(makeProblem(heavy, options));
+  const InitializationResult gravity = load()->initialize(makeProblem(heavy, options));
   EXPECT_EQ(gravity.status, InitializationStatus::kImplausible);
   EXPECT_NEAR(gravity.reason_value, 0.981, 1e-6) << gravity.reason;
 
   for (TrackedFrame& frame : window.frames) frame.observations.resize(5);
-  const InitializationResult tracks = loadStatic()->initialize(makeProblem(window, options));
+  const InitializationResult tracks = load()->initialize(makeProblem(window, options));
   EXPECT_EQ(tracks.status, InitializationStatus::kTooFewTracks) << tracks.reason;
   EXPECT_EQ(tracks.reason_value, 5.0);
 }
@@ -148,7 +181,7 @@ Eigen::Matrix<double, 8, 1> errorOf(const InitializationResult& result,
 
 TEST(Static, CovarianceIsHonestByMonteCarlo) {
   constexpr int kTrials = 400;
-  const Initializer::Ptr initializer = loadStatic();
+  const Initializer::Ptr initializer = load();
   std::mt19937 rng(7);
   std::normal_distribution<double> normal;
   double nees = 0.0, tilt_nees = 0.0;
@@ -179,7 +212,7 @@ TEST(Static, CovarianceIsHonestByMonteCarlo) {
 TEST(Static, CovarianceSaysThatTiltAndAccelerometerBiasAreOneError) {
   SyntheticWindowOptions options = atRest();
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
-  const InitializationResult result = loadStatic()->initialize(makeProblem(window, options));
+  const InitializationResult result = load()->initialize(makeProblem(window, options));
   ASSERT_TRUE(result.ok()) << result.reason;
   const Eigen::MatrixXd& P = result.covariance;
   EXPECT_NEAR(std::sqrt(P(6, 6)), 0.1 / 9.81, 1e-4);

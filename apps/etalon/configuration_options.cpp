@@ -1,0 +1,37 @@
+#include "configuration_options.h"
+
+namespace etalon::app {
+
+void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_path) {
+  command
+      ->add_option("--plugin-path", *plugin_path,
+                   "Folder or library searched first for plugins; repeatable")
+      ->check(CLI::ExistingPath)
+      ->allow_extra_args(false);
+}
+
+void ConfigurationOptions::addConfig(CLI::App* command) {
+  command->add_option("-c,--config", config, "INI file; without, built-in values")
+      ->check(CLI::ExistingFile);
+}
+
+void ConfigurationOptions::addInitializer(CLI::App* command) {
+  command->add_option("--initializer", initializer,
+                      "Initializer plugin (etalon plugins lists them)");
+}
+
+void ConfigurationOptions::addOverrides(CLI::App* command) {
+  command->add_option("--set", set, "Override section.key=value; repeatable")
+      ->allow_extra_args(false);
+  addPluginPathOption(command, &plugin_path);
+}
+
+IniFile ConfigurationOptions::ini() const {
+  IniFile ini =
+      config.empty() ? IniFile::fromText("", "built-in configuration") : IniFile::fromFile(config);
+  if (initializer) ini.set("pipeline", "initializer", *initializer, "--initializer");
+  for (const std::string& argument : set) ini.setFromArgument(argument);
+  return ini;
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/ini_file.h"
+
+namespace etalon::app {
+
+/** Declares --plugin-path. */
+void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_path);
+
+/**
+ * The configuration of a command that runs the pipeline: -c/--config, --initializer, --set and
+ * --plugin-path. Each add...() declares some of them on a subcommand, and this has to live until
+ * the command has run; the order of the calls is the order of --help.
+ */
+struct ConfigurationOptions {
+  std::string config;                      ///< INI file; empty: built-in values
+  std::optional<std::string> initializer;  ///< instead of the INI's
+  std::vector<std::string> set;            ///< section.key=value
+  std::vector<std::string> plugin_path;    ///< searched before the INI's
+
+  void addConfig(CLI::App* command);
+  void addInitializer(CLI::App* command);
+  /** --set and --plugin-path. */
+  void addOverrides(CLI::App* command);
+
+  /** The INI file with --initializer and then --set in it. @throws ConfigError */
+  IniFile ini() const;
+};
+
+}  // namespace etalon::app

@@ -1,0 +1,178 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "etalon/testing/initializer_checks.h"
+
+namespace etalon {
+namespace {
+
+using testing::Motion;
+using testing::Outcome;
+using testing::runOn;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+using testing::WindowErrors;
+
+Initializer::Ptr load(const std::string& ini = "") {
+  return testing::loadInitializer(ETALON_INITIALIZER, ini);
+}
+
+SyntheticWindowOptions moving() {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kAggressive;
+  return options;
+}
+
+class DrtVariants : public ::testing::TestWithParam<const char*> {
+ protected:
+  static Initializer::Ptr loadIt(const std::string& more = "") {
+    return load(std::string("variant = ") + GetParam() + "\n" + more);
+  }
+  static bool estimatesAccelBias() { return std::string(GetParam()) == "tight"; }
+};
+
+TEST_P(DrtVariants, IsExactOnNoiseFreeDataAndFollowsAKnownBias) {
+  WindowErrors bounds = testing::kNumericalPrecision;
+  bounds.accel_bias_mps2 = 1e-4;
+  for (const char* weighting : {"robust", "none"})
+    for (const double sign : {-1.0, 1.0})
+      for (const Motion motion : testing::kExcitingMotions) {
+        SCOPED_TRACE(std::string(weighting) + " " + testing::toString(motion));
+        ImuBias bias{sign * testing::kBiases.gyro, sign * testing::kBiases.accel};
+        if (!estimatesAccelBias()) bias.accel.setZero();
+        testing::expectWithin(runOn(testing::freeOptions(motion, bias),
+                                    *loadIt(std::string("weighting = ") + weighting)),
+                              bounds);
+      }
+}
+
+TEST_P(DrtVariants, IsExactAtRestAndAtConstantVelocityToo) {
+  const Initializer::Ptr initializer = loadIt();
+  for (const Motion motion : {Motion::kStandstill, Motion::kConstantVelocity}) {
+    SCOPED_TRACE(testing::toString(motion));
+    SyntheticWindowOptions options;
+    options.motion = motion;
+    options.bias.gyro = testing::kBiases.gyro;
+    const Outcome o = runOn(options, *initializer);
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    EXPECT_LT(o.errors.gyro_bias_rps, 1e-4);
+    EXPECT_LT(o.errors.rre_deg, 1e-3);
+    EXPECT_LT(o.errors.velocity_mps, 1e-3);
+    EXPECT_LT(o.errors.gravity_deg, 0.01);
+  }
+}
+
+TEST_P(DrtVariants, IsExactWhereTheAccelerometerBiasIsKnownAndFixed) {
+  SyntheticWindowOptions options = moving();
+  options.bias = testing::kBiases;
+  options.priors.mean.accel = testing::kBiases.accel;
+  testing::expectWithin(runOn(options, *loadIt("accel_bias = mean")), testing::kNumericalPrecision);
+}
+
+TEST_P(DrtVariants, AFixedAccelerometerBiasGoesIntoGravity) {
+  SyntheticWindowOptions options = moving();
+  options.bias.accel = {0.15, 0.0, 0.0};
+  const Outcome o = runOn(options, *loadIt("accel_bias = mean"));
+  ASSERT_TRUE(o.result.ok()) << o.result.reason;
+  EXPECT_LT(o.result.bias.accel.norm(), 1e-9);
+  EXPECT_GT(o.errors.gravity_deg, 0.1);
+  EXPECT_LT(o.errors.gravity_deg, 1.0);  // |b_a| / g is 0.88 deg
+}
+
+TEST_P(DrtVariants, SurvivesNoiseAndThirtyPercentOutliers) {
+  const Initializer::Ptr initializer = loadIt();
+  for (const Motion motion : {Motion::kAggressive, Motion::kCircle}) {
+    SCOPED_TRACE(testing::toString(motion));
+    // Of observations: 30 % of the matches of two.
+    const Outcome o =
+        runOn(testing::noisyOptions(motion, 0.16, {testing::kBiases.gyro, {0.02, -0.01, 0.03}}),
+              *initializer);
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    // One draw, three times what these methods do on flights without outliers.
+    EXPECT_LT(o.errors.rre_deg, 0.05);
+    EXPECT_LT(o.errors.gyro_bias_rps, 4e-3);
+    EXPECT_LT(o.errors.velocity_mps, 0.05);
+    EXPECT_LT(o.errors.gravity_deg, 1.0);
+  }
+}
+
+TEST_P(DrtVariants, GivesTheSameResultBitForBit) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.5;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  testing::expectSameBits([] { return loadIt(); }, options);
+}
+
+TEST_P(DrtVariants, RefusesTooFewTracksAndNoOverlapInWords) {
+  const InitializationResult too_few = testing::expectRefusesTooFewTracks(*loadIt());
+  EXPECT_EQ(too_few.status, InitializationStatus::kTooFewTracks) << too_few.reason;
+  testing::expectRefusesTracksWithoutOverlap(*loadIt());
+}
+
+TEST_P(DrtVariants, RefusesTracksThatAreNoisierThanBelieved) {
+  testing::expectRefusesTracksNoisierThanBelieved(*loadIt());
+}
+
+INSTANTIATE_TEST_SUITE_P(Variant, DrtVariants, ::testing::Values("tight", "loose"),
+                         [](const auto& variant) { return std::string(variant.param); });
+
+TEST(Drt, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
+  testing::expectExactWhereThePriorsAreTrue(*load());
+}
+
+TEST(Drt, NeedsNoVisualSolution) {
+  const Initializer::Ptr initializer = load();
+  EXPECT_FALSE(initializer->needsVisualSolution());
+  const SyntheticWindowOptions options;
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const InitializationProblem problem = makeProblem(window, options);
+  EXPECT_TRUE(initializer->initialize(problem).ok());
+  EXPECT_FALSE(problem.visualSolutionComputed());
+}
+
+TEST(Drt, RefusesForTheReasonsOfTheGyroBias) {
+  testing::expectRefusal(runOn(moving(), *load("nec_min_matches = 100000")).result,
+                         InitializationStatus::kTooFewTracks, "neighbouring keyframes share");
+  testing::expectRefusal(runOn(moving(), *load("max_sigma_gyro_rps = 1e-12")).result,
+                         InitializationStatus::kIllConditioned, "too little parallax");
+  SyntheticWindowOptions biased = moving();
+  biased.bias.gyro = testing::kBiases.gyro;
+  testing::expectRefusal(runOn(biased, *load("max_gyro_bias_rps = 0.05")).result,
+                         InitializationStatus::kImplausible, "from its prior mean");
+}
+
+TEST(Drt, RefusesTooLittleSupportOfTheTranslations) {
+  const InitializationResult support = runOn(moving(), *load("min_landmarks = 100000")).result;
+  testing::expectRefusal(support, InitializationStatus::kTooFewTracks, "landmarks with parallax");
+  EXPECT_GT(support.reason_value, 100.0);
+  // No two rays are a radian apart: no landmark has a base.
+  const InitializationResult parallax = runOn(moving(), *load("min_parallax_rad = 1")).result;
+  testing::expectRefusal(parallax, InitializationStatus::kTooFewTracks, "landmarks with parallax");
+  EXPECT_EQ(parallax.reason_value, 0.0);
+}
+
+TEST(Drt, RefusesResidualsAboveWhatSigmaPromises) {
+  const InitializationResult result =
+      runOn(testing::noisyOptions(Motion::kAggressive, 0.0, ImuBias()), *load("max_noise = 0.1"))
+          .result;
+  testing::expectRefusal(result, InitializationStatus::kNotConverged, "translation residuals");
+  EXPECT_NEAR(result.reason_value, 1.0, 0.3);  // the noise is what the problem believes
+}
+
+TEST(Drt, RefusesAnAccelerometerThatShowsNoGravity) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kStandstill;
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  std::vector<ImuSample> samples = window.imu.samples();
+  for (ImuSample& s : samples) s.accel *= 0.05;
+  window.imu = ImuBuffer(samples);
+  const InitializationResult result = runOn(window, options, *load()).result;
+  testing::expectRefusal(result, InitializationStatus::kImplausible, "no direction for gravity");
+  EXPECT_NEAR(result.reason_value, 0.05 * 9.81, 1e-6);
+}
+
+TEST(Drt, RefusesAnImuGapAndNonFiniteMeasurements) { testing::expectRefusesBrokenInput(*load()); }
+
+}  // namespace
+}  // namespace etalon

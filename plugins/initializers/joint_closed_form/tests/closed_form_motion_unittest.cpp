@@ -1,0 +1,143 @@
+#include "closed_form_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "etalon/core/so3.h"
+#include "etalon/testing/initializer_checks.h"
+
+namespace etalon::plugins {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using testing::Motion;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+using Node = ClosedFormMotion::Node;
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+
+struct Case {
+  Case() {
+    SyntheticWindowOptions options;
+    options.motion = Motion::kAggressive;
+    options.keyframes = 6;
+    options.bias = bias = testing::kBiases;
+    window = testing::makeSyntheticWindow(options);
+    noise = window.calibration.imu.noise;
+    // The bias as it is at the end of an interval is not handed on to the next: without random walk
+    // the sum of the intervals is what one long interval is.
+    noise.gyro_random_walk = noise.accel_random_walk = 0.0;
+  }
+  std::vector<Preintegration> preintegrations(const ImuBias& at) const {
+    std::vector<Preintegration> result;
+    for (size_t k = 1; k < window.truth.size(); ++k)
+      result.emplace_back(window.imu.between(window.truth[k - 1].t, window.truth[k].t), at, noise);
+    return result;
+  }
+  SyntheticWindow window;
+  ImuNoiseDensities noise;
+  ImuBias bias;
+};
+
+/** [rotation (right perturbation), alpha, beta] by which `b` is away from `a`. */
+Vector9 difference(const Node& a, const Node& b) {
+  Vector9 d;
+  d << logSO3(a.R_VB.transpose() * b.R_VB), b.alpha - a.alpha, b.beta - a.beta;
+  return d;
+}
+
+TEST(ClosedFormMotion, IsTheTrueMotionAtTheTrueBiases) {
+  const Case c;
+  const ClosedFormMotion motion = composeMotion(c.preintegrations(c.bias));
+  const SE3 T_VW = c.window.truth[0].T_WB.inverse();
+  const Vector3d v_0 = T_VW.R * c.window.truth[0].v_WB, g = T_VW.R * Vector3d(0, 0, -9.81);
+  ASSERT_EQ(motion.nodes.size(), c.window.truth.size());
+  for (size_t k = 0; k < motion.nodes.size(); ++k) {
+    const Node& node = motion.nodes[k];
+    const SE3 T_VB = T_VW * c.window.truth[k].T_WB;
+    EXPECT_NEAR(node.t, 0.25 * static_cast<double>(k), 1e-9);
+    EXPECT_LT((node.R_VB - T_VB.R).norm(), 1e-10);
+    EXPECT_LT((v_0 * node.t + 0.5 * node.t * node.t * g + node.alpha - T_VB.t).norm(), 1e-8);
+    EXPECT_LT((v_0 + node.t * g + node.beta - T_VW.R * c.window.truth[k].v_WB).norm(), 1e-8);
+  }
+}
+
+TEST(ClosedFormMotion, IsOneLongPreintegration) {
+  const Case c;
+  const ClosedFormMotion motion = composeMotion(c.preintegrations(c.bias));
+  const Preintegration whole(
+      c.window.imu.between(c.window.truth.front().t, c.window.truth.back().t), c.bias, c.noise);
+  const Node& last = motion.nodes.back();
+  EXPECT_LT((last.R_VB - whole.deltas().dR).norm(), 1e-10);
+  EXPECT_LT((last.alpha - whole.deltas().dp).norm(), 1e-9);
+  EXPECT_LT((last.beta - whole.deltas().dv).norm(), 1e-9);
+  const Matrix9 covariance = motion.covariance.bottomRightCorner<9, 9>();
+  EXPECT_LT((covariance - whole.covariance9()).norm(), 1e-6 * covariance.norm());
+  for (int i = 0; i < 9; ++i)  // the small ones, too: rotation is 1e-3 of position
+    EXPECT_NEAR(covariance(i, i), whole.covariance9()(i, i), 1e-4 * covariance(i, i));
+}
+
+TEST(ClosedFormMotion, BiasJacobiansAreThoseByNumericalDerivatives) {
+  const Case c;
+  const ClosedFormMotion motion = composeMotion(c.preintegrations(c.bias));
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 6; ++i) {
+    ImuBias before = c.bias, after = c.bias;
+    (i < 3 ? before.gyro : before.accel)[i % 3] -= kStep;
+    (i < 3 ? after.gyro : after.accel)[i % 3] += kStep;
+    const ClosedFormMotion a = composeMotion(c.preintegrations(before));
+    const ClosedFormMotion b = composeMotion(c.preintegrations(after));
+    for (size_t k = 1; k < motion.nodes.size(); ++k) {
+      const Vector9 numerical =
+          (difference(motion.nodes[k], b.nodes[k]) - difference(motion.nodes[k], a.nodes[k])) /
+          (2.0 * kStep);
+      // The Jacobians are those of the continuous motion, the samples 5 ms apart.
+      EXPECT_LT((motion.nodes[k].bias.col(i) - numerical).norm(), 1e-3 * numerical.norm());
+    }
+  }
+}
+
+TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
+  const Case c;
+  const std::vector<Preintegration> preintegrations = c.preintegrations(c.bias);
+  const ClosedFormMotion motion = composeMotion(preintegrations);
+  const auto n = 9 * (static_cast<Index>(motion.nodes.size()) - 1);
+  ASSERT_EQ(motion.covariance.rows(), n);
+  EXPECT_LT((motion.covariance - motion.covariance.transpose()).norm(),
+            1e-12 * motion.covariance.norm());
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixXd>(motion.covariance).eigenvalues()(0), 0.0);
+
+  // Of node 2 to nodes 3..: an error put there and carried on by the equations of the motion.
+  const auto carried = [&](const Vector9& error, size_t to) {
+    Node node = motion.nodes[2];
+    node.R_VB = node.R_VB * expSO3(error.head<3>());
+    node.alpha += error.segment<3>(3);
+    node.beta += error.tail<3>();
+    for (size_t k = 2; k < to; ++k) {
+      const Preintegration& p = preintegrations[k];
+      node.alpha += node.beta * p.dt() + node.R_VB * p.deltas().dp;
+      node.beta += node.R_VB * p.deltas().dv;
+      node.R_VB = node.R_VB * p.deltas().dR;
+    }
+    return difference(motion.nodes[to], node);
+  };
+  constexpr double kStep = 1e-5;
+  const Matrix9 at_2 = motion.covariance.block<9, 9>(9, 9);
+  for (size_t k = 3; k < motion.nodes.size(); ++k) {
+    Matrix9 F;
+    for (int i = 0; i < 9; ++i)
+      F.col(i) = (carried(kStep * Vector9::Unit(i), k) - carried(-kStep * Vector9::Unit(i), k)) /
+                 (2.0 * kStep);
+    const Matrix9 across =
+        motion.covariance.block<9, 9>(9 * (static_cast<Index>(k) - 1), 9);  // node k, node 2
+    EXPECT_LT((across - F * at_2).norm(), 1e-7 * across.norm());
+  }
+}
+
+}  // namespace
+}  // namespace etalon::plugins

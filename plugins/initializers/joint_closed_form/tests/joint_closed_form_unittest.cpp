@@ -1,0 +1,152 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "etalon/testing/initializer_checks.h"
+
+namespace etalon {
+namespace {
+
+using testing::kBiases;
+using testing::Motion;
+using testing::Outcome;
+using testing::runOn;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+
+const std::string kToTheEnd = "\npasses = 30\nconverged_rps = 1e-9";
+
+Initializer::Ptr load(const std::string& ini = "") {
+  return testing::loadInitializer(ETALON_INITIALIZER, ini);
+}
+
+SyntheticWindowOptions noisy(Motion motion, double outlier_share) {
+  return testing::noisyOptions(motion, outlier_share, {kBiases.gyro, {0.05, -0.04, 0.03}});
+}
+
+/**
+ * Priors that hardly say anything, so that they do not pull on noise-free data. Without any,
+ * gravity and its mirror image with a b_a of 2 g explain a rotation about the vertical equally
+ * well.
+ */
+SyntheticWindowOptions hardlyAnyPriors(Motion motion) {
+  SyntheticWindowOptions options = testing::freeOptions(motion, kBiases);
+  options.priors.sigma_accel_mps2 = 30.0;
+  return options;
+}
+
+TEST(JointClosedForm, IsExactWithoutNoise) {
+  for (const char* ini : {"", "imu_noise = no", "frame_stride = 2"})
+    for (const Motion motion : testing::kExcitingMotions) {
+      SCOPED_TRACE(std::string(ini) + " " + testing::toString(motion));
+      testing::expectWithin(runOn(hardlyAnyPriors(motion), *load(ini + kToTheEnd)),
+                            testing::kNumericalPrecision);
+    }
+}
+
+TEST(JointClosedForm, IsExactInTheFormPublishedWhereTheAccelerometerBiasIsKnown) {
+  for (const Motion motion : testing::kAllMotions) {
+    SCOPED_TRACE(testing::toString(motion));
+    SyntheticWindowOptions options = hardlyAnyPriors(motion);
+    options.priors.mean.accel = kBiases.accel;
+    testing::expectWithin(runOn(options, *load("imu_noise = no\naccel_bias = prior" + kToTheEnd)),
+                          testing::kNumericalPrecision);
+  }
+}
+
+TEST(JointClosedForm, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
+  testing::expectExactWhereThePriorsAreTrue(*load());
+}
+
+TEST(JointClosedForm, FindsBiasesOfEitherSign) {
+  for (const double sign : {-1.0, 1.0}) {
+    SyntheticWindowOptions options;
+    options.motion = Motion::kAggressive;
+    options.bias = {sign * kBiases.gyro, sign * kBiases.accel};
+    const Outcome o = runOn(options, *load());
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    // The prior of 0.1 m/s^2 pulls b_a, and gravity with it.
+    EXPECT_LT((o.result.bias.gyro - options.bias.gyro).norm(), 5e-4);
+    EXPECT_LT((o.result.bias.accel - options.bias.accel).norm(), 0.05);
+  }
+}
+
+TEST(JointClosedForm, NeedsNoVisualOdometry) {
+  const SyntheticWindowOptions options;
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const Initializer::Ptr initializer = load();
+  EXPECT_FALSE(initializer->needsVisualSolution());
+  const InitializationProblem problem = makeProblem(window, options);
+  EXPECT_TRUE(initializer->initialize(problem).ok());
+  EXPECT_FALSE(problem.visualSolutionComputed());
+}
+
+TEST(JointClosedForm, IsAccurateOnNoisyDataWithOutliers) {
+  for (const double share : {0.0, 0.1, 0.3})
+    for (const Motion motion : testing::kExcitingMotions) {
+      SCOPED_TRACE(std::to_string(share) + " " + testing::toString(motion));
+      const Outcome o = runOn(noisy(motion, share), *load());
+      ASSERT_TRUE(o.result.ok()) << o.result.reason;
+      // Three to five times the Cramer-Rao bounds of such a window: one draw, not a mean. With 30 %
+      // of outlying pixels half of the stereo pairs are broken.
+      EXPECT_LT(o.errors.rre_deg, share < 0.2 ? 0.04 : 0.08);
+      EXPECT_LT(o.errors.velocity_mps, share < 0.2 ? 0.02 : 0.04);
+      EXPECT_LT(o.errors.gyro_bias_rps, 3e-3);
+      EXPECT_LT(o.errors.gravity_deg, 1.5);
+    }
+}
+
+TEST(JointClosedForm, LeavesOutLandmarksThatTheRightCameraNeverSees) {
+  const SyntheticWindowOptions options;
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  for (TrackedFrame& frame : window.frames)
+    for (Observation& o : frame.observations) o.has_right = o.has_right && o.id % 2 == 0;
+  const Outcome o = runOn(window, options, *load());
+  testing::expectWithin(o, testing::kNumericalPrecision);
+  EXPECT_GT(o.result.landmarks.size(), 50U);
+  for (const auto& [id, p_W] : o.result.landmarks) EXPECT_EQ(id % 2, 0);
+}
+
+TEST(JointClosedForm, GivesTheSameResultBitForBit) {
+  testing::expectSameBits([] { return load(); }, noisy(Motion::kAggressive, 0.1));
+}
+
+TEST(JointClosedForm, RefusesAWindowWithoutRightImages) {
+  const SyntheticWindowOptions options;
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  for (TrackedFrame& frame : window.frames)
+    for (Observation& o : frame.observations) o.has_right = false;
+  const InitializationResult result = runOn(window, options, *load()).result;
+  EXPECT_EQ(result.status, InitializationStatus::kTooFewTracks) << result.reason;
+  EXPECT_EQ(result.reason_value, 0.0);
+}
+
+TEST(JointClosedForm, RefusesTracksThatDisagreeWithTheImu) {
+  const Outcome o = runOn(noisy(Motion::kAggressive, 0.9), *load());
+  EXPECT_FALSE(o.result.ok());
+  EXPECT_FALSE(o.result.reason.empty());
+}
+
+TEST(JointClosedForm, RefusesTooFewTracksInWords) {
+  testing::expectRefusesTooFewTracks(*load());
+  testing::expectRefusal(runOn(SyntheticWindowOptions(), *load("min_landmarks = 100000")).result,
+                         InitializationStatus::kTooFewTracks, "a depth from both cameras");
+}
+
+TEST(JointClosedForm, RefusesWhatDoesNotComeToRestOrIsNotKnownWellEnough) {
+  const SyntheticWindowOptions options = noisy(Motion::kAggressive, 0.1);
+  testing::expectRefusal(runOn(options, *load("passes = 1")).result,
+                         InitializationStatus::kNotConverged, "did not come to rest");
+  testing::expectRefusal(runOn(options, *load("max_sigma_gravity_deg = 0")).result,
+                         InitializationStatus::kIllConditioned, "gravity direction");
+  const InitializationResult share = runOn(options, *load("min_inlier_share = 1")).result;
+  testing::expectRefusal(share, InitializationStatus::kNotConverged, "agree with the solution");
+  EXPECT_NEAR(share.reason_value, 0.9, 0.03);  // a tenth are outliers
+}
+
+TEST(JointClosedForm, RefusesAnImuGapAndNonFiniteMeasurements) {
+  testing::expectRefusesBrokenInput(*load());
+}
+
+}  // namespace
+}  // namespace etalon

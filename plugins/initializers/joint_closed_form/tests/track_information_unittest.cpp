@@ -1,0 +1,236 @@
+#include "track_information.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "etalon/core/so3.h"
+#include "etalon/testing/initializer_checks.h"
+
+namespace etalon::plugins {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using testing::Motion;
+using testing::SyntheticWindowOptions;
+
+constexpr double kMaxChi2 = 16.0;
+constexpr double kNotRobust = 1e6;  // sigmas: every weight is one
+
+struct Case {
+  explicit Case(const SyntheticWindowOptions& options)
+      : synthetic(testing::makeSyntheticWindow(options)),
+        window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), 0.5)),
+        points(stereoPoints(window, kMaxChi2)) {
+    const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
+    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const LandmarkId id : window.landmark_ids)
+      landmarks.push_back(T_VW * synthetic.landmarks[static_cast<size_t>(id)]);
+  }
+  testing::SyntheticWindow synthetic;
+  VisualWindow window;
+  StereoPoints points;
+  std::vector<SE3> T_VB;            ///< the truth
+  std::vector<Vector3d> landmarks;  ///< the truth, p_V
+};
+
+SyntheticWindowOptions small(double outlier_share = 0.0) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kAggressive;
+  options.keyframes = 4;
+  options.landmarks = 30;
+  options.outlier_share = outlier_share;
+  return options;
+}
+
+std::vector<SE3> disturbed(const std::vector<SE3>& T_VB) {
+  std::vector<SE3> result = T_VB;
+  for (size_t k = 1; k < result.size(); ++k) {
+    result[k].R = result[k].R * expSO3(0.01 * Vector3d(1, -2, 1));
+    result[k].t += 0.03 * static_cast<double>(k) * Vector3d(1, 1, -2);
+  }
+  return result;
+}
+
+double farthest(const std::vector<SE3>& a, const std::vector<SE3>& b) {
+  double result = 0.0;
+  for (size_t k = 0; k < a.size(); ++k)
+    result = std::max(result, (a[k].matrix() - b[k].matrix()).norm());
+  return result;
+}
+
+TEST(StereoPoints, AreTheLandmarksWithoutNoise) {
+  const Case c(small());
+  size_t count = 0;
+  for (size_t l = 0; l < c.points.of_landmark.size(); ++l)
+    for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
+      EXPECT_LT((c.T_VB[static_cast<size_t>(point.keyframe)] * point.p_B - c.landmarks[l]).norm(),
+                1e-6);
+      ++count;
+    }
+  EXPECT_GT(count, 30U);
+}
+
+TEST(StereoPoints, RaysThatMissEachOtherGiveNone) {
+  Case c(small());
+  size_t before = 0, after = 0;
+  for (const auto& of_one : c.points.of_landmark) before += of_one.size();
+  // Every right pixel across its epipolar line (the cameras are side by side) by 10 sigmas.
+  for (VisualMeasurement& m : c.window.measurements)
+    if (m.camera == 1)
+      m.measurement.xy += m.measurement.sqrt_information.inverse() * Vector2d(0.0, 10.0);
+  for (const auto& of_one : stereoPoints(c.window, kMaxChi2).of_landmark) after += of_one.size();
+  EXPECT_GT(before, 30U);
+  EXPECT_EQ(after, 0U);
+}
+
+TEST(MedianPositions, AreExactWithoutNoiseAndNotMovedByOutliers) {
+  std::vector<Matrix3d> R_VB;
+  const Case exact(small());
+  for (const SE3& T : exact.T_VB) R_VB.push_back(T.R);
+  EXPECT_LT(farthest(medianPositions(exact.points, R_VB), exact.T_VB), 1e-6);
+
+  SyntheticWindowOptions options = small(0.1);
+  options.landmarks = 150;
+  const Case outliers(options);
+  R_VB.clear();
+  for (const SE3& T : outliers.T_VB) R_VB.push_back(T.R);
+  EXPECT_LT(farthest(medianPositions(outliers.points, R_VB), outliers.T_VB), 0.05);
+}
+
+/** S_m [I | -xy] p_C / depth of all measurements of valid landmarks; depths are those at T_0, l_0.
+ */
+VectorXd residuals(const Case& c, const TrackInformation& tracks, const std::vector<SE3>& T,
+                   const std::vector<Vector3d>& l, const std::vector<SE3>& T_0,
+                   const std::vector<Vector3d>& l_0) {
+  std::vector<double> r;
+  for (const VisualMeasurement& m : c.window.measurements) {
+    const auto i = static_cast<size_t>(m.landmark), k = static_cast<size_t>(m.keyframe);
+    if (!tracks.valid()[i]) continue;
+    const SE3& T_CB = c.window.T_CB[static_cast<size_t>(m.camera)];
+    const Vector3d p_C = T_CB * (T[k].inverse() * l[i]);
+    const double depth = (T_CB * (T_0[k].inverse() * l_0[i])).z();
+    const Vector2d e =
+        m.measurement.sqrt_information * (p_C.head<2>() - m.measurement.xy * p_C.z()) / depth;
+    r.push_back(e.x());
+    r.push_back(e.y());
+  }
+  return Eigen::Map<VectorXd>(r.data(), static_cast<Index>(r.size()));
+}
+
+TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
+  const Case c(small());
+  const std::vector<SE3> T = disturbed(c.T_VB);
+  TrackInformation tracks(c.window, kNotRobust);
+  tracks.start(c.points, T);
+  tracks.triangulate(T);
+  tracks.linearize(T);
+  const std::vector<Vector3d> l = tracks.landmarks();
+  ASSERT_GT(tracks.validCount(), 10);
+
+  const auto poses = 6 * (static_cast<Index>(T.size()) - 1);
+  const VectorXd r = residuals(c, tracks, T, l, T, l);
+  MatrixXd J(r.size(), poses);
+  constexpr double kStep = 1e-5;
+  for (Index i = 0; i < poses; ++i) {
+    const auto moved = [&](double by) {
+      std::vector<SE3> result = T;
+      SE3& pose = result[static_cast<size_t>(i / 6) + 1];
+      if (i % 6 < 3)
+        pose.R = pose.R * expSO3(by * Vector3d::Unit(i % 3));
+      else
+        pose.t[i % 3] += by;
+      return residuals(c, tracks, result, l, T, l);
+    };
+    J.col(i) = (moved(kStep) - moved(-kStep)) / (2.0 * kStep);
+  }
+  MatrixXd A(r.size(), 3 * static_cast<Index>(tracks.validCount()));
+  Index column = 0;
+  for (size_t landmark = 0; landmark < l.size(); ++landmark) {
+    if (!tracks.valid()[landmark]) continue;
+    for (int axis = 0; axis < 3; ++axis, ++column) {
+      std::vector<Vector3d> moved = l;
+      moved[landmark][axis] += 1.0;  // linear
+      A.col(column) = residuals(c, tracks, T, moved, T, l) - r;
+    }
+  }
+  const Eigen::LDLT<MatrixXd> landmarks(A.transpose() * A);
+  const MatrixXd S = J.transpose() * J - J.transpose() * A * landmarks.solve(A.transpose() * J);
+  const VectorXd s = -J.transpose() * r + J.transpose() * A * landmarks.solve(A.transpose() * r);
+  // The landmarks' damping of 1e-9 of their weight, times the condition of far ones.
+  EXPECT_LT((tracks.S() - S).norm(), 1e-5 * S.norm());
+  EXPECT_LT((tracks.s() - s).norm(), 1e-5 * s.norm());
+}
+
+TEST(TrackInformation, ItsStepsLeadToTheTruthWithoutNoise) {
+  for (const double scale : {std::sqrt(kChi2Pixel), kNotRobust}) {
+    const Case c(small());
+    std::vector<SE3> T = disturbed(c.T_VB);
+    TrackInformation tracks(c.window, scale);
+    tracks.start(c.points, T);
+    for (int pass = 0; pass < 20; ++pass) {
+      tracks.triangulate(T);
+      tracks.linearize(T);
+      const VectorXd y = tracks.S().ldlt().solve(tracks.s());
+      for (size_t k = 1; k < T.size(); ++k) {
+        const Index i = 6 * (static_cast<Index>(k) - 1);
+        T[k].R = T[k].R * expSO3(y.segment<3>(i));
+        T[k].t += y.segment<3>(i + 3);
+      }
+    }
+    tracks.triangulate(T);
+    EXPECT_LT(farthest(T, c.T_VB), 1e-6);
+    EXPECT_TRUE(tracks.nearFinalScale());
+    EXPECT_EQ(tracks.inlierShare(kMaxChi2), 1.0);
+    for (size_t l = 0; l < c.landmarks.size(); ++l)
+      if (tracks.valid()[l]) {
+        EXPECT_LT((tracks.landmarks()[l] - c.landmarks[l]).norm(), 1e-5);
+      }
+  }
+}
+
+TEST(TrackInformation, SaysLessFarFromTheSolution) {
+  const Case c(small());
+  const auto information = [&](const std::vector<SE3>& T) {
+    TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
+    tracks.start(c.points, T);
+    for (int i = 0; i < 5; ++i) tracks.triangulate(T);
+    tracks.linearize(T);
+    return std::make_pair(tracks.S().norm(), tracks.nearFinalScale());
+  };
+  const auto [near, near_final] = information(c.T_VB);
+  const auto [far, far_final] = information(disturbed(c.T_VB));
+  EXPECT_TRUE(near_final);
+  EXPECT_FALSE(far_final);
+  EXPECT_LT(far, 0.1 * near);
+}
+
+TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
+  SyntheticWindowOptions options = small(0.1);
+  options.landmarks = 150;
+  const Case c(options);
+  TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
+  tracks.start(c.points, c.T_VB);
+  for (int i = 0; i < 5; ++i) tracks.triangulate(c.T_VB);
+  // Of landmarks that have a stereo point; fewer of their pixels are wrong than of all.
+  EXPECT_NEAR(tracks.inlierShare(kMaxChi2), 0.92, 0.05);
+  int with_point = 0;
+  for (const auto& of_one : c.points.of_landmark) with_point += of_one.empty() ? 0 : 1;
+  EXPECT_EQ(tracks.validCount(), with_point);
+  EXPECT_LT(with_point, c.window.landmarkCount());
+
+  StereoPoints none = c.points;
+  for (auto& of_one : none.of_landmark) of_one.clear();
+  tracks.start(none, c.T_VB);
+  EXPECT_EQ(tracks.validCount(), 0);
+  EXPECT_EQ(tracks.inlierShare(kMaxChi2), 0.0);
+}
+
+}  // namespace
+}  // namespace etalon::plugins

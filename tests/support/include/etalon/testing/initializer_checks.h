@@ -1,0 +1,74 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "etalon/initialization/initializer.h"
+#include "etalon/testing/synthetic_window.h"
+
+// What the unit tests of all initializers share. Checks are assertions of GoogleTest.
+namespace etalon::testing {
+
+/** Those whose excitation tells an accelerometer's bias from gravity. */
+constexpr Motion kExcitingMotions[] = {Motion::kGentle, Motion::kAggressive, Motion::kCircle,
+                                       Motion::kPureRotation};
+
+/** Biases of a worn IMU, all components different. */
+inline const ImuBias kBiases{{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
+
+/**
+ * The initializer of a plugin library, its parameters read from the lines of its INI section.
+ * @throws PluginError, ConfigError
+ */
+Initializer::Ptr loadInitializer(const std::string& library, const std::string& ini = "");
+
+/** What an initializer makes of a window. */
+struct Outcome {
+  SyntheticWindow window;
+  InitializationResult result;
+  WindowErrors errors;  ///< if result.ok()
+};
+Outcome runOn(const SyntheticWindow& window, const SyntheticWindowOptions& options,
+              const Initializer& initializer);
+Outcome runOn(const SyntheticWindowOptions& options, const Initializer& initializer);
+
+/** Half a pixel of noise, the IMU's data sheet, and outliers; the problem knows of the noise. */
+SyntheticWindowOptions noisyOptions(Motion motion, double outlier_share, const ImuBias& bias);
+/** No noise, the biases `bias`, and priors that do not pull on them. */
+SyntheticWindowOptions freeOptions(Motion motion, const ImuBias& bias);
+
+/** The bars for noise-free data. */
+constexpr WindowErrors kNumericalPrecision{1e-4, 1e-5, 0.01, 1e-4, 1e-5, 1e-5};
+
+/** Every error is below its bound; infinity judges nothing. */
+void expectWithin(const WindowErrors& errors, const WindowErrors& bounds);
+/** A success, and expectWithin(). */
+void expectWithin(const Outcome& outcome, const WindowErrors& bounds);
+/** A refusal of this status whose reason has these words in it. */
+void expectRefusal(const InitializationResult& result, InitializationStatus status,
+                   const std::string& words);
+
+/** Exact with unknown biases before VI-BA and after it, and accepted; `initializer` is to have its
+ * priors switched off, for they would (rightly) pull. */
+void expectExactBeforeAndAfterViBa(const Initializer& initializer);
+/** Exact without biases, before VI-BA and after it, and accepted: at rest and at constant velocity,
+ * too. */
+void expectExactWhereThePriorsAreTrue(const Initializer& initializer);
+/** Noise and 10 % outliers: accepted, and accurate after VI-BA. */
+void expectAccurateAfterViBa(const Initializer& initializer);
+
+/** Two instances on two copies of a window, with VI-BA: the same bits. */
+void expectSameBits(const std::function<Initializer::Ptr()>& load,
+                    const SyntheticWindowOptions& options);
+
+/** Five tracks a frame: refused in words, by the initializer and by the attempt as a whole.
+ * @return the refusal */
+InitializationResult expectRefusesTooFewTracks(const Initializer& initializer);
+/** No landmark is seen in two frames: refused in words. */
+void expectRefusesTracksWithoutOverlap(const Initializer& initializer);
+/** 5 px of noise where 0.5 are believed: refused in words. */
+void expectRefusesTracksNoisierThanBelieved(const Initializer& initializer);
+/** A gap of 0.2 s in the IMU, and a pixel that is not a number: refused with the status of each. */
+void expectRefusesBrokenInput(const Initializer& initializer);
+
+}  // namespace etalon::testing

@@ -1,0 +1,216 @@
+#include "etalon/testing/initializer_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "etalon/initialization/plugin_loader.h"
+#include "etalon/odometry/window_initialization.h"
+
+namespace etalon::testing {
+
+namespace {
+
+std::vector<KeyframeState> statesAfterViBa(const InitializationAttempt& attempt) {
+  std::vector<KeyframeState> result;
+  for (size_t k = 0; k < attempt.vi_ba.states.size(); ++k)
+    result.push_back(
+        {attempt.keyframes[k], attempt.vi_ba.states[k].T_WB, attempt.vi_ba.states[k].v_WB});
+  return result;
+}
+
+void expectExact(const InitializationAttempt& attempt, const SyntheticWindow& window) {
+  ASSERT_TRUE(attempt.init.ok()) << attempt.init.reason;
+  expectWithin(errorsOf(attempt.init.states, attempt.init.bias, window), kNumericalPrecision);
+  ASSERT_TRUE(attempt.has_vi_ba);
+  expectWithin(errorsOf(statesAfterViBa(attempt), attempt.vi_ba.bias, window), kNumericalPrecision);
+  EXPECT_TRUE(attempt.decision.accepted) << attempt.decision.reason;
+}
+
+void expectRefusedInWords(const InitializationResult& result) {
+  EXPECT_FALSE(result.ok());
+  EXPECT_FALSE(result.reason.empty());
+}
+
+}  // namespace
+
+Initializer::Ptr loadInitializer(const std::string& library, const std::string& ini) {
+  PluginLoader loader({library});
+  const std::string section = loader.info(library).name;
+  Initializer::Ptr initializer = loader.create(library);
+  ParameterSet parameters(section);
+  initializer->declareParameters(parameters);
+  parameters.read(IniFile::fromText("[" + section + "]\n" + ini, "test"));
+  return initializer;
+}
+
+Outcome runOn(const SyntheticWindow& window, const SyntheticWindowOptions& options,
+              const Initializer& initializer) {
+  Outcome outcome;
+  outcome.window = window;
+  outcome.result = initializer.initialize(makeProblem(window, options));
+  if (outcome.result.ok())
+    outcome.errors = errorsOf(outcome.result.states, outcome.result.bias, window);
+  return outcome;
+}
+
+Outcome runOn(const SyntheticWindowOptions& options, const Initializer& initializer) {
+  return runOn(makeSyntheticWindow(options), options, initializer);
+}
+
+SyntheticWindowOptions noisyOptions(Motion motion, double outlier_share, const ImuBias& bias) {
+  SyntheticWindowOptions options;
+  options.motion = motion;
+  options.sigma_px = options.assumed_sigma_px = 0.5;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  options.outlier_share = outlier_share;
+  options.bias = bias;
+  return options;
+}
+
+SyntheticWindowOptions freeOptions(Motion motion, const ImuBias& bias) {
+  SyntheticWindowOptions options;
+  options.motion = motion;
+  options.bias = bias;
+  options.priors.sigma_gyro_rps = options.priors.sigma_accel_mps2 = 1e5;
+  return options;
+}
+
+void expectWithin(const WindowErrors& errors, const WindowErrors& bounds) {
+  EXPECT_LT(errors.rre_deg, bounds.rre_deg);
+  EXPECT_LT(errors.ate_m, bounds.ate_m);
+  EXPECT_LT(errors.gravity_deg, bounds.gravity_deg);
+  EXPECT_LT(errors.velocity_mps, bounds.velocity_mps);
+  EXPECT_LT(errors.gyro_bias_rps, bounds.gyro_bias_rps);
+  EXPECT_LT(errors.accel_bias_mps2, bounds.accel_bias_mps2);
+}
+
+void expectWithin(const Outcome& outcome, const WindowErrors& bounds) {
+  ASSERT_TRUE(outcome.result.ok()) << outcome.result.reason;
+  expectWithin(outcome.errors, bounds);
+}
+
+void expectRefusal(const InitializationResult& result, InitializationStatus status,
+                   const std::string& words) {
+  EXPECT_STREQ(toString(result.status), toString(status)) << result.reason;
+  EXPECT_NE(result.reason.find(words), std::string::npos)
+      << "expected '" << words << "' in: " << result.reason;
+}
+
+void expectExactBeforeAndAfterViBa(const Initializer& initializer) {
+  for (const Motion motion : kExcitingMotions) {
+    SCOPED_TRACE(toString(motion));
+    const SyntheticWindowOptions options = freeOptions(motion, kBiases);
+    const SyntheticWindow window = makeSyntheticWindow(options);
+    WindowOptions run;
+    run.priors = options.priors;
+    run.vi_ba.rounds = 4;
+    run.vi_ba.iterations_per_round = 30;
+    run.vi_ba.reintegrate_gyro_rps = run.vi_ba.reintegrate_accel_mps2 = 0.0;
+    expectExact(attemptInitialization(makeProblem(window, options), initializer, run), window);
+  }
+}
+
+void expectExactWhereThePriorsAreTrue(const Initializer& initializer) {
+  for (const Motion motion : kAllMotions) {
+    SCOPED_TRACE(toString(motion));
+    SyntheticWindowOptions options;
+    options.motion = motion;
+    const SyntheticWindow window = makeSyntheticWindow(options);
+    expectExact(attemptInitialization(makeProblem(window, options), initializer, WindowOptions()),
+                window);
+  }
+}
+
+void expectAccurateAfterViBa(const Initializer& initializer) {
+  for (const Motion motion : kExcitingMotions) {
+    SCOPED_TRACE(toString(motion));
+    const SyntheticWindowOptions options =
+        noisyOptions(motion, 0.1, {kBiases.gyro, {0.05, -0.04, 0.03}});
+    WindowOptions run;
+    run.odometry.sigma_px = options.assumed_sigma_px;
+    const SyntheticWindow window = makeSyntheticWindow(options);
+    const InitializationAttempt attempt =
+        attemptInitialization(makeProblem(window, options), initializer, run);
+    ASSERT_TRUE(attempt.decision.accepted) << attempt.decision.reason;
+    const WindowErrors e = errorsOf(statesAfterViBa(attempt), attempt.vi_ba.bias, window);
+    // Three to five times the Cramer-Rao bounds of a 2.25 s window at 1 px: one draw, not a mean.
+    EXPECT_LT(e.rre_deg, 0.04);
+    EXPECT_LT(e.velocity_mps, 0.02);
+    EXPECT_LT(e.gyro_bias_rps, 3e-3);
+    EXPECT_LT(e.gravity_deg, 1.5);
+  }
+}
+
+void expectSameBits(const std::function<Initializer::Ptr()>& load,
+                    const SyntheticWindowOptions& options) {
+  const auto attempt = [&] {
+    return attemptInitialization(makeProblem(makeSyntheticWindow(options), options), *load(),
+                                 WindowOptions());
+  };
+  const InitializationAttempt a = attempt(), b = attempt();
+  ASSERT_TRUE(a.init.ok()) << a.init.reason;
+  ASSERT_TRUE(b.init.ok()) << b.init.reason;
+  EXPECT_EQ(a.init.bias.gyro, b.init.bias.gyro);
+  EXPECT_EQ(a.init.bias.accel, b.init.bias.accel);
+  EXPECT_EQ(a.init.landmarks, b.init.landmarks);
+  EXPECT_EQ(a.vi_ba.bias.gyro, b.vi_ba.bias.gyro);
+  EXPECT_EQ(a.vi_ba.bias.accel, b.vi_ba.bias.accel);
+  ASSERT_EQ(a.vi_ba.states.size(), a.init.states.size());
+  for (size_t k = 0; k < a.init.states.size(); ++k) {
+    EXPECT_EQ(a.init.states[k].T_WB.R, b.init.states[k].T_WB.R);
+    EXPECT_EQ(a.init.states[k].T_WB.t, b.init.states[k].T_WB.t);
+    EXPECT_EQ(a.init.states[k].v_WB, b.init.states[k].v_WB);
+    EXPECT_EQ(a.vi_ba.states[k].T_WB.t, b.vi_ba.states[k].T_WB.t);
+  }
+}
+
+InitializationResult expectRefusesTooFewTracks(const Initializer& initializer) {
+  const SyntheticWindowOptions options;
+  SyntheticWindow window = makeSyntheticWindow(options);
+  for (TrackedFrame& frame : window.frames) frame.observations.resize(5);
+  const InitializationAttempt attempt =
+      attemptInitialization(makeProblem(window, options), initializer, WindowOptions());
+  expectRefusedInWords(attempt.init);
+  EXPECT_FALSE(attempt.decision.accepted);
+  EXPECT_FALSE(attempt.decision.reason.empty());
+  return attempt.init;
+}
+
+void expectRefusesTracksWithoutOverlap(const Initializer& initializer) {
+  const SyntheticWindowOptions options;
+  SyntheticWindow window = makeSyntheticWindow(options);
+  LandmarkId id = 0;
+  for (TrackedFrame& frame : window.frames)
+    for (Observation& o : frame.observations) o.id = id++;
+  expectRefusedInWords(runOn(window, options, initializer).result);
+}
+
+void expectRefusesTracksNoisierThanBelieved(const Initializer& initializer) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kAggressive;
+  options.sigma_px = 5.0;
+  options.assumed_sigma_px = 0.5;
+  expectRefusedInWords(runOn(options, initializer).result);
+}
+
+void expectRefusesBrokenInput(const Initializer& initializer) {
+  const SyntheticWindowOptions options;
+  const SyntheticWindow window = makeSyntheticWindow(options);
+
+  SyntheticWindow with_gap = window;
+  std::vector<ImuSample> samples;
+  for (const ImuSample& s : window.imu.samples())
+    if (std::abs(secondsBetween(options.start, s.t) - 1.0) > 0.1) samples.push_back(s);
+  with_gap.imu = ImuBuffer(samples);
+  const InitializationResult gap = runOn(with_gap, options, initializer).result;
+  EXPECT_EQ(gap.status, InitializationStatus::kImuGap) << gap.reason;
+  EXPECT_NEAR(gap.reason_value, 0.2, 0.02);
+
+  SyntheticWindow with_nan = window;
+  with_nan.frames[3].observations[2].left.x() = std::nan("");
+  const InitializationResult nan = runOn(with_nan, options, initializer).result;
+  EXPECT_EQ(nan.status, InitializationStatus::kInvalidInput) << nan.reason;
+}
+
+}  // namespace etalon::testing
