@@ -1,20 +1,23 @@
 #!/usr/bin/env bash
 # Runs the benchmarks of docs/results.md and writes that document from what they give.
 #
-#   scripts/make_results.sh OUT GROUP[:EVERY]...
+#   scripts/make_results.sh OUT GROUP[:EVERY[:KEYFRAMES:RATES]]...
 #
-# A GROUP is a folder of recordings (EuRoC folders or .rawlog files); its name becomes a chapter. EVERY are the
-# seconds from slot to slot (2.5). For every group all initializers are tried on windows of 10 and 5 keyframes at 4 and 10 Hz; then, with config/paper.ini,
-# ORB-SLAM3's and ETA's on the papers' window. Results stay in OUT/<group> and OUT/<group>_paper; a second
-# call goes on where the first one ended. Numbers that stand in docs/results.md all come from there.
+# A GROUP is a folder of recordings (EuRoC folders or .rawlog files); its name becomes a chapter, and about.txt in it,
+# if there is one, says in the chapter how they were made. EVERY are the seconds from slot to slot (2.5), KEYFRAMES and
+# RATES the windows (10,5 and 4,10). For every group all initializers are tried; then, with config/paper.ini,
+# ORB-SLAM3's and ETA's on the papers' window. JOBS is the number of processes (2). Results stay in OUT/<group> and
+# OUT/<group>_paper; a second call goes on where the first one ended. Numbers that stand in docs/results.md all come
+# from there.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=$root/build/release/bin/etalon
 compared=success,rre_deg,ate_m,velocity_mps,gravity_deg
 initializers=eta,orbslam3_inertial_only,stereo_nec,drt,vins_alignment,joint_closed_form,static
-(($# >= 2)) || { sed -n '2,11p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+(($# >= 2)) || { sed -n '2,13p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 [[ -x $etalon ]] || { echo "make_results.sh: $etalon is missing; run scripts/build.sh" >&2; exit 2; }
 out=$1
+jobs=${JOBS:-2}
 shift
 mkdir -p "$out"
 document=$root/docs/results.md
@@ -30,6 +33,13 @@ blocks() {
     END { flush() }' "$1"
 }
 
+# Folded away, with its title in sight; nothing if there is nothing.
+folded() { # title; text on standard input
+  local text
+  text=$(cat)
+  [[ -z $text ]] || printf '<details>\n<summary>%s</summary>\n\n%s\n\n</details>\n\n' "$1" "$text"
+}
+
 # Our figures beside the published ones (deg; m, printed as mm), for the sequences that the paper has.
 beside_the_paper() { # summary with our configuration, summary with config/paper.ini, error, factor, unit
   awk -F, -v error="$3" -v factor="$4" -v unit="$5" '
@@ -43,6 +53,7 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
     }
     FNR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
     $column["keyframes"] == 10 && $column["rate_hz"] == 4 && $column["slots"] == "all" {
+      sub(/_real$/, "", $1)
       key = file SUBSEP $1 SUBSEP $column["initializer"] SUBSEP $column["stage"]
       mean[key] = $column[error "_mean"]; median[key] = $column[error "_median"]; known[$1] = 1
     }
@@ -67,18 +78,50 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
     }' "$root/docs/data/eta_paper.csv" "$1" "$2"
 }
 
-cat >"$part" <<'HEAD'
+# What the slots in motion of the papers' window say, an initializer a row: medians, of which conclusions.md speaks.
+in_motion() { # summary.csv
+  awk -F, '
+    NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
+    function value(name, factor, format) {
+      return $column[name] == "" ? "-" : sprintf(format, factor * $column[name])
+    }
+    $column["sequence"] == "all" && $column["keyframes"] == 10 && $column["rate_hz"] == 4 && $column["slots"] == "moving" {
+      if (!header++) {
+        printf "| stage | initializer | slots | refused | success | RRE, deg | ATE, mm | velocity, m/s | gravity, deg | b_g, rad/s | b_a, m/s^2 | scale, %% | ms |\n"
+        printf "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
+      }
+      stage = $column["stage"] == "init" ? "without VI-BA" : "with"
+      row = sprintf("| %s | `%s` | %d | %d | %.1f %% | %s | %s | %s | %s | %s | %s | %s | %s |\n", stage, $column["initializer"],
+        $column["count"], $column["count"] - (stage == "with" ? $column["accepted"] : $column["estimates"]),
+        100 * $column["success_rate"], value("rre_deg_median", 1, "%.4f"),
+        value("ate_m_median", 1000, "%.2f"), value("velocity_mps_median", 1, "%.4f"), value("gravity_deg_median", 1, "%.2f"),
+        value("gyro_bias_rps_median", 1, "%.4f"), value("accel_bias_mps2_median", 1, "%.3f"),
+        value("scale_error_median", 100, "%.2f"), value("runtime_ms_median", 1, "%.1f"))
+      rows[stage] = rows[stage] row
+    }
+    END { printf "%s%s", rows["without VI-BA"], rows["with"] }' "$1"
+}
+
+# What made a benchmark: its versions, binaries and when.
+made_by() { # folder
+  sed -nE 's/^ +"(etalon|ceres|mrpt|opencv)": "([^"]+)",?$/\1 \2/p; s/^ "binaries": "([^"]+)",?$/binaries \1/p' "$1/benchmark.json" |
+    paste -sd, | sed 's/,/, /g'
+}
+
+cat >"$part" <<HEAD
 # Results
 
-Written by `scripts/make_results.sh`, whose commands stand above the tables; nothing here was typed by hand. What to make of it:
-[conclusions.md](conclusions.md). What the columns mean: [evaluation.md](evaluation.md).
+Written by \`scripts/make_results.sh\`, whose commands stand above the tables; nothing here was typed by hand. What to make of it:
+[conclusions.md](conclusions.md). What the columns mean: [evaluation.md](evaluation.md). Run on $(date -u +%F) with --jobs $jobs on
+$(nproc) cores of $(sed -nE '0,/^model name/s/^model name[^:]*: //p' /proc/cpuinfo | tr -s ' '): run times are of slots that ran beside each other.
 HEAD
 
 for group in "$@"; do
-  every=2.5
-  [[ $group != *:* ]] || every=${group##*:} group=${group%:*}
+  IFS=: read -r group every keyframes rates <<<"$group"
+  every=${every:-2.5} keyframes=${keyframes:-10,5} rates=${rates:-4,10}
   name=$(basename "$group")
-  recordings=("$group"/*)
+  recordings=()
+  for recording in "$group"/*; do [[ $recording == */about.txt ]] || recordings+=("$recording"); done
   echo "results: $name, ${#recordings[@]} recordings" >&2
   # Exit code 3: a recording could not be used; the tables of the others are still wanted, and the document says so.
   status=0
@@ -87,39 +130,40 @@ for group in "$@"; do
     shift
     # A benchmark that is there stays, whatever program made it (benchmark.json says which): its tables can be printed anew.
     if [[ ! -e $out/$folder/segments.csv ]]; then
-      "$etalon" bench "${recordings[@]}" --every "$every" --tracks "$out/tracks" --out "$out/$folder" "$@" >/dev/null || code=$?
+      "$etalon" bench "${recordings[@]}" --every "$every" --jobs "$jobs" --tracks "$out/tracks" --out "$out/$folder" "$@" >/dev/null || code=$?
       ((code == 0 || code == 3)) || exit "$code"
       ((code == 0)) || status=$code
     fi
   }
-  bench "$name" --keyframes 10,5 --rate 4,10 --initializers "$initializers"
+  bench "$name" --keyframes "$keyframes" --rate "$rates" --initializers "$initializers"
   bench "${name}_paper" --initializers eta,orbslam3_inertial_only -c "$root/config/paper.ini"
   "$etalon" compare "$out/${name}_paper" --all --format markdown >"$out/${name}_paper.md"
   "$etalon" compare "$out/$name" --all --initializers "$initializers" --metric "$compared" --format markdown |
     awk -F'|' '!/^[|] (eta|A) / || $2 ~ /A/ || ($4 == 10 && $5 == 4)' >"$out/$name.md"
   {
-    printf '\n## %s\n\n    $ etalon bench %s/* --every %s --keyframes 10,5 --rate 4,10 --initializers %s --out %s\n    $ etalon compare %s --all --metric %s --format markdown\n\nOf its tables:\n\n' \
-      "$name" "$name" "$every" "$initializers" "$name" "$name" "$compared"
+    printf '\n## %s\n\n' "$name"
+    [[ ! -e $group/about.txt ]] || cat "$group/about.txt" - <<<""
+    printf '    $ etalon bench %s/* --every %s --keyframes %s --rate %s --jobs %s --initializers %s --out %s\n    $ etalon compare %s --all --metric %s --format markdown\n\nBy %s.\n\n' \
+      "$name" "$every" "$keyframes" "$rates" "$jobs" "$initializers" "$name" "$name" "$compared" "$(made_by "$out/$name")"
     ((status == 0)) || printf 'Some recordings could not be used; the command says which.\n\n'
-    printf '### 10 keyframes at 4 Hz, the papers'"'"' window\n\n'
-    blocks "$out/$name.md" '^..(Success|Slots refused|RRE.*(mean|median)|ATE.*SE|ATE \\[mm\\], (mean|median)|gravity.*median|velocity.*median|gyro bias.*median|accel bias.*median|scale.*median|Run time \\[ms\\], median).*10 keyframes at 4 Hz'
-    printf '### Other windows\n\n'
-    blocks "$out/$name.md" '^..(Success|RRE.*median|ATE \\[mm\\], median|velocity.*median).*(5 keyframes at|10 keyframes at 10)'
-    printf '### Noise and ground truth\n\n'
-    blocks "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Floor)'
-    printf '### Which differences are significant?\n\nThe rows of 10 keyframes at 4 Hz:\n\n'
-    blocks "$out/$name.md" '^..Paired comparison'
-    if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult),' "$out/$name/summary.csv"; then
-      printf '### Beside the published figures\n\n    $ etalon bench %s/* --initializers eta,orbslam3_inertial_only -c config/paper.ini --out %s_paper\n\n' "$name" "$name"
-      # shellcheck disable=SC2016 # Markdown's backticks
-      printf 'Ours as mean / median over all slots; `config/paper.ini` has the papers'"'"' noise and priors.\n\n'
+    if grep -q ',moving,' "$out/$name/summary.csv"; then
+      printf '### In motion, medians\n\nAll recordings, 10 keyframes at 4 Hz (`summary.csv`, rows `all`, `moving`):\n\n'
+      in_motion "$out/$name/summary.csv"
+      printf '\n'
+    fi
+    folded '10 keyframes at 4 Hz, the papers'"'"' window' <<<"$(blocks "$out/$name.md" '^..(Success|Slots refused|Good|RRE.*(mean|median)|ATE.*SE|ATE \\[mm\\], (mean|median)|gravity.*median|velocity.*median|gyro bias.*median|accel bias.*median|scale.*median|Run time \\[ms\\], median).*10 keyframes at 4 Hz')"
+    folded 'Other windows' <<<"$(blocks "$out/$name.md" '^..(Success|RRE.*median|ATE \\[mm\\], median|velocity.*median).*(5 keyframes at|10 keyframes at 10)')"
+    folded 'Noise and ground truth' <<<"$(blocks "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Floor)')"
+    folded 'Which differences are significant? The rows of 10 keyframes at 4 Hz' <<<"$(blocks "$out/$name.md" '^..Paired comparison')"
+    printf '### With the papers'"'"' noise and priors\n\n    $ etalon bench %s/* --every %s --jobs %s --initializers eta,orbslam3_inertial_only -c config/paper.ini --out %s_paper\n\n' "$name" "$every" "$jobs" "$name"
+    if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult)(_real)?,' "$out/$name/summary.csv"; then
+      printf 'Ours as mean / median over all slots; `config/paper.ini` has the papers'"'"' noise and priors. The published figures are of whole\nrecordings of real images.\n\n'
       beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]'
       printf '\n'
       beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1000 'ATE [mm]'
       printf '\n'
     fi
-    printf '### With the papers'"'"' noise and priors\n\n'
-    blocks "$out/${name}_paper.md" '^..(Success|RRE.*median|ATE .mm., median|gravity.*median|velocity.*median|Check of the noise)'
+    folded 'Its tables' <<<"$(blocks "$out/${name}_paper.md" '^..(Success|Good|RRE.*median|ATE .mm., median|gravity.*median|velocity.*median|Check of the noise)')"
   } >>"$part"
 done
 mv "$part" "$document"
