@@ -40,6 +40,9 @@ function(etalon_add_initializer name)
     add_test(NAME contract.${name} COMMAND ${program} check-plugin "$<TARGET_FILE:${target}>" ${limits}
                                            ${ARG_CONTRACT_ARGS})
     set_tests_properties(contract.${name} PROPERTIES LABELS contract TIMEOUT 900)
+    if(ETALON_SANITIZE)
+      set_tests_properties(contract.${name} PROPERTIES TIMEOUT 3000)
+    endif()
   endif()
 endfunction()
 

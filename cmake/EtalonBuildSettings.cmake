@@ -32,7 +32,15 @@ target_compile_options(etalon_build_settings INTERFACE -Wall -Wextra -Wpedantic 
 if(ETALON_WARNINGS_AS_ERRORS)
   target_compile_options(etalon_build_settings INTERFACE -Werror)
 endif()
+# The checks of the standard library (indices, empty containers) wherever assert() is on; they change no layout.
+add_compile_definitions($<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
+set(ETALON_TEST_TIMEOUT 300) # s
 if(ETALON_SANITIZE)
-  add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
+  set(ETALON_TEST_TIMEOUT 3000)
+  # Eigen's assertions, too; without NDEBUG, at a level of optimisation and of debug information that builds quickly.
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
+  add_compile_definitions(_GLIBCXX_ASSERTIONS)
+  # float-cast-overflow: a number too large for the integer that it becomes; not among `undefined`.
+  add_compile_options(-fsanitize=address,undefined,float-cast-overflow -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=address,undefined)
 endif()

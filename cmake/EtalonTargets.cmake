@@ -29,7 +29,7 @@ function(etalon_add_tests name)
   add_executable(${target} ${ARG_SOURCES})
   target_link_libraries(${target} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main
                                           etalon_build_settings)
-  gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${ETALON_TEST_TIMEOUT})
 endfunction()
 
 # etalon_add_benchmark(NAME SOURCES ... [LINK ...])

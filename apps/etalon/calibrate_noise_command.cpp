@@ -46,11 +46,13 @@ SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
                      tracking, nullptr);
 }
 
-/** The slots of a recording. */
-std::vector<NoiseWindow> windowsOf(const std::shared_ptr<const SequenceTracks>& tracks,
+/** The slots of the recording `name`. */
+std::vector<NoiseWindow> windowsOf(const std::string& name,
+                                   const std::shared_ptr<const SequenceTracks>& tracks,
                                    double every_s, const PipelineOptions& pipeline) {
   std::vector<NoiseWindow> windows;
   if (tracks->frames.empty()) return windows;
+  checkLength(name, tracks->first_image, tracks->frames.back().t);
   const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
   const int slots = slotCount(tracks->first_image, tracks->frames.back().t, every_s, window);
   for (int segment = 0; segment < slots; ++segment)
@@ -187,7 +189,7 @@ int calibrateNoise(const Arguments& arguments) {
     const auto tracks =
         std::make_shared<const SequenceTracks>(tracksOf(source, arguments, configuration.pipeline));
     const std::vector<NoiseWindow> windows =
-        windowsOf(tracks, arguments.every_s, configuration.pipeline);
+        windowsOf(source, tracks, arguments.every_s, configuration.pipeline);
     results.emplace_back(recordingName(source),
                          calibrate(recordingName(source), windows, configuration, arguments));
     all.insert(all.end(), windows.begin(), windows.end());

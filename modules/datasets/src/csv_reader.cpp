@@ -58,8 +58,9 @@ void CsvReader::parseStamp() {
   const std::string_view field = fields_.front();
   TimeNs stamp = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), stamp);
-  if (error != std::errc() || end != field.data() + field.size() || stamp < 0)
-    fail("expected a stamp in whole nanoseconds, found '" + std::string(field) + "'");
+  if (error != std::errc() || end != field.data() + field.size() || !isStamp(stamp))
+    fail("expected a stamp in whole nanoseconds from 0 to " + std::to_string(kLastStamp) +
+         ", found '" + std::string(field) + "'");
   if (!first_ && stamp <= stamp_)
     fail("expected strictly increasing stamps, found " + std::to_string(stamp) + " after " +
          std::to_string(stamp_) + (stamp == stamp_ ? " (duplicate)" : ""));

@@ -3,6 +3,7 @@
 #include <mrpt/obs/CObservationComment.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "etalon/core/errors.h"
@@ -11,6 +12,7 @@
 #include "etalon/datasets/recording_comment.h"
 #include "path_frame_loader.h"
 #include "rawlog_reader.h"
+#include "sensor_yaml.h"
 
 namespace etalon {
 
@@ -75,7 +77,11 @@ class Scanner {
   }
 
   template <typename Elements>
-  void checkOrder(TimeNs t, const Elements& elements, const std::string& what) const {
+  void checkStamp(TimeNs t, const Elements& elements, const std::string& what) const {
+    if (!isStamp(t))
+      throw DataError(path_, 0,
+                      reader_.where() + ": expected stamps of the " + what +
+                          " of the years 1970 to 2096, found " + std::to_string(t) + " ns");
     if (!elements.empty() && t <= elements.back().t)
       throw DataError(path_, 0,
                       reader_.where() + ": expected strictly increasing stamps of the " + what +
@@ -108,7 +114,7 @@ class Scanner {
       scan_.without_right.push_back(entry.t);
       return;
     }
-    checkOrder(entry.t, scan_.frames, "stereo images '" + scan_.stereo_label + "'");
+    checkStamp(entry.t, scan_.frames, "stereo images '" + scan_.stereo_label + "'");
     const fs::path folder = fs::absolute(path_).parent_path();
     const auto resolve = [&](const mrpt::img::CImage& image) {
       return image.isExternallyStored() ? (folder / image.getExternalStorageFile()).string() : "";
@@ -127,7 +133,7 @@ class Scanner {
     }
     if (!sample->gyro.allFinite() || !sample->accel.allFinite())
       throw DataError(path_, 0, reader_.where() + ": expected finite IMU measurements");
-    checkOrder(sample->t, scan_.imu, "IMU '" + scan_.imu_label + "'");
+    checkStamp(sample->t, scan_.imu, "IMU '" + scan_.imu_label + "'");
     if (scan_.imu.empty()) scan_.T_RB = fromMrptPose(imu.sensorPose);
     scan_.imu.push_back(*sample);
   }
@@ -137,7 +143,9 @@ class Scanner {
     GroundTruthState state;
     state.t = fromMrptTime(pose.timestamp);
     state.T_WB = fromMrptPose(pose.pose.mean);
-    checkOrder(state.t, scan_.truth, "ground truth");
+    if (!state.T_WB.matrix().allFinite())
+      throw DataError(path_, 0, reader_.where() + ": expected a finite pose of the ground truth");
+    checkStamp(state.t, scan_.truth, "ground truth");
     scan_.truth.push_back(state);
   }
 
@@ -269,6 +277,32 @@ StereoInertialCalibration calibrationOf(const Scan& scan, const std::string& pat
   return calibration;
 }
 
+/** What is not usable as a calibration, whoever wrote the log. */
+void checkCalibration(const StereoInertialCalibration& calibration, const std::string& path) {
+  const auto require = [&path](bool condition, const std::string& expected) {
+    if (!condition)
+      throw DataError(path, 0, "the calibration cannot be used: expected " + expected);
+  };
+  for (size_t c = 0; c < 2; ++c) {
+    const auto& [m, T_BC, rate_hz] = calibration.cameras[c];
+    const std::string camera = " of cam" + std::to_string(c);
+    require(1 <= m.width && m.width <= 100'000 && 1 <= m.height && m.height <= 100'000,
+            "a size" + camera + " of 1 to 100000 pixels");
+    require(std::isfinite(m.fu) && std::isfinite(m.fv) && m.fu > 0 && m.fv > 0,
+            "positive focal lengths" + camera);
+    require(Eigen::Matrix<double, 6, 1>(m.cu, m.cv, m.k1, m.k2, m.p1, m.p2).allFinite() &&
+                T_BC.t.allFinite(),
+            "finite numbers" + camera);
+    require(std::isfinite(rate_hz) && rate_hz >= 0, "a rate" + camera + " that is not negative");
+    checkedRotation(T_BC.R, path, 0, "T_BC" + camera, nullptr);
+  }
+  const auto& [noise, rate_hz] = calibration.imu;
+  for (const double value : {noise.gyro_noise_density, noise.gyro_random_walk,
+                             noise.accel_noise_density, noise.accel_random_walk, rate_hz})
+    require(std::isfinite(value) && value >= 0,
+            "noise densities and a rate of the IMU that are not negative");
+}
+
 void describeScan(const Scan& scan, const std::string& path, std::vector<std::string>* warnings) {
   if (scan.comment && !scan.index)
     warnings->push_back(path +
@@ -302,6 +336,7 @@ std::unique_ptr<RecordedSource> openRawlog(const std::string& path, const Source
   recording.name = path;
   recording.kind = "rawlog";
   recording.calibration = calibrationOf(scan, path, &recording.warnings);
+  checkCalibration(recording.calibration, path);
   recording.ground_truth.states = std::move(scan.truth);
   if (scan.index) restoreExact(*scan.index, &scan, &recording.ground_truth);
   describeScan(scan, path, &recording.warnings);

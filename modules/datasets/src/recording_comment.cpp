@@ -1,6 +1,8 @@
 #include "etalon/datasets/recording_comment.h"
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/mrpt_time.h"
@@ -28,13 +30,25 @@ OrderedJson cameraJson(const CameraCalibration& camera) {
   return json;
 }
 
+/** `json` as a whole number; nlohmann's get() would cut any number down to one. */
+std::int64_t wholeNumber(const Json& json) {
+  if (!json.is_number_integer()) throw std::runtime_error("expected a whole number");
+  return json.get<std::int64_t>();
+}
+
+int pixels(const Json& json) {
+  const std::int64_t value = wholeNumber(json);
+  if (value < 1 || value > 100'000) throw std::runtime_error("expected 1 to 100000 pixels");
+  return static_cast<int>(value);
+}
+
 CameraCalibration cameraFromJson(const Json& json) {
   CameraCalibration camera;
   PinholeRadtan& m = camera.model;
   if (json.at("camera_model") != "pinhole" || json.at("distortion_model") != "radial-tangential")
     throw std::runtime_error("supported is 'pinhole' with 'radial-tangential' distortion");
-  m.width = json.at("resolution").at(0).get<int>();
-  m.height = json.at("resolution").at(1).get<int>();
+  m.width = pixels(json.at("resolution").at(0));
+  m.height = pixels(json.at("resolution").at(1));
   const Json& f = json.at("intrinsics_fu_fv_cu_cv");
   m.fu = f.at(0), m.fv = f.at(1), m.cu = f.at(2), m.cv = f.at(3);
   const Json& d = json.at("distortion_k1_k2_p1_p2");
@@ -61,7 +75,12 @@ Json stampsJson(const std::vector<TimeNs>& stamps) {
 std::vector<TimeNs> stampsFromJson(const Json& json) {
   std::vector<TimeNs> stamps;
   TimeNs t = 0;
-  for (const Json& difference : json) stamps.push_back(t += difference.get<TimeNs>());
+  for (const Json& element : json) {
+    const std::int64_t difference = wholeNumber(element);
+    if (difference < -kLastStamp || difference > kLastStamp || !isStamp(t + difference))
+      throw std::runtime_error("expected stamps in ns from 0 to " + std::to_string(kLastStamp));
+    stamps.push_back(t += difference);
+  }
   return stamps;
 }
 
@@ -79,7 +98,7 @@ template <typename Read>
 auto parsed(const std::string& text, const std::string& label, const std::string& log, Read read) {
   try {
     const Json json = Json::parse(text);
-    const int version = json.at("version").get<int>();
+    const std::int64_t version = wholeNumber(json.at("version"));
     if (version != kRecordingFormatVersion)
       throw std::runtime_error("expected version " + std::to_string(kRecordingFormatVersion) +
                                ", found " + std::to_string(version));

@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <functional>
+#include <limits>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
@@ -251,6 +252,75 @@ TEST_F(ForeignRawlog, NonMonotonicStampsAreAnError) {
   write();
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
               AllOf(HasSubstr("object 2"), HasSubstr("strictly increasing")));
+}
+
+TEST_F(ForeignRawlog, StampsOutsideTheClockAreAnError) {
+  using Duration = mrpt::Clock::duration;
+  for (const Duration end : {Duration::min(), Duration::max()}) {
+    write([end](auto& stereo) { stereo.timestamp = mrpt::Clock::time_point(end); });
+    EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
+                AllOf(HasSubstr("stereo images"), HasSubstr("1970 to 2096")));
+  }
+}
+
+TEST_F(ForeignRawlog, NumbersThatAreNoneAreAnError) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  write([nan](auto& stereo) { stereo.leftCamera.cx(nan); });
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("finite numbers of cam0"));
+  write([nan](auto& stereo) { stereo.rightCameraPose.x(nan); });
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("finite numbers of cam1"));
+  write([](auto& stereo) { stereo.rightCamera.nrows = 0; });
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("size of cam1"));
+  convert(log, true);
+  const std::string whole = readText(log), more = (folder / "more.rawlog").string();
+  RawlogWriter writer(more);
+  auto pose = toObservation(StampedPose{kFirstStamp - 1000, SE3()}, kGroundTruthLabel);
+  pose.pose.mean.x(nan);
+  writer.write(pose);
+  writer.close();
+  writeText(log, readText(more) + whole);
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("finite pose"));
+}
+
+TEST_F(Rawlog, TheCommentsAreCheckedAsTheFilesAre) {
+  const auto source = openWhole(euroc.string());
+  RecordingComment comment;
+  comment.calibration = source->calibration();
+  comment.stereo_label = kStereoLabel;
+  comment.imu_label = kImuLabel;
+  const std::string good = toJson(comment);
+  const auto errorWith = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    const size_t at = text.find(from);
+    if (at == std::string::npos) return "no '" + from + "' in the comment";
+    convert(log, true);
+    const std::string whole = readText(log), first = (folder / "first.rawlog").string();
+    RawlogWriter writer(first);
+    writer.write(commentObservation(kFirstStamp, text.replace(at, from.size(), to)));
+    writer.close();
+    writeText(log, readText(first) + whole);
+    return dataErrorOf([&] { openSource(log); });
+  };
+  EXPECT_THAT(errorWith("64,", "6.4e30,"), HasSubstr("whole number"));
+  EXPECT_THAT(errorWith("64,", "-64,"), HasSubstr("pixels"));
+  EXPECT_THAT(errorWith("45.5,", "-45.5,"), HasSubstr("focal lengths of cam0"));
+  EXPECT_THAT(errorWith("45.5,", "1e999,"), HasSubstr("cannot be used"));
+  EXPECT_THAT(errorWith("\"rate_hz\": 200", "\"rate_hz\": -200"), HasSubstr("noise densities"));
+  EXPECT_THAT(errorWith("\"version\": 1", "\"version\": 1e40"), HasSubstr("whole number"));
+}
+
+TEST(RecordingIndexTest, StampsThatDoNotFitAreAnError) {
+  const auto errorOf = [](const std::string& stamps) {
+    return dataErrorOf([&] {
+      recordingIndexFromJson(
+          R"({"version": 1, "stamps_ns": {"imu": [], "images": [)" + stamps + "]}}", "a.rawlog");
+    });
+  };
+  EXPECT_EQ(errorOf("4000000000000000000, -1"), "");
+  for (const char* wrong : {"4000000000000000000, 1", "0, -1", "9223372036854775807, 5",
+                            "-9223372036854775808", "18446744073709551615"})
+    EXPECT_THAT(errorOf(wrong), HasSubstr("stamps in ns")) << wrong;
+  EXPECT_THAT(errorOf("1e30"), HasSubstr("whole number"));
 }
 
 TEST_F(ForeignRawlog, ReadsSensoryFramesInACompressedLog) {

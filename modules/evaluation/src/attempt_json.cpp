@@ -21,7 +21,7 @@ Json stateJson(const KeyframeState& state) {
 
 KeyframeState stateFromJson(const JsonReader& json) {
   KeyframeState state;
-  state.t = json.at("t_ns").integer();
+  state.t = json.at("t_ns").stamp();
   state.T_WB.t = json.at("p_WB_m").vector<3>();
   const Eigen::Vector4d q = json.at("q_WB_xyzw").vector<4>();
   if (!(std::abs(q.norm() - 1.0) < 1e-6)) json.at("q_WB_xyzw").fail("expected a unit quaternion");
@@ -132,7 +132,7 @@ Json attemptJson(const AttemptRecord& attempt) {
 
 AttemptRecord attemptFromJson(const JsonReader& json) {
   AttemptRecord attempt;
-  attempt.t = json.at("stamp_ns").integer();
+  attempt.t = json.at("stamp_ns").stamp();
   if (json.has("initializer")) attempt.initializer = json.at("initializer").text();
   attempt.status = json.at("status").text();
   attempt.reason = json.at("reason").text();
@@ -140,7 +140,7 @@ AttemptRecord attemptFromJson(const JsonReader& json) {
   for (const JsonReader& timing : json.at("milliseconds").elements())
     attempt.timings.push_back({timing.at("stage").text(), timing.at("ms").number()});
   for (const JsonReader& t : json.at("keyframes_ns").elements())
-    attempt.keyframes.push_back(t.integer());
+    attempt.keyframes.push_back(t.stamp());
   for (const JsonReader& stage : json.at("stages").elements())
     attempt.stages.push_back(stageFromJson(stage));
   return attempt;

@@ -116,8 +116,10 @@ class Benchmark {
       try {
         recording = openRecording(source);
         sequence.source_kind = recording->kind();
-        sequence.first_image = recording->imageStamps().front();
-        sequence.last_image = recording->imageStamps().back();
+        const std::vector<TimeNs>& stamps = recording->imageStamps();
+        checkLength(source, stamps.front(), stamps.back());
+        sequence.first_image = stamps.front();
+        sequence.last_image = stamps.back();
         sequence.duration_s = secondsBetween(sequence.first_image, sequence.last_image);
         sequence.stereo_frames = static_cast<int>(recording->imageStamps().size());
         sequence.has_ground_truth = !recording->groundTruth().empty();

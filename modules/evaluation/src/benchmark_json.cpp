@@ -1,6 +1,9 @@
 #include "benchmark_json.h"
 
+#include <cstdio>
+
 #include "attempt_json.h"
+#include "etalon/evaluation/benchmark_slots.h"
 
 namespace etalon {
 namespace {
@@ -57,11 +60,15 @@ Json sequenceJson(const BenchmarkSequence& s) {
 BenchmarkSequence sequenceFromJson(const JsonReader& json) {
   BenchmarkSequence s;
   s.name = json.at("name").text();
+  if (s.name.find('/') != std::string::npos)  // it names a file in slots/
+    json.at("name").fail("expected a name without '/'");
   s.source = json.at("source").text();
   s.source_kind = json.at("source_kind").text();
   s.content = json.at("content").text();
-  s.first_image = json.at("first_image_ns").integer();
-  s.last_image = json.at("last_image_ns").integer();
+  s.first_image = json.at("first_image_ns").stamp();
+  s.last_image = json.at("last_image_ns").stamp();
+  if (secondsBetween(s.first_image, s.last_image) > kLongestRecordingS)
+    json.at("last_image_ns").fail("expected images that are at most 7 days apart");
   s.duration_s = json.at("duration_s").number();
   s.stereo_frames = json.at("stereo_frames").count();
   s.unreadable_images = json.at("unreadable_images").count();
@@ -123,15 +130,28 @@ NoiseCheck noiseFromJson(const JsonReader& json) {
   return noise;
 }
 
+/** A number in the range that `etalon bench` takes. */
+double between(const JsonReader& json, double least, double most) {
+  const double value = json.number();
+  if (!(least <= value && value <= most)) {
+    char expected[80];
+    std::snprintf(expected, sizeof expected, "expected a number from %g to %g", least, most);
+    json.fail(expected);
+  }
+  return value;
+}
+
 BenchmarkProtocol protocolFromJson(const JsonReader& json) {
   BenchmarkProtocol protocol;
-  protocol.every_s = json.at("every_s").number();
+  protocol.every_s = between(json.at("every_s"), 0.01, 1e6);
   protocol.keyframes.clear();
-  for (const JsonReader& n : json.at("keyframes").elements())
+  for (const JsonReader& n : json.at("keyframes").elements()) {
+    between(n, 2, 200);
     protocol.keyframes.push_back(n.count());
+  }
   protocol.rates_hz.clear();
   for (const JsonReader& rate : json.at("rates_hz").elements())
-    protocol.rates_hz.push_back(rate.number());
+    protocol.rates_hz.push_back(between(rate, 0.1, 100));
   protocol.vi_ba = json.at("vi_ba").boolean();
   return protocol;
 }
@@ -207,7 +227,7 @@ SlotRecord slotFromJson(const JsonReader& json) {
   SlotRecord slot;
   slot.sequence = json.at("sequence").text();
   slot.segment = json.at("segment").count();
-  slot.t0 = json.at("t0_ns").integer();
+  slot.t0 = json.at("t0_ns").stamp();
   slot.keyframes = json.at("keyframes").count();
   slot.rate_hz = json.at("rate_hz").number();
   slot.initializer = json.at("initializer").text();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/errors.h"
 #include "etalon/frontend/keyframe_selector.h"
 
 namespace etalon {
@@ -12,6 +13,14 @@ std::vector<BenchmarkWindow> windowsOf(const BenchmarkProtocol& protocol) {
   for (const int keyframes : protocol.keyframes)
     for (const double rate_hz : protocol.rates_hz) windows.push_back({keyframes, rate_hz});
   return windows;
+}
+
+void checkLength(const std::string& name, TimeNs first_image, TimeNs last_image) {
+  const double duration_s = secondsBetween(first_image, last_image);
+  if (duration_s <= kLongestRecordingS) return;
+  throw DataError(name, 0,
+                  "the images are " + std::to_string(std::llround(duration_s / 86'400.0)) +
+                      " days apart; expected at most 7 days, is a stamp damaged?");
 }
 
 int slotCount(TimeNs first_image, TimeNs last_image, double every_s,

@@ -40,7 +40,7 @@ std::string readText(const std::string& path) {
 nlohmann::json parseJson(const std::string& text, const std::string& path, int line) {
   try {
     return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& e) {
+  } catch (const nlohmann::json::exception& e) {
     throw DataError(path, line, std::string("expected JSON: ") + e.what());
   }
 }

@@ -95,8 +95,8 @@ RunRecord recordFromJson(const JsonReader& json) {
   record.initializer_path = json.at("initializer_path").text();
   const JsonReader versions = json.at("versions");
   for (const std::string& name : versions.keys()) record.versions[name] = versions.at(name).text();
-  record.first_image = json.at("first_image_ns").integer();
-  if (json.has("initialized_at_ns")) record.initialized_at = json.at("initialized_at_ns").integer();
+  record.first_image = json.at("first_image_ns").stamp();
+  if (json.has("initialized_at_ns")) record.initialized_at = json.at("initialized_at_ns").stamp();
   record.statistics = statisticsFromJson(json.at("statistics"));
   for (const JsonReader& warning : json.at("warnings").elements())
     record.warnings.push_back(warning.text());
@@ -178,7 +178,7 @@ RunRecord runRecordFromJson(const std::string& json, const std::string& name) {
   nlohmann::json document;
   try {
     document = nlohmann::json::parse(json);
-  } catch (const nlohmann::json::parse_error& e) {
+  } catch (const nlohmann::json::exception& e) {
     throw DataError(name, 0, std::string("expected JSON: ") + e.what());
   }
   return recordFromJson(JsonReader(document, name));

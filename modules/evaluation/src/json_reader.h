@@ -56,6 +56,11 @@ class JsonReader {
     if (!json_->is_number_integer()) fail("expected an integer");
     return json_->get<TimeNs>();
   }
+  TimeNs stamp() const {
+    const TimeNs value = integer();
+    if (!isStamp(value)) fail("expected a stamp in ns from 0 to " + std::to_string(kLastStamp));
+    return value;
+  }
   int count() const {
     const TimeNs value = integer();
     if (value < 0 || value > std::numeric_limits<int>::max())

@@ -107,7 +107,9 @@ SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const Im
 }
 
 double quantileOf(std::vector<double> values, double q) {
-  if (values.empty()) return SegmentErrors::kNone;
+  const auto is_nan = [](double v) { return std::isnan(v); };  // has no place in an order
+  if (values.empty() || std::any_of(values.begin(), values.end(), is_nan))
+    return SegmentErrors::kNone;
   std::sort(values.begin(), values.end());
   const double position = q * static_cast<double>(values.size() - 1);
   const auto below = static_cast<size_t>(position);

@@ -136,6 +136,7 @@ Ticks::Ticks(double low, double high, int at_most) {
       step = factor * power;
       break;
     }
+  if (!std::isfinite(low) || !std::isfinite(high) || !std::isfinite(step)) return;
   first = std::ceil(low / step - 1e-9) * step;
   count = static_cast<int>(std::floor((high - first) / step + 1e-9)) + 1;
   decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));

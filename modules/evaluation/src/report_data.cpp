@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <string>
 #include <tuple>
@@ -24,7 +25,7 @@ Json rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
-  return std::stod(text);
+  return std::strtod(text, nullptr);  // stod throws where a number is smaller than 2e-308
 }
 
 Json numberOr(const Json& number, const Json& otherwise) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "etalon/core/errors.h"
@@ -147,7 +148,7 @@ std::string Table::json() const {
       Json& value = object[columns_[c].key];
       if (row[c].empty) continue;
       if (columns_[c].number)
-        value = std::stod(row[c].text);
+        value = std::strtod(row[c].text.c_str(), nullptr);
       else
         value = row[c].text;
     }

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/benchmark_slots.h"
@@ -92,6 +93,43 @@ TEST_F(BenchmarkStoreTest, NamesFileAndLineOfWhatIsNoSlot) {
     EXPECT_THAT(e.what(), HasSubstr(file + ":1"));
     EXPECT_THAT(e.what(), HasSubstr("'segment'"));
   }
+}
+
+TEST_F(BenchmarkStoreTest, RefusesNumbersThatNoBenchmarkHas) {
+  const BenchmarkRecord record = exampleBenchmark();
+  writeBenchmarkHead(folder(), record);
+  const std::string file = (folder_ / "benchmark.json").string();
+  std::ifstream in(file);
+  const std::string good{std::istreambuf_iterator<char>(in), {}};
+  const auto errorWith = [&](const std::string& from, const std::string& to) -> std::string {
+    std::string text = good;
+    const size_t at = text.find(from);
+    if (at == std::string::npos) return "no '" + from + "' in the file";
+    std::ofstream(file) << text.replace(at, from.size(), to);
+    try {
+      readBenchmark(folder());
+    } catch (const DataError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(errorWith("\"V1\"", "\"V1\""), "");
+  EXPECT_THAT(errorWith("\"V1\"", "\"../V1\""), HasSubstr("without '/'"));
+  for (const char* every : {"0", "-1", "null", "1e300"})
+    EXPECT_THAT(errorWith("\"every_s\": 2.5", "\"every_s\": " + std::string(every)),
+                HasSubstr("expected a number from 0.01 to"));
+  EXPECT_THAT(errorWith("\"every_s\": 2.5", "\"every_s\": 1e999"), HasSubstr("expected JSON"));
+  EXPECT_THAT(errorWith("\"shard\": 1", "\"shard\": 1.5"), HasSubstr("expected an integer"));
+  const std::string last = "\"last_image_ns\": 0";
+  EXPECT_THAT(errorWith(last, "\"last_image_ns\": 9000000000000000000"),
+              HasSubstr("a stamp in ns"));
+  EXPECT_THAT(errorWith(last, "\"last_image_ns\": -5"), HasSubstr("a stamp in ns"));
+  EXPECT_THAT(errorWith(last, "\"last_image_ns\": 900000000000000000"), HasSubstr("7 days apart"));
+}
+
+TEST(BenchmarkSlots, RefuseARecordingOfYears) {
+  EXPECT_NO_THROW(checkLength("a", 5, 5 + durationNs(kLongestRecordingS)));
+  EXPECT_THROW(checkLength("a", 5, 6 + durationNs(kLongestRecordingS)), DataError);
 }
 
 TEST_F(BenchmarkStoreTest, KnowsWhichSlotsAreMissing) {

@@ -6,10 +6,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <random>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "median.h"
 
 namespace etalon {
 namespace {
@@ -357,6 +359,15 @@ TEST(Statistics, QuantileIsInterpolatedLinearly) {
   EXPECT_EQ(quantileOf(values, 1.0), 16.0);
   EXPECT_EQ(quantileOf({3.0}, 0.9), 3.0);
   EXPECT_TRUE(std::isnan(quantileOf({}, 0.5)));
+}
+
+TEST(Statistics, OfNaNThereIsNoQuantile) {
+  // Enough values that a sort which believes them ordered would leave the array.
+  std::vector<double> values(1000, std::numeric_limits<double>::quiet_NaN());
+  for (size_t i = 0; i < values.size(); i += 3) values[i] = static_cast<double>(i);
+  EXPECT_TRUE(std::isnan(quantileOf(values, 0.5)));
+  EXPECT_TRUE(std::isnan(median(values)));
+  EXPECT_TRUE(std::isnan(statisticsOf(values).median));
 }
 
 TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {

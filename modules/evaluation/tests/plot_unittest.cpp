@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -72,6 +73,14 @@ TEST_F(Plot, WithGroundTruthShowsBothCurvesTheErrorsAndTheInitialisation) {
     EXPECT_GT(share(image, region, kRed), 0.1);
   }
   EXPECT_GT(share(image, kLeft, kGrey), 1.0);
+}
+
+TEST_F(Plot, OfPositionsBeyondAllBoundsThereIsAnEmptyPicture) {
+  for (const double far : {1e200, std::numeric_limits<double>::max()}) {
+    flight_.estimate[7].T_WB.t.setConstant(far);
+    flight_.estimate[8].T_WB.t.setConstant(-far);
+    draw(flight_.estimate, flight_.truth, {});
+  }
 }
 
 TEST_F(Plot, WithoutGroundTruthAndInitialisation) {

@@ -56,6 +56,14 @@ TEST(Table, Json) {
   EXPECT_TRUE(json[1]["value"].is_null());
 }
 
+TEST(Table, JsonHoldsTheSmallestNumbers) {
+  Table table({{"value", "value", true}});
+  table.addRow();
+  table.setNumber("value", 1e-310);
+  const auto json = nlohmann::json::parse(table.toString(TableFormat::kJson));
+  EXPECT_EQ(json[0]["value"], 1e-310);
+}
+
 TEST(Table, RefusesUnknownColumnsAndFormats) {
   Table table = smallTable();
   EXPECT_THROW(table.setText("nam", "x"), Error);

@@ -72,8 +72,9 @@ class NumberFile {
   void parseStamp(std::string_view field) {
     TimeNs stamp = 0;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), stamp);
-    if (error != std::errc() || end != field.data() + field.size() || stamp < 0) {
-      fail("'" + std::string(field) + "' is not a stamp in ns");
+    if (error != std::errc() || end != field.data() + field.size() || !isStamp(stamp)) {
+      fail("'" + std::string(field) + "' is not a stamp in ns from 0 to " +
+           std::to_string(kLastStamp));
     }
     if (rows_ > 0 && stamp <= stamp_) {
       fail("stamp " + std::to_string(stamp) + " does not come after " + std::to_string(stamp_));

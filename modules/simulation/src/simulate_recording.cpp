@@ -22,9 +22,10 @@ namespace etalon {
 
 namespace {
 
-constexpr double kDefaultDuration = 30.0;  // s
-constexpr double kImuLead = 0.1;           // s of IMU before the first image
-constexpr double kImuTail = 0.05;          // s of IMU after the last image
+constexpr double kDefaultDuration = 30.0;     // s
+constexpr double kLongestDuration = 86400.0;  // s
+constexpr double kImuLead = 0.1;              // s of IMU before the first image
+constexpr double kImuTail = 0.05;             // s of IMU after the last image
 
 /** Everything that is to be written but the images. */
 struct Flight {
@@ -43,7 +44,8 @@ void check(const SimulationOptions& options) {
         "a recorded IMU, image stamps and a start time belong to a recorded trajectory, and none "
         "was given");
   }
-  if (options.duration_s && !(*options.duration_s > 0.0 && *options.duration_s <= 86400.0)) {
+  if (options.duration_s &&
+      !(*options.duration_s > 0.0 && *options.duration_s <= kLongestDuration)) {
     throw ConfigError("a simulation's duration must be more than 0 s and at most 86400 s");
   }
   if (!(options.from_s >= 0.0 && options.from_s < 1e9)) {
@@ -111,6 +113,9 @@ std::vector<TimeNs> wantedStamps(const SimulationOptions& options, TimeNs start,
 Flight recordedFlight(const SimulationOptions& options) {
   const GroundTruth truth = readGroundTruthCsv(options.trajectory_file);
   const TimeNs start = truth.states.front().t;
+  if (secondsBetween(start, truth.states.back().t) > kLongestDuration)
+    throw DataError(options.trajectory_file, 0,
+                    "the first and the last stamp are more than a day apart; is one damaged?");
   TimeNs imu_start = start, imu_end = truth.states.back().t;
   Flight flight;
   if (options.imu_file.empty()) {

@@ -208,6 +208,11 @@ TEST_F(SimulateRecording, BadFilesAreNamedWithTheirLine) {
   EXPECT_THAT(messageOf(o), HasSubstr("nan.csv:2: 'nan'"));
   o.trajectory_file = write("norm.csv", good + "2,0,0,0,1,1,0,0\n");
   EXPECT_THAT(messageOf(o), HasSubstr("norm.csv:2"));
+  o.trajectory_file = write("jump.csv", good + "900000000000000000,0,0,0,1,0,0,0\n");
+  EXPECT_THAT(messageOf(o),
+              HasSubstr("jump.csv: the first and the last stamp are more than a day"));
+  o.trajectory_file = write("future.csv", good + "9000000000000000000,0,0,0,1,0,0,0\n");
+  EXPECT_THAT(messageOf(o), HasSubstr("future.csv:2: '9000000000000000000'"));
   o.trajectory_file = write("short.csv", good);
   EXPECT_THAT(messageOf(o), HasSubstr("short.csv: has 1 rows"));
   o.trajectory_file = write("flight.csv", good + "2000000000,0,0,0,1,0,0,0\n");

@@ -10,6 +10,13 @@ using TimeNs = std::int64_t;
 
 constexpr TimeNs kNanosecondsPerSecond = 1'000'000'000;
 
+/** The last stamp that readers of files accept, in the year 2096: sums and differences of two
+ * stamps stay inside TimeNs. The first one is 0. */
+constexpr TimeNs kLastStamp = 4'000'000'000 * kNanosecondsPerSecond;
+
+/** Whether a reader may accept `t` as a stamp. */
+constexpr bool isStamp(TimeNs t) { return 0 <= t && t <= kLastStamp; }
+
 /** `to - from` in seconds. */
 inline double secondsBetween(TimeNs from, TimeNs to) {
   return static_cast<double>(to - from) * 1e-9;

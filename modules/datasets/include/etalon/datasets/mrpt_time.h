@@ -2,6 +2,10 @@
 
 #include <mrpt/core/Clock.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
 #include "etalon/core/time.h"
 
 namespace etalon {
@@ -15,9 +19,13 @@ inline mrpt::Clock::time_point toMrptTime(TimeNs t) {
   return mrpt::Clock::time_point(mrpt::Clock::duration(t / kMrptTickNs + kMrptTicksAtUnixEpoch));
 }
 
-/** The inverse; exact, for stamps of the years 1678 to 2261. */
+/** The inverse; exact for the years 1678 to 2261, for others the nearest that TimeNs holds. */
 inline TimeNs fromMrptTime(mrpt::Clock::time_point t) {
-  return (t.time_since_epoch().count() - kMrptTicksAtUnixEpoch) * kMrptTickNs;
+  constexpr std::int64_t kMostTicks = std::numeric_limits<TimeNs>::max() / kMrptTickNs;
+  const std::int64_t ticks =
+      std::clamp(t.time_since_epoch().count(), kMrptTicksAtUnixEpoch - kMostTicks,
+                 kMrptTicksAtUnixEpoch + kMostTicks);
+  return (ticks - kMrptTicksAtUnixEpoch) * kMrptTickNs;
 }
 
 }  // namespace etalon

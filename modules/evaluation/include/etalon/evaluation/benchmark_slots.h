@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "etalon/evaluation/benchmark_record.h"
@@ -17,6 +18,12 @@ struct BenchmarkWindow {
 
 /** Every number of keyframes with every rate, in the protocol's order. */
 std::vector<BenchmarkWindow> windowsOf(const BenchmarkProtocol& protocol);
+
+/** A week. Images further apart speak of a damaged stamp, and of years of empty slots. */
+constexpr double kLongestRecordingS = 7 * 86'400.0;
+
+/** @throws DataError if the images of the recording `name` are further apart than that */
+void checkLength(const std::string& name, TimeNs first_image, TimeNs last_image);
 
 /**
  * Number of slots of a recording: slot i starts every_s * i after the first image, and is there if

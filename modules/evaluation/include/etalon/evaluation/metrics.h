@@ -71,7 +71,7 @@ ErrorStatistics statisticsOf(std::vector<double> errors);
 /**
  * Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan, American
  * Statistician 1996): the value at position q (n - 1) of the sorted set, counted from 0. NaN where
- * the set is empty.
+ * the set is empty or holds a NaN.
  * @param q in [0, 1]
  */
 double quantileOf(std::vector<double> values, double q);
