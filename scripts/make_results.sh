@@ -102,7 +102,7 @@ for group in "$@"; do
       "$name" "$name" "$every" "$initializers" "$name" "$name" "$compared"
     ((status == 0)) || printf 'Some recordings could not be used; the command says which.\n\n'
     printf '### 10 keyframes at 4 Hz, the papers'"'"' window\n\n'
-    blocks "$out/$name.md" '^..(Success|Slots refused|RRE.*(mean|median)|ATE.*SE|ATE \\[mm\\], (mean|median)|gravity.*median|velocity.*median|gyro bias.*median|accel bias.*median|scale.*median|Run time \\[ms\\], median).*10 keyframes at 4 Hz'
+    blocks "$out/$name.md" '^..(Success|Good estimates|Slots refused|RRE.*(mean|median)|ATE.*SE|ATE \\[mm\\], (mean|median)|gravity.*median|velocity.*median|gyro bias.*median|accel bias.*median|scale.*median|Run time \\[ms\\], median).*10 keyframes at 4 Hz'
     printf '### Other windows\n\n'
     blocks "$out/$name.md" '^..(Success|RRE.*median|ATE \\[mm\\], median|velocity.*median).*(5 keyframes at|10 keyframes at 10)'
     printf '### Noise and ground truth\n\n'
@@ -119,7 +119,7 @@ for group in "$@"; do
       printf '\n'
     fi
     printf '### With the papers'"'"' noise and priors\n\n'
-    blocks "$out/${name}_paper.md" '^..(Success|RRE.*median|ATE .mm., median|gravity.*median|velocity.*median|Check of the noise)'
+    blocks "$out/${name}_paper.md" '^..(Success|Good estimates|RRE.*median|ATE .mm., median|gravity.*median|velocity.*median|Check of the noise)'
   } >>"$part"
 done
 mv "$part" "$document"

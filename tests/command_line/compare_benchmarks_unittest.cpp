@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -33,8 +34,37 @@ TEST(CompareBenchmarks, PrintsTablesAndWhatIsSignificant) {
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("Success [%], 10 keyframes at 4 Hz"), HasSubstr("RRE [deg], median"),
                     HasSubstr("Paired comparison"), HasSubstr("too few pairs"),
-                    HasSubstr("10000 resamples, seed 1"), Not(HasSubstr("\033"))));
+                    HasSubstr("10000 resamples, seed 1"), HasSubstr("Best marked *"),
+                    HasSubstr("Good estimates, accepted or not"), HasSubstr("Check of the noise"),
+                    HasSubstr("gravity, corrected [deg], median"), HasSubstr("gyro bias"),
+                    HasSubstr("A = good, B = bad"), Not(HasSubstr("\033"))));
   EXPECT_THAT(runEtalon({"compare", folder.path(), "--bold"}).out, HasSubstr("\033[1m"));
+}
+
+TEST(CompareBenchmarks, CutsTablesThatAreWiderThanTheTerminal) {
+  const TemporaryFolder folder;
+  const std::string path = writeExample(folder);
+  const std::string below = "\n          with VI-BA";  // with the sequences to its left again
+  ASSERT_EQ(setenv("COLUMNS", "30", 1), 0);
+  const CommandResult narrow = runEtalon({"compare", path, "--metric", "rre_deg"});
+  ASSERT_EQ(unsetenv("COLUMNS"), 0);
+  EXPECT_THAT(narrow.out, HasSubstr(below));
+  EXPECT_THAT(runEtalon({"compare", path, "--metric", "rre_deg"}).out, Not(HasSubstr(below)));
+}
+
+TEST(MergeBenchmarks, PrintsOneJsonDocumentOrOneCsvTable) {
+  const TemporaryFolder folder, out;
+  const std::string path = writeExample(folder);
+  const CommandResult json =
+      runEtalon({"merge", path, "--out", out.path() + "/json", "--format", "json"});
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_GT(nlohmann::json::parse(json.out).size(), 30u);  // throws on data behind the document
+  EXPECT_THAT(json.err, HasSubstr("of 1 part\n"));
+  const CommandResult csv =
+      runEtalon({"merge", path, "--out", out.path() + "/csv", "--format", "csv"});
+  EXPECT_EQ(csv.exit_code, 0) << csv.err;
+  EXPECT_EQ(csv.out.rfind("metric,statistic,keyframes,", 0), 0u);
+  EXPECT_EQ(csv.out.find("metric,statistic", 1), std::string::npos);
 }
 
 TEST(CompareBenchmarks, ChoosesInitializersMetricsAndSeed) {
