@@ -155,7 +155,8 @@ TEST(Summary, CsvKeepsRunTimesInTheLastColumns) {
                              "visual_odometry_ms_mean,visual_odometry_ms_median,"
                              "visual_odometry_ms_p90\n"));
   EXPECT_THAT(csv, HasSubstr("\nV1,10,4,good,init,all,5,5,0,5,0,5,3,0.6,0.16,0.15,0.26,0.016,"));
-  EXPECT_THAT(csv, HasSubstr(",,,,3,0.6,2,2,2,12,12,13.6\n"));  // no scale; position 3.6 of 10 to 14
+  EXPECT_THAT(csv,
+              HasSubstr(",,,,3,0.6,2,2,2,12,12,13.6\n"));  // no scale; position 3.6 of 10 to 14
   EXPECT_EQ(summaryCsv(BenchmarkRecord()).find('\n'), summaryCsv(BenchmarkRecord()).size() - 1);
 }
 

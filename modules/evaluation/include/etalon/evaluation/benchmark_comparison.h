@@ -70,8 +70,8 @@ std::vector<std::string> comparedFigures();
 
 /**
  * A row a comparison.
- * @param group_in_title all are of the same two and the same window: these stand in the title, not in
- *        columns
+ * @param group_in_title all are of the same two and the same window: these stand in the title, not
+ * in columns
  */
 TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
                             const BootstrapOptions& options, bool group_in_title = false);
