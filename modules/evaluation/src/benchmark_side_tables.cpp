@@ -178,7 +178,7 @@ TitledTable floorTable(const BenchmarkRecord& record) {
                {"ground_truth", "ground truth"},
                {"interval_s", "interval [s]", true, 2, 1.0, true},
                {"rre_deg", "RRE [deg]", true, 4},
-               {"world_tilt_deg", "tilt of its world [deg]", true, 3},
+               {"world_tilt_deg", "tilt [deg]", true, 3},
                {"gyro_bias_rps", "gyro bias [rad/s]", true, 4},
                {"accel_bias_mps2", "accel bias [m/s2]", true, 3},
                {"error", "problem", false, 0, 1.0, !problems}});
