@@ -9,6 +9,7 @@
 # ORB-SLAM3's and ETA's on the papers' window. JOBS is the number of processes (2). Results stay in OUT/<group> and
 # OUT/<group>_paper; a second call goes on where the first one ended. Numbers that stand in docs/results.md all come
 # from there.
+# shellcheck disable=SC2016 # the backticks are Markdown's
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=$root/build/release/bin/etalon

@@ -73,9 +73,6 @@ void printNotes(const BenchmarkOutcome& outcome) {
   for (const BenchmarkSequence& sequence : outcome.record.sequences) {
     for (const std::string& warning : sequence.warnings)
       std::fprintf(stderr, "warning: %s\n", warning.c_str());
-    if (sequence.unreadable_images > 0)
-      std::fprintf(stderr, "warning: %s: %d stereo pairs could not be read and were left out\n",
-                   sequence.name.c_str(), sequence.unreadable_images);
   }
 }
 
@@ -134,6 +131,7 @@ int bench(const Arguments& arguments) {
                outcome.slots_found + outcome.slots_tried, outcome.slots_found,
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+  printShortfalls(outcome.record);
   return printErrors(outcome.record) ? kDataErrorExit : kOk;
 }
 

@@ -12,6 +12,7 @@
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/comparison_table.h"
 #include "etalon/evaluation/run_log.h"
+#include "print_tables.h"
 
 namespace etalon::app {
 
@@ -77,6 +78,23 @@ std::vector<PairedComparison> comparisonsWithTheFirst(const BenchmarkRecord& rec
   return comparisons;
 }
 
+/** As text a table for each two and window: with their names in every row it would be wider than
+ * most terminals. The note, which is the same for all, at the end. */
+void printComparisons(const std::vector<PairedComparison>& comparisons,
+                      const BootstrapOptions& options, const TextStyle& style) {
+  auto first = comparisons.begin();
+  while (first != comparisons.end()) {
+    const auto last = std::find_if(first, comparisons.end(), [&](const PairedComparison& c) {
+      return c.b != first->b || c.keyframes != first->keyframes || c.rate_hz != first->rate_hz;
+    });
+    TitledTable table = comparisonTable({first, last}, options, true);
+    table.note.clear();
+    std::printf("%s\n", toString(table, TableFormat::kText, style).c_str());
+    first = last;
+  }
+  std::printf("%s\n", comparisonTable(comparisons, options).note.c_str());
+}
+
 void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
   const std::vector<std::string> names = shortNames(arguments.runs);
   std::vector<std::pair<std::string, BenchmarkRecord>> benchmarks;
@@ -96,11 +114,18 @@ void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
       arguments.metrics.empty() ? comparedFigures() : arguments.metrics;
   const std::vector<PairedComparison> comparisons =
       comparisonsWithTheFirst(record, figures, options);
+  const TextStyle style = textStyle(arguments.bold);
   if (isForPeople(format))
     for (const TitledTable& table : benchmarkTables(record))
       if (isAskedFor(table, arguments.metrics, arguments.all))
-        std::printf("%s\n", toString(table, format, arguments.bold).c_str());
-  if (several) std::fputs(toString(comparisonTable(comparisons, options), format).c_str(), stdout);
+        std::printf("%s\n", toString(table, format, style).c_str());
+  if (!several) return;
+  if (format == TableFormat::kText)
+    printComparisons(comparisons, options, style);
+  else if (isForPeople(format))
+    std::fputs(toString(comparisonTable(comparisons, options), format).c_str(), stdout);
+  else
+    std::fputs(comparisonTable(comparisons, options).table.toString(format).c_str(), stdout);
 }
 
 void compare(const Arguments& arguments) {
@@ -148,7 +173,7 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       ->check(checkWholeNumber())
       ->capture_default_str();
   command->add_flag("--bold", arguments->bold,
-                    "Benchmarks, as text: the best of a row in the terminal's bold");
+                    "Benchmarks, as text: the best of a row in bold, even if this is no terminal");
   command->callback([arguments, exit_code] {
     compare(*arguments);
     *exit_code = kOk;

@@ -20,9 +20,10 @@ void merge(const Arguments& arguments) {
   const BenchmarkOutcome outcome =
       mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite);
   printBenchmarkTables(outcome.record, format);
-  std::fprintf(stderr, "\n%zu results of %zu parts\nwritten:\n", outcome.slots_found,
-               arguments.folders.size());
+  std::fprintf(stderr, "\n%zu results of %zu part%s\nwritten:\n", outcome.slots_found,
+               arguments.folders.size(), arguments.folders.size() == 1 ? "" : "s");
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+  printShortfalls(outcome.record);
 }
 
 }  // namespace

@@ -1,14 +1,60 @@
 #include "print_tables.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "etalon/evaluation/benchmark_slots.h"
 
 namespace etalon::app {
 
+namespace {
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+int widthOfStdout() {
+  constexpr int kUnknown = 120;
+  if (const int columns = std::atoi(environment("COLUMNS").c_str()); columns > 0) return columns;
+  winsize size = {};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return kUnknown;
+}
+
+}  // namespace
+
+TextStyle textStyle(bool bold) {
+  const bool terminal = isatty(STDOUT_FILENO) == 1 && environment("NO_COLOR").empty() &&
+                        environment("TERM") != "dumb";
+  return {bold || terminal ? CellMark::kTerminalBold : CellMark::kStar, widthOfStdout()};
+}
+
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
   const bool text = format == TableFormat::kText;
-  for (const TitledTable& table : benchmarkTables(record))
-    if (table.headline || !text) std::printf("\n%s", toString(table, format).c_str());
+  if (format == TableFormat::kJson)
+    std::fputs(benchmarkTablesJson(record).c_str(), stdout);
+  else if (format == TableFormat::kCsv)
+    std::fputs(benchmarkTablesCsv(record).c_str(), stdout);
+  else
+    for (const TitledTable& table : benchmarkTables(record))
+      if (table.headline || !text)
+        std::printf("\n%s", toString(table, format, textStyle()).c_str());
   std::fflush(stdout);  // what follows on stderr follows in a common log, too
+}
+
+void printShortfalls(const BenchmarkRecord& record) {
+  for (const BenchmarkSequence& sequence : record.sequences)
+    if (sequence.unreadable_images > 0)
+      std::fprintf(stderr,
+                   "warning: %s: %d of %d stereo pairs could not be read and were left out\n",
+                   sequence.name.c_str(), sequence.unreadable_images, sequence.stereo_frames);
+  for (const std::string& sentence : tooShort(record))
+    std::fprintf(stderr, "warning: %s\n", sentence.c_str());
 }
 
 }  // namespace etalon::app

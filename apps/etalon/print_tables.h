@@ -4,7 +4,19 @@
 
 namespace etalon::app {
 
-/** Prints a benchmark's tables to stdout; as text the headlines alone. */
+/**
+ * For text on stdout. Marks: a terminal's bold where stdout is a terminal that has it (TERM is not
+ * "dumb") and nobody asked for less (NO_COLOR is empty), else `*`. Width: COLUMNS, else the
+ * terminal's, else 120.
+ * @param bold bold whatever stdout is
+ */
+TextStyle textStyle(bool bold = false);
+
+/** Prints a benchmark's tables to stdout: as text the headlines alone, JSON and CSV as one
+ * document. */
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
+
+/** What a benchmark left out, to stderr: unreadable images, recordings too short for a window. */
+void printShortfalls(const BenchmarkRecord& record);
 
 }  // namespace etalon::app

@@ -313,6 +313,16 @@ TEST_F(BenchmarkTest, ARecordingThatCannotBeReadDoesNotSpoilTheOthers) {
   EXPECT_THAT(readText(out("x") + "/segments.csv"), HasSubstr("standstill,0"));
 }
 
+TEST_F(BenchmarkTest, SaysWhichRecordingIsTooShort) {
+  const CommandResult result =
+      runEtalon({"bench", kFlight, kStandstill, "--initializers", "eta", "--every", "1",
+                 "--keyframes", "13", "--rate", "4", "--tracks", kTracks, "--out", out("x")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string sentence = "standstill: too short for 13 keyframes at 4 Hz (needs 2.88 s, has ";
+  EXPECT_THAT(result.err, HasSubstr(sentence));
+  EXPECT_THAT(result.out, HasSubstr("Not in the table: " + sentence));
+}
+
 TEST_F(BenchmarkTest, OptionsMayStandBeforeTheRecordings) {
   const CommandResult result =
       runEtalon({"bench", "--keyframes", "4", "--rate", "4", "--every", "1", "--tracks", kTracks,
@@ -341,6 +351,7 @@ TEST_F(BenchmarkTest, SaysWhatIsWrongWithTheArguments) {
     EXPECT_EQ(result.exit_code, 2);
     return result.err;
   };
+  EXPECT_THAT(error({"--rate", "50"}), HasSubstr("'flight' has 20.0 images a second"));
   EXPECT_THAT(error({"--shard", "3/2"}), HasSubstr("1 <= K <= N"));
   EXPECT_THAT(error({kFlight}), HasSubstr("two recordings are called 'flight'"));
   EXPECT_THAT(error({"--set", "vi_ba.round=3"}), HasSubstr("did you mean 'rounds'"));

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -18,8 +20,8 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 /** The folder of a benchmark as `etalon bench` leaves it. */
-std::string writeExample(const TemporaryFolder& folder) {
-  const BenchmarkRecord record = exampleBenchmark();
+std::string writeExample(const TemporaryFolder& folder,
+                         const BenchmarkRecord& record = exampleBenchmark()) {
   writeBenchmarkHead(folder.path(), record);
   SlotStore store(folder.path());
   for (const SlotRecord& slot : record.slots) store.append(slot);
@@ -33,8 +35,69 @@ TEST(CompareBenchmarks, PrintsTablesAndWhatIsSignificant) {
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("Success [%], 10 keyframes at 4 Hz"), HasSubstr("RRE [deg], median"),
                     HasSubstr("Paired comparison"), HasSubstr("too few pairs"),
-                    HasSubstr("10000 resamples, seed 1"), Not(HasSubstr("\033"))));
+                    HasSubstr("10000 resamples, seed 1"), HasSubstr("Best marked *"),
+                    HasSubstr("Good estimates, accepted or not"), HasSubstr("Check of the noise"),
+                    HasSubstr("gravity, corrected [deg], median"), HasSubstr("gyro bias"),
+                    HasSubstr("A = good, B = bad"), Not(HasSubstr("\033"))));
   EXPECT_THAT(runEtalon({"compare", folder.path(), "--bold"}).out, HasSubstr("\033[1m"));
+}
+
+TEST(CompareBenchmarks, CutsTablesThatAreWiderThanTheTerminal) {
+  const TemporaryFolder folder;
+  const std::string path = writeExample(folder);
+  const std::string below = "\n          with VI-BA";  // with the sequences to its left again
+  ASSERT_EQ(setenv("COLUMNS", "30", 1), 0);
+  const CommandResult narrow = runEtalon({"compare", path, "--metric", "rre_deg"});
+  ASSERT_EQ(unsetenv("COLUMNS"), 0);
+  EXPECT_THAT(narrow.out, HasSubstr(below));
+  EXPECT_THAT(runEtalon({"compare", path, "--metric", "rre_deg"}).out, Not(HasSubstr(below)));
+}
+
+TEST(CompareBenchmarks, IsBoldInATerminalUnlessToldOtherwise) {
+  const std::string script = "/usr/bin/script";
+  if (!std::filesystem::exists(script)) GTEST_SKIP() << script << " (util-linux) is missing";
+  const TemporaryFolder folder;
+  const std::string command = ETALON_EXECUTABLE " compare '" + writeExample(folder) + "'";
+  const auto inTerminal = [&](const std::string& environment) {
+    return runProgram(script, {"-qec", "env " + environment + " " + command, "/dev/null"}).out;
+  };
+  EXPECT_THAT(inTerminal("-u NO_COLOR TERM=xterm"),
+              AllOf(HasSubstr("\033[1m"), HasSubstr("Best in bold"), Not(HasSubstr("marked *"))));
+  for (const char* plain : {"NO_COLOR=1 TERM=xterm", "-u NO_COLOR TERM=dumb"})
+    EXPECT_THAT(inTerminal(plain), AllOf(Not(HasSubstr("\033[1m")), HasSubstr("Best marked *")))
+        << plain;
+}
+
+TEST(MergeBenchmarks, SaysAtTheEndWhatWasLeftOut) {
+  const TemporaryFolder folder, out;
+  BenchmarkRecord record = exampleBenchmark();
+  record.sequences[0].unreadable_images = 3;
+  record.sequences[0].stereo_frames = 140;
+  BenchmarkSequence shorter;
+  shorter.name = "V2";
+  shorter.last_image = 2'000'000'000;
+  record.sequences.push_back(shorter);
+  const CommandResult result =
+      runEtalon({"merge", writeExample(folder, record), "--out", out.path() + "/all"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("V1: 3 of 140 stereo pairs could not be read"));
+  EXPECT_THAT(result.err, HasSubstr("V2: too short for 10 keyframes at 4 Hz (needs 2.12 s, has "
+                                    "2.00 s): 0 slots"));
+}
+
+TEST(MergeBenchmarks, PrintsOneJsonDocumentOrOneCsvTable) {
+  const TemporaryFolder folder, out;
+  const std::string path = writeExample(folder);
+  const CommandResult json =
+      runEtalon({"merge", path, "--out", out.path() + "/json", "--format", "json"});
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_GT(nlohmann::json::parse(json.out).size(), 30u);  // throws on data behind the document
+  EXPECT_THAT(json.err, HasSubstr("of 1 part\n"));
+  const CommandResult csv =
+      runEtalon({"merge", path, "--out", out.path() + "/csv", "--format", "csv"});
+  EXPECT_EQ(csv.exit_code, 0) << csv.err;
+  EXPECT_EQ(csv.out.rfind("metric,statistic,keyframes,", 0), 0u);
+  EXPECT_EQ(csv.out.find("metric,statistic", 1), std::string::npos);
 }
 
 TEST(CompareBenchmarks, ChoosesInitializersMetricsAndSeed) {

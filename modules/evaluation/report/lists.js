@@ -35,7 +35,7 @@ function reasonOf(slot, stage) {
   const parts = metrics
     .map((m, k) => ({ m, value: errorOf(slot, stage, k) }))
     .filter(({ m, value }) => m.limit !== null && value !== null && value >= m.limit * m.factor)
-    .map(({ m, value }) => `${m.title} ${number(value)}, at least ${number(m.limit * m.factor)}`);
+    .map(({ m, value }) => `${m.title}: ${number(value)} is not below the limit of ${number(m.limit * m.factor)}`);
   return parts.join("; ");
 }
 

@@ -128,6 +128,9 @@ class Benchmark {
         sequence.error = e.what();
         recording.reset();
       }
+      if (recording)
+        checkKeyframeRates(options_.protocol.rates_hz, imageRate(recording->imageStamps()),
+                           sequence.name);
       record_.sequences.push_back(std::move(sequence));
       recordings_.push_back(std::move(recording));
     }

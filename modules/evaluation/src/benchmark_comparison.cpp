@@ -8,11 +8,14 @@
 #include <set>
 #include <tuple>
 
+#include "benchmark_side_tables.h"
 #include "etalon/core/errors.h"
 #include "table_text.h"
 
 namespace etalon {
 namespace {
+
+constexpr int kSuccessDecimals = 1;  ///< of a rate in percent, where it is printed
 
 using SlotKey = std::tuple<std::string, int, double, TimeNs>;
 
@@ -85,7 +88,7 @@ std::string shownValue(const std::string& figure, double value) {
   if (!std::isfinite(value)) return "-";
   const bool rate = figure == kSuccessRate;
   char text[352];
-  std::snprintf(text, sizeof text, "%.*f", rate ? 1 : segmentMetric(figure).decimals,
+  std::snprintf(text, sizeof text, "%.*f", rate ? kSuccessDecimals : segmentMetric(figure).decimals,
                 value * (rate ? 100.0 : segmentMetric(figure).factor));
   return text;
 }
@@ -108,6 +111,9 @@ BenchmarkRecord combineBenchmarks(
   for (const auto& [name, record] : benchmarks)
     for (const std::string& initializer : initializersOf(record)) ++uses[initializer];
   BenchmarkRecord all;
+  all.protocol.keyframes.clear();  // of several: what the slots have
+  all.protocol.rates_hz.clear();
+  if (benchmarks.size() == 1) all.protocol = benchmarks.front().second.protocol;
   all.protocol.vi_ba = false;
   std::set<std::string> known;
   for (const auto& [name, record] : benchmarks) {
@@ -146,9 +152,16 @@ BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
   return selected;
 }
 
+double PairedComparison::smallestRelevantDifference() const {
+  if (figure == kSuccessRate) return std::pow(10.0, -kSuccessDecimals) / 100.0;
+  const double share = kRelevantShare * std::min(std::abs(value_a), std::abs(value_b));
+  return std::max(share, segmentMetric(figure).lastDigit());
+}
+
 std::string PairedComparison::verdict() const {
   if (interval.pairs < kMinPairs) return "too few pairs";
   if (!interval.significant()) return "no significant difference";
+  if (std::abs(interval.difference) < smallestRelevantDifference()) return "no relevant difference";
   const bool a_is_less = interval.high < 0.0;
   return (a_is_less == (figure != kSuccessRate) ? a : b) + " is better";
 }
@@ -188,12 +201,12 @@ std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const
 }
 
 TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
-                            const BootstrapOptions& options) {
+                            const BootstrapOptions& options, bool group_in_title) {
   // One table holds figures of several units: for people they are texts, for programs numbers.
-  std::vector<Table::Column> columns = {{"a", "A"},
-                                        {"b", "B"},
-                                        {"keyframes", "keyframes", true, 0},
-                                        {"rate_hz", "rate [Hz]", true, 0},
+  std::vector<Table::Column> columns = {{"a", "A", false, 0, 1.0, group_in_title},
+                                        {"b", "B", false, 0, 1.0, group_in_title},
+                                        {"keyframes", "keyframes", true, 0, 1.0, group_in_title},
+                                        {"rate_hz", "rate [Hz]", true, 0, 1.0, group_in_title},
                                         {"stage", "stage"},
                                         {"figure", "figure", false, 0, 1.0, true},
                                         {"title", "figure", false, 0, 1.0, false, "", true},
@@ -208,6 +221,7 @@ TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
     columns.push_back({key, title, true, 6, 1.0, true});
     columns.push_back({std::string(key) + "_text", title, false, 0, 1.0, false, "", true});
   }
+  columns.push_back({"smallest_relevant_difference", "relevant from", true, 6, 1.0, true});
   columns.push_back({"verdict", "verdict"});
   Table table(columns);
   for (const PairedComparison& c : comparisons) {
@@ -233,17 +247,32 @@ TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
       table.setNumber(key, value);
       table.setText(std::string(key) + "_text", shownDifference(c.figure, value));
     }
-    table.setText("verdict", c.verdict());
+    table.setNumber("smallest_relevant_difference", c.smallestRelevantDifference());
+    PairedComparison named = c;
+    if (group_in_title) {
+      named.a = "A";
+      named.b = "B";
+    }
+    table.setText("verdict", named.verdict());
   }
-  char note[400];
+  char note[900];
   std::snprintf(note, sizeof note,
                 "On the slots that both have. Errors: medians over the slots where both give a "
                 "value, and the median of the differences; success: rates over all slots that can "
                 "be judged, refused ones included. Interval: %g %%, paired percentile bootstrap, "
-                "%d resamples, seed %llu.",
+                "%d resamples, seed %llu. Not relevant: a difference below %g %% of the smaller "
+                "median, or below the last digit of the tables. %zu comparisons were made, without "
+                "a correction for their number: where nothing differs, %.0f %% of them look "
+                "significant.",
                 100.0 * options.confidence, options.resamples,
-                static_cast<unsigned long long>(options.seed));
-  return {"comparison", "Paired comparison", note, std::move(table), true};
+                static_cast<unsigned long long>(options.seed), 100.0 * kRelevantShare,
+                comparisons.size(), 100.0 * (1.0 - options.confidence));
+  std::string title = "Paired comparison";
+  if (group_in_title && !comparisons.empty()) {
+    const PairedComparison& c = comparisons.front();
+    title += ", " + windowText({c.keyframes, c.rate_hz}) + ", A = " + c.a + ", B = " + c.b;
+  }
+  return {"comparison", title, note, std::move(table), true};
 }
 
 }  // namespace etalon

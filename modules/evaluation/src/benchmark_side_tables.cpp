@@ -112,17 +112,27 @@ TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& windo
       table.setNumber("p90_ms", figure.p90);
     }
   }
-  return {"runtime_parts" + windowId(window),
-          "Run time by part [ms], all sequences, " + windowText(window),
-          "Over the slots in which the part ran, refused ones included.", std::move(table)};
+  TitledTable titled = {"runtime_parts" + windowId(window),
+                        "Run time by part [ms], all sequences, " + windowText(window),
+                        "Over the slots in which the part ran, refused ones included.",
+                        std::move(table)};
+  titled.metric = "runtime_parts";
+  titled.keyframes = window.first;
+  titled.rate_hz = window.second;
+  return titled;
 }
 
-std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window) {
+std::string checkedInitializer(const BenchmarkRecord& record, const Window& window) {
   const auto checked =
       std::find_if(record.slots.begin(), record.slots.end(), [&](const SlotRecord& slot) {
         return slot.noise && Window(slot.keyframes, slot.rate_hz) == window;
       });
-  if (checked == record.slots.end()) return std::nullopt;
+  return checked == record.slots.end() ? "" : checked->initializer;
+}
+
+std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window) {
+  const std::string initializer = checkedInitializer(record, window);
+  if (initializer.empty()) return std::nullopt;
   std::vector<Table::Column> columns = {{"sequence", "sequence"}, {"slots", "slots", true, 0}};
   for (const auto& [key, name] : {std::pair<std::string, std::string>{"gyro", "gyroscope"},
                                   {"accel", "accelerometer"},
@@ -135,7 +145,7 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
   std::vector<std::string> sequences = sequencesOf(record);
   sequences.emplace_back(kAllSequences);
   for (const std::string& sequence : sequences) {
-    const SequenceNoise sum = noiseOf(record, window, sequence, checked->initializer);
+    const SequenceNoise sum = noiseOf(record, window, sequence, initializer);
     if (sequence == kAllSequences) table.addRule();
     table.addRow();
     table.setText("sequence", sequence);
@@ -145,13 +155,17 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
     setVerdict(&table, "accel", sum.check.accel, factor[1]);
     setVerdict(&table, "vision", sum.check.vision, factor[2]);
   }
-  return TitledTable{
+  TitledTable titled = {
       "noise" + windowId(window),
-      "Check of the noise, VI-BA after " + checked->initializer + ", " + windowText(window),
+      "Check of the noise, VI-BA after " + initializer + ", " + windowText(window),
       "chi2/dof is 1 where the noise in use is right; factor is what to multiply it by, as far as "
       "the residuals tell (variance components). About right: at most a factor of " +
           inShort(kNoiseTolerance) + " off.",
-      std::move(table)};
+      std::move(table), true};
+  titled.metric = "noise";
+  titled.keyframes = window.first;
+  titled.rate_hz = window.second;
+  return titled;
 }
 
 TitledTable floorTable(const BenchmarkRecord& record) {
@@ -164,7 +178,7 @@ TitledTable floorTable(const BenchmarkRecord& record) {
                {"ground_truth", "ground truth"},
                {"interval_s", "interval [s]", true, 2, 1.0, true},
                {"rre_deg", "RRE [deg]", true, 4},
-               {"world_tilt_deg", "tilt of its world [deg]", true, 3},
+               {"world_tilt_deg", "tilt [deg]", true, 3},
                {"gyro_bias_rps", "gyro bias [rad/s]", true, 4},
                {"accel_bias_mps2", "accel bias [m/s2]", true, 3},
                {"error", "problem", false, 0, 1.0, !problems}});
@@ -184,11 +198,14 @@ TitledTable floorTable(const BenchmarkRecord& record) {
     table.setNumber("gyro_bias_rps", floor.bias.gyro.norm());
     table.setNumber("accel_bias_mps2", floor.bias.accel.norm());
   }
-  return {"floor", "Floor of the ground truth",
-          "The ground truth against the recording's own IMU: rotation over a quarter of a second "
-          "against the gyro's, with one constant bias; tilt of its world against gravity; norms of "
-          "the constant biases that fit best. A method that follows the gyro cannot come below it.",
-          std::move(table), true};
+  TitledTable titled = {
+      "floor", "Floor of the ground truth",
+      "The ground truth against the recording's own IMU: rotation over a quarter of a second "
+      "against the gyro's, with one constant bias; tilt of its world against gravity; norms of "
+      "the constant biases that fit best. A method that follows the gyro cannot come below it.",
+      std::move(table), true};
+  titled.metric = "floor";
+  return titled;
 }
 
 }  // namespace etalon

@@ -12,12 +12,26 @@ namespace etalon {
 
 using Window = std::pair<int, double>;  ///< keyframes, rate_hz
 
+constexpr const char* kWithout = "without VI-BA";
+constexpr const char* kWith = "with VI-BA";
+
+/** The title above the columns of a stage. */
+inline std::string groupOf(const std::string& stage) {
+  return stage == kStageInit ? kWithout : kWith;
+}
+
+/** toString() as JSON. */
+std::string titledTableJson(const TitledTable& table);
+
 std::string windowText(const Window& window);
 /** For TitledTable::id. */
 std::string windowId(const Window& window);
 
 /** Step 1, initializer, its own stages, VI-BA: times over all sequences. */
 TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& window);
+
+/** The first initializer that has a check of the noise; empty if none has. */
+std::string checkedInitializer(const BenchmarkRecord& record, const Window& window);
 
 /** The noise in use against the residuals after the first initializer that has a check; nothing if
  * none has. */

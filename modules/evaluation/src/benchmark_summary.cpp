@@ -54,13 +54,17 @@ SummaryRow summarizeSlots(const std::vector<Judged>& slots, const std::string& s
     ++(success ? row.judged : row.unknown);
     if (segment.status == kStatusSuccess) ++row.accepted;
     if (success.value_or(false)) ++row.successes;
+    if (success && estimate && segment.errors.success().value_or(false)) ++row.good_estimates;
     if (estimate)
       for (size_t m = 0; m < metrics.size(); ++m)
         errors[m].push_back(segment.errors.*metrics[m].error);
     runtime.push_back(segment.runtime_ms);
     visual_odometry.push_back(slot->attempt.milliseconds(kTimingVisualOdometry));
   }
-  if (row.judged > 0) row.success_rate = static_cast<double>(row.successes) / row.judged;
+  if (row.judged > 0) {
+    row.success_rate = static_cast<double>(row.successes) / row.judged;
+    row.good_estimate_rate = static_cast<double>(row.good_estimates) / row.judged;
+  }
   for (const std::vector<double>& values : errors) row.errors.push_back(summaryOf(values));
   row.runtime_ms = summaryOf(runtime);
   row.visual_odometry_ms = summaryOf(visual_odometry);
@@ -178,6 +182,7 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
       "sequence,keyframes,rate_hz,initializer,stage,slots,count,judged,unknown,estimates,refusals,"
       "accepted,successes,success_rate";
   for (const SegmentMetric& metric : segmentMetrics()) csv += figureNames(metric.key);
+  csv += ",good_estimates,good_estimate_rate";
   csv += figureNames("runtime_ms") + figureNames("visual_odometry_ms") + "\n";
   for (const SummaryRow& row : rows) {
     csv += csvField(row.sequence) + "," + std::to_string(row.keyframes) + "," +
@@ -188,6 +193,7 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
       csv += "," + std::to_string(count);
     csv += "," + csvNumber(row.success_rate);
     for (const FigureSummary& error : row.errors) csv += figures(error);
+    csv += "," + std::to_string(row.good_estimates) + "," + csvNumber(row.good_estimate_rate);
     csv += figures(row.runtime_ms) + figures(row.visual_odometry_ms) + "\n";
   }
   return csv;

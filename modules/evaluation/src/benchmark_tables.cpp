@@ -3,14 +3,11 @@
 #include <algorithm>
 
 #include "benchmark_side_tables.h"
+#include "etalon/evaluation/benchmark_slots.h"
+#include "table_text.h"
 
 namespace etalon {
 namespace {
-
-constexpr const char* kWithout = "without VI-BA";
-constexpr const char* kWith = "with VI-BA";
-
-std::string groupOf(const std::string& stage) { return stage == kStageInit ? kWithout : kWith; }
 
 std::string cellKey(const std::string& initializer, const std::string& stage) {
   return initializer + "_" + stage;
@@ -35,6 +32,7 @@ struct Layout {
   bool least_is_best = true;
   bool mark_best = true;
   std::vector<Table::Column> before, after;  ///< columns beside the initializers'
+  std::vector<std::string> stages = {};      ///< empty: all
 };
 
 /** A row a sequence and one over all; `value` gives a cell from its summary, `more` fills the
@@ -45,7 +43,8 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
   std::vector<Table::Column> columns = {{"sequence", "sequence"}};
   columns.insert(columns.end(), layout.before.begin(), layout.before.end());
   const std::vector<std::string> initializers = initializersOf(record);
-  for (const std::string& stage : stagesOf(record))
+  const std::vector<std::string> stages = layout.stages.empty() ? stagesOf(record) : layout.stages;
+  for (const std::string& stage : stages)
     for (const std::string& initializer : initializers)
       columns.push_back({cellKey(initializer, stage), initializer, true, layout.decimals,
                          layout.factor, false, groupOf(stage)});
@@ -62,7 +61,7 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
     if (sequence == kAllSequences) table.addRule();
     table.addRow();
     table.setText("sequence", sequence);
-    for (const std::string& stage : stagesOf(record)) {
+    for (const std::string& stage : stages) {
       key.stage = stage;
       std::vector<std::string> cells;
       for (const std::string& initializer : initializers) {
@@ -77,6 +76,17 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
       if (layout.mark_best) table.markBest(cells, layout.least_is_best);
     }
   }
+  return table;
+}
+
+/** What a program wants to know of a table in the papers' layout. */
+TitledTable described(TitledTable table, const Window& window, const std::string& metric,
+                      const std::string& statistic, bool marks_best) {
+  table.metric = metric;
+  table.statistic = statistic;
+  table.keyframes = window.first;
+  table.rate_hz = window.second;
+  table.marks_best = marks_best;
   return table;
 }
 
@@ -125,13 +135,35 @@ TitledTable successTable(const BenchmarkRecord& record, const std::vector<Summar
         t->setNumber("slots", row.count);
         t->setNumber("judged", row.judged);
       });
-  return {"success" + windowId(window),
-          "Success [%], " + windowText(window),
-          "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all slots whose "
-          "ground truth allows to judge it; a refused slot counts as a failure.",
-          std::move(table),
-          true,
-          kSuccessRate};
+  return described({"success" + windowId(window), "Success [%], " + windowText(window),
+                    "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
+                    "slots whose ground truth allows to judge it; a refused slot counts as a "
+                    "failure.",
+                    std::move(table), true, kSuccessRate},
+                   window, kSuccessRate, "rate", true);
+}
+
+/** What the acceptance after VI-BA costs: success, were every estimate accepted. */
+TitledTable goodEstimatesTable(const BenchmarkRecord& record,
+                               const std::vector<SummaryRow>& summary, const Window& window) {
+  Layout layout;
+  layout.decimals = 1;
+  layout.factor = 100.0;
+  layout.least_is_best = false;
+  layout.stages = {kStageViBa};
+  layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
+  Table table = papersLayout(
+      record, summary, window, layout, [](const SummaryRow& row) { return row.good_estimate_rate; },
+      [](Table* t, const SummaryRow& row) {
+        t->setNumber("slots", row.count);
+        t->setNumber("judged", row.judged);
+      });
+  return described({"good_estimates" + windowId(window),
+                    "Good estimates, accepted or not [%], " + windowText(window),
+                    "As success, but of all estimates of VI-BA, whether they were accepted as a "
+                    "start or not: what is more here than there was refused without need.",
+                    std::move(table), true},
+                   window, "good_estimates", "rate", true);
 }
 
 TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -143,10 +175,11 @@ TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<Summar
       record, summary, window, layout,
       [](const SummaryRow& row) { return static_cast<double>(row.count - row.accepted); },
       [](Table* t, const SummaryRow& row) { t->setNumber("slots", row.count); });
-  return {"refusals" + windowId(window), "Slots refused, " + windowText(window),
-          "Without VI-BA: the initializer gave no estimate. With VI-BA: there was none, or it was "
-          "not accepted as a start.",
-          std::move(table), true};
+  return described({"refusals" + windowId(window), "Slots refused, " + windowText(window),
+                    "Without VI-BA: the initializer gave no estimate. With VI-BA: there was none, "
+                    "or it was not accepted as a start.",
+                    std::move(table), true},
+                   window, "refusals", "count", false);
 }
 
 TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -156,9 +189,11 @@ TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<Summar
   Table table = papersLayout(
       record, summary, window, layout, [](const SummaryRow& row) { return row.runtime_ms.median; },
       nothingMore);
-  return {"runtime" + windowId(window), "Run time [ms], median, " + windowText(window),
-          "Without VI-BA: the initializer alone, step 1 apart. With VI-BA: the VI-BA alone.",
-          std::move(table), true};
+  return described(
+      {"runtime" + windowId(window), "Run time [ms], median, " + windowText(window),
+       "Without VI-BA: the initializer alone, step 1 apart. With VI-BA: the VI-BA alone.",
+       std::move(table), true},
+      window, "runtime_ms", "median", true);
 }
 
 }  // namespace
@@ -174,10 +209,7 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
   Layout layout;
   layout.decimals = metric.decimals;
   layout.factor = metric.factor;
-  std::string note =
-      "Over the slots with an estimate; best in bold, of those with an estimate in three quarters "
-      "of "
-      "the slots.";
+  std::string note = "Over the slots with an estimate.";
   const bool rotation = metric.key == "rre_deg", gravity = metric.key == "gravity_deg";
   if (rotation || gravity) {
     layout.after = {
@@ -196,21 +228,27 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
       });
   const std::string suffix = statistic == SummaryStatistic::kP90 ? "p90" : nameOf(statistic);
   const bool papers = rotation || metric.key == "ate_m";
-  return {metric.key + "_" + suffix + windowId(window),
-          metric.title + ", " + nameOf(statistic) + ", " + windowText(window),
-          note,
-          std::move(table),
-          statistic != SummaryStatistic::kP90 &&
-              (papers || (statistic == SummaryStatistic::kMedian &&
-                          (gravity || metric.key == "velocity_mps"))),
-          metric.key};
+  const bool median_is_headline = papers || gravity || metric.key == "gravity_corrected_deg" ||
+                                  metric.key == "velocity_mps" || metric.key == "gyro_bias_rps" ||
+                                  metric.key == "accel_bias_mps2";
+  return described(
+      {metric.key + "_" + suffix + windowId(window),
+       metric.title + ", " + nameOf(statistic) + ", " + windowText(window), note, std::move(table),
+       (papers && statistic == SummaryStatistic::kMean) ||
+           (median_is_headline && statistic == SummaryStatistic::kMedian),
+       metric.key},
+      window, metric.key, suffix, true);
 }
 
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
   const std::vector<SummaryRow> summary = summarize(record);
+  const std::vector<std::string> stages = stagesOf(record);
+  const bool vi_ba = std::find(stages.begin(), stages.end(), kStageViBa) != stages.end();
   std::vector<TitledTable> tables;
   for (const Window& window : windowsOf(record)) {
+    const size_t first = tables.size();
     tables.push_back(successTable(record, summary, window));
+    if (vi_ba) tables.push_back(goodEstimatesTable(record, summary, window));
     tables.push_back(refusalTable(record, summary, window));
     for (const SegmentMetric& metric : segmentMetrics())
       for (const SummaryStatistic statistic :
@@ -220,21 +258,37 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
     tables.push_back(runtimePartsTable(record, window));
     if (std::optional<TitledTable> noise = noiseTable(record, window))
       tables.push_back(std::move(*noise));
+    const std::vector<std::string> absent = tooShort(record, {window.first, window.second});
+    for (size_t i = first; i < tables.size() && !absent.empty(); ++i)
+      tables[i].note += " Not in the table: " + joined(absent, "; ") + ".";
   }
   tables.push_back(floorTable(record));
   return tables;
 }
 
-std::string toString(const TitledTable& table, TableFormat format, bool terminal_bold) {
+std::string noteOf(const TitledTable& table, const std::string& mark) {
+  if (!table.marks_best) return table.note;
+  return table.note + " Best " + mark +
+         ", of the initializers with an estimate in three quarters of the slots.";
+}
+
+std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style) {
+  if (format == TableFormat::kJson) return titledTableJson(table);
   Table titled = table.table;
-  if (format == TableFormat::kText)
-    titled.setCaption(terminal_bold ? "\033[1m" + table.title + "\033[0m" : table.title);
-  else if (format == TableFormat::kMarkdown)
-    titled.setCaption("**" + table.title + "**" + (table.note.empty() ? "" : "\n\n" + table.note));
+  if (format == TableFormat::kText) {
+    const bool bold = style.mark == CellMark::kTerminalBold;
+    titled.setCaption(bold ? "\033[1m" + table.title + "\033[0m" : table.title);
+    const std::string text = titled.toString(format, style);
+    if (style.mark == CellMark::kNone) return text + (table.note.empty() ? "" : table.note + "\n");
+    const std::string note = noteOf(table, bold ? "in bold" : "marked *");
+    return text + (note.empty() ? "" : note + "\n");
+  }
+  const std::string note = noteOf(table);
+  if (format == TableFormat::kMarkdown)
+    titled.setCaption("**" + table.title + "**" + (note.empty() ? "" : "\n\n" + note));
   else
-    titled.setCaption(table.title + (table.note.empty() ? "" : ". " + table.note));
-  const std::string text = titled.toString(format, terminal_bold);
-  return format == TableFormat::kText && !table.note.empty() ? text + table.note + "\n" : text;
+    titled.setCaption(table.title + (note.empty() ? "" : ". " + note));
+  return titled.toString(format);
 }
 
 }  // namespace etalon

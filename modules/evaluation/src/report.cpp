@@ -112,9 +112,10 @@ std::string configText(const BenchmarkRecord& record) {
 }
 
 std::string tableText(const TitledTable& table, bool open) {
-  const std::string body =
-      (table.note.empty() ? "" : "<p class=\"note\">" + escaped(table.note) + "</p>\n") +
-      "<div class=\"scroll\">" + printable(table.table.toString(TableFormat::kHtml)) + "</div>\n";
+  const std::string note = noteOf(table);
+  const std::string body = (note.empty() ? "" : "<p class=\"note\">" + escaped(note) + "</p>\n") +
+                           "<div class=\"scroll\">" +
+                           printable(table.table.toString(TableFormat::kHtml)) + "</div>\n";
   const std::string title = escaped(table.title);
   if (open) return "<section class=\"table\"><h3>" + title + "</h3>\n" + body + "</section>\n";
   return "<details class=\"table\"><summary>" + title + "</summary>\n" + body + "</details>\n";

@@ -1,8 +1,12 @@
 #include "etalon/evaluation/segment_metrics.h"
 
+#include <cmath>
+
 #include "etalon/core/errors.h"
 
 namespace etalon {
+
+double SegmentMetric::lastDigit() const { return std::pow(10.0, -decimals) / factor; }
 
 std::vector<SegmentMetric> segmentMetrics() {
   using E = SegmentErrors;

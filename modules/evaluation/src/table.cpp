@@ -84,9 +84,8 @@ std::vector<size_t> Table::dataColumns() const {
   return written;
 }
 
-std::vector<Table::Group> Table::groups() const {
+std::vector<Table::Group> Table::groups(const std::vector<size_t>& shown) const {
   std::vector<Group> groups;
-  const std::vector<size_t> shown = shownColumns();
   bool named = false;
   for (size_t i = 0; i < shown.size(); ++i) {
     const std::string& title = columns_[shown[i]].group;
@@ -107,10 +106,10 @@ std::string Table::rounded(size_t column, const Cell& cell) const {
   return c.number ? formatted("%.*f", c.decimals, c.factor * cell.value) : cell.text;
 }
 
-std::string Table::toString(TableFormat format, bool terminal_bold) const {
+std::string Table::toString(TableFormat format, const TextStyle& style) const {
   switch (format) {
     case TableFormat::kText:
-      return text(terminal_bold);
+      return text(style);
     case TableFormat::kMarkdown:
       return markdown();
     case TableFormat::kCsv:

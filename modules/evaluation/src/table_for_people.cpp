@@ -28,23 +28,80 @@ size_t spanWidth(const std::vector<size_t>& widths, size_t first, size_t count) 
 
 }  // namespace
 
-std::string Table::text(bool terminal_bold) const {
-  const std::vector<size_t> shown = shownColumns();
-  const std::vector<Group> titled = groups();
+/** What stands in a cell of text; the star of a marked one has its place in the whole column. */
+std::string Table::field(size_t column, const Cell& cell, const TextStyle& style) const {
+  const std::string value = rounded(column, cell);
+  if (style.mark != CellMark::kStar) return value;
+  const bool starred = std::any_of(rows_.begin(), rows_.end(),
+                                   [column](const auto& row) { return row[column].bold; });
+  if (cell.bold) return value + "*";
+  return starred && columns_[column].number ? value + " " : value;
+}
+
+std::vector<size_t> Table::widths(const std::vector<size_t>& shown, const TextStyle& style) const {
   std::vector<size_t> widths;
   for (const size_t c : shown) {
     widths.push_back(std::max<size_t>(3, displayWidth(columns_[c].title)));
     for (const auto& row : rows_)
-      widths.back() = std::max(widths.back(), displayWidth(rounded(c, row[c])));
+      widths.back() = std::max(widths.back(), displayWidth(field(c, row[c], style)));
   }
-  for (const Group& group : titled)  // a long title widens its last column
+  for (const Group& group : groups(shown))  // a long title widens its last column
     if (const size_t own = displayWidth(group.title),
         span = spanWidth(widths, group.first, group.count);
         own > span)
       widths[group.first + group.count - 1] += own - span;
+  return widths;
+}
 
+/** The shown columns in pieces that are no wider than the style's width, as far as that can be. */
+std::vector<std::vector<size_t>> Table::pieces(const TextStyle& style) const {
+  const std::vector<size_t> shown = shownColumns();
+  const auto fits = [&](const std::vector<size_t>& columns) {
+    const std::vector<size_t> all = widths(columns, style);
+    return spanWidth(all, 0, all.size()) <= static_cast<size_t>(style.width);
+  };
+  const auto grouped = std::find_if(shown.begin(), shown.end(),
+                                    [this](size_t c) { return !columns_[c].group.empty(); });
+  if (style.width <= 0 || grouped == shown.end() || fits(shown)) return {shown};
+
+  const std::vector<size_t> left(shown.begin(), grouped);
+  std::vector<std::vector<size_t>> pieces = {left};
+  const auto add = [&](const std::vector<size_t>& columns) {
+    std::vector<size_t> longer = pieces.back();
+    longer.insert(longer.end(), columns.begin(), columns.end());
+    if (!fits(longer) && pieces.back().size() > left.size()) {
+      longer = left;
+      longer.insert(longer.end(), columns.begin(), columns.end());
+      pieces.push_back(left);
+    }
+    if (columns.size() > 1 && !fits(longer)) return false;
+    pieces.back() = longer;
+    return true;
+  };
+  for (const Group& group : groups(shown)) {
+    if (group.first < left.size()) continue;
+    const auto first = shown.begin() + static_cast<std::ptrdiff_t>(group.first);
+    const std::vector<size_t> columns(first, first + static_cast<std::ptrdiff_t>(group.count));
+    if (add(columns)) continue;
+    for (const size_t c : columns) add({c});
+  }
+  return pieces;
+}
+
+std::string Table::text(const TextStyle& style) const {
   std::string result = caption_.empty() ? "" : caption_ + "\n";
-  std::string line;
+  bool first = true;
+  for (const std::vector<size_t>& piece : pieces(style)) {
+    result += (first ? "" : "\n") + textPiece(piece, style);
+    first = false;
+  }
+  return result;
+}
+
+std::string Table::textPiece(const std::vector<size_t>& shown, const TextStyle& style) const {
+  const std::vector<Group> titled = groups(shown);
+  const std::vector<size_t> widths = this->widths(shown, style);
+  std::string result, line;
   for (const Group& group : titled) {
     const size_t width = spanWidth(widths, group.first, group.count);
     line += (group.first > 0 ? "  " : "") + padded(group.title, width, false);
@@ -60,10 +117,10 @@ std::string Table::text(bool terminal_bold) const {
     line.clear();
     for (size_t i = 0; i < shown.size(); ++i) {
       const Cell& cell = rows_[r][shown[i]];
-      const std::string field =
-          padded(rounded(shown[i], cell), widths[i], columns_[shown[i]].number);
-      line += (i > 0 ? "  " : "") +
-              (terminal_bold && cell.bold ? "\033[1m" + field + "\033[0m" : field);
+      const std::string text =
+          padded(field(shown[i], cell, style), widths[i], columns_[shown[i]].number);
+      const bool bold = style.mark == CellMark::kTerminalBold && cell.bold;
+      line += (i > 0 ? "  " : "") + (bold ? "\033[1m" + text + "\033[0m" : text);
     }
     result += trimmed(line) + "\n";
   }
@@ -104,7 +161,7 @@ std::string Table::latex() const {
   result += "\\begin{tabular}{@{}";
   for (const size_t c : shown) result += columns_[c].number ? "r" : "l";
   result += "@{}}\n\\toprule\n";
-  const std::vector<Group> titled = groups();
+  const std::vector<Group> titled = groups(shown);
   for (const Group& group : titled)
     result += (group.first > 0 ? " & " : "") + std::string("\\multicolumn{") +
               std::to_string(group.count) + "}{c}{" + latexText(group.title) + "}";
@@ -129,7 +186,7 @@ std::string Table::html() const {
   std::string result = "<table class=\"etalon\">\n";
   if (!caption_.empty()) result += "<caption>" + htmlText(caption_) + "</caption>\n";
   result += "<thead>\n";
-  const std::vector<Group> titled = groups();
+  const std::vector<Group> titled = groups(shown);
   if (!titled.empty()) {
     result += "<tr>";
     for (const Group& group : titled)

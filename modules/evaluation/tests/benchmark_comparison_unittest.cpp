@@ -76,6 +76,34 @@ TEST(PairedComparison, SaysWhichIsBetterOrThatNoneIs) {
   EXPECT_EQ(comparePaired(failing, "a", "b", {kSuccessRate}).front().verdict(), "a is better");
 }
 
+TEST(PairedComparison, ATinyDifferenceIsNotRelevantHoweverSureItIs) {
+  const auto compared = [](double more) {
+    BenchmarkRecord record;
+    for (int segment = 10; segment < 50; ++segment) {
+      const double shared = 1.0 + 0.5 * std::sin(7.0 * segment);
+      record.slots.push_back(exampleSlot("V1", segment, "a", {true, true, shared}));
+      record.slots.push_back(exampleSlot("V1", segment, "b", {true, true, shared + more}));
+    }
+    return comparePaired(record, "a", "b", {"gravity_deg", "rre_deg"});
+  };
+  const PairedComparison tiny = compared(6.5e-10).front();
+  EXPECT_TRUE(tiny.interval.significant());
+  EXPECT_EQ(tiny.verdict(), "no relevant difference");
+  // 1 % of the smaller median, which is about 1 deg.
+  EXPECT_DOUBLE_EQ(tiny.smallestRelevantDifference(), 0.01 * tiny.value_a);
+  EXPECT_EQ(compared(0.005).front().verdict(), "no relevant difference");
+  EXPECT_EQ(compared(0.02).front().verdict(), "a is better");
+
+  PairedComparison small;  // the median is so small that the last digit decides
+  small.figure = "rre_deg";
+  small.value_a = small.value_b = 1e-3;
+  EXPECT_DOUBLE_EQ(small.smallestRelevantDifference(), 1e-4);
+  small.figure = "ate_m";  // printed as mm with two digits
+  EXPECT_DOUBLE_EQ(small.smallestRelevantDifference(), 1e-5);
+  small.figure = kSuccessRate;
+  EXPECT_DOUBLE_EQ(small.smallestRelevantDifference(), 1e-3);
+}
+
 TEST(PairedComparison, RefusesUnknownFigures) {
   EXPECT_THROW(comparePaired(exampleBenchmark(), "good", "bad", {"speed"}), ConfigError);
 }
@@ -121,6 +149,7 @@ TEST(ComparisonTable, TextsForPeopleAndNumbersForPrograms) {
   const TitledTable table = comparisonTable(
       comparePaired(manySlots(40, 0.1), "a", "b", {kSuccessRate, "ate_m"}, options), options);
   EXPECT_THAT(table.note, HasSubstr("95 %, paired percentile bootstrap, 10000 resamples, seed 1"));
+  EXPECT_THAT(table.note, HasSubstr("4 comparisons were made, without a correction"));
   const std::string text = table.table.toString(TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("ATE [mm]"));
   EXPECT_THAT(text, HasSubstr("a is better"));

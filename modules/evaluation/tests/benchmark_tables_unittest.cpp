@@ -3,16 +3,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/evaluation/benchmark_slots.h"
 #include "example_benchmark.h"
 
 namespace etalon {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using testing::exampleBenchmark;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -135,16 +140,129 @@ TEST(BenchmarkTables, OneSetAWindow) {
   EXPECT_EQ(find(two, "success_5_10hz").title, "Success [%], 5 keyframes at 10 Hz");
 }
 
-TEST(BenchmarkTables, TitleAndNoteArePrintedForPeopleAlone) {
+TEST(BenchmarkTables, GoodEstimatesCountWhetherAcceptedOrNot) {
+  BenchmarkRecord record = exampleBenchmark();
+  for (SlotRecord& slot : record.slots)  // a gate that refuses everything
+    if (!slot.attempt.stages.empty()) slot.attempt.status = "diverged";
+  const auto success = jsonOf(record, "success_10_4hz");
+  const auto good = jsonOf(record, "good_estimates_10_4hz");
+  EXPECT_EQ(success[0]["good_vi_ba"], 0);
+  EXPECT_EQ(good[0]["good_vi_ba"], 1.0);  // gravity 0.25 to 1.5 deg after VI-BA
+  EXPECT_EQ(good[0]["bad_vi_ba"], 0.4);   // 1 and 0.75; 3 and 2.5 deg are too much, one refused
+  EXPECT_EQ(good[0]["judged"], 5);
+  EXPECT_FALSE(good[0].contains("good_init"));
+  record.protocol.vi_ba = false;
+  EXPECT_THROW(find(benchmarkTables(record), "good_estimates_10_4hz"), Error);
+}
+
+TEST(BenchmarkTables, NotesNameRecordingsThatAreTooShort) {
+  BenchmarkRecord record = exampleBenchmark();
+  EXPECT_THAT(find(benchmarkTables(record), "success_10_4hz").note, Not(HasSubstr("too short")));
+  BenchmarkSequence shorter;
+  shorter.name = "V2";
+  shorter.last_image = 2'000'000'000;
+  record.sequences.push_back(shorter);
+  const std::string sentence =
+      "V2: too short for 10 keyframes at 4 Hz (needs 2.12 s, has 2.00 s): 0 slots";
+  EXPECT_THAT(find(benchmarkTables(record), "success_10_4hz").note, HasSubstr(sentence));
+  EXPECT_THAT(find(benchmarkTables(record), "rre_deg_mean_10_4hz").note, HasSubstr(sentence));
+  EXPECT_THAT(tooShort(record), ElementsAre(sentence));
+  record.sequences.back().last_image = 2'200'000'000;  // long enough: not of this shard
+  EXPECT_THAT(tooShort(record), ElementsAre());
+  record.protocol.keyframes = {10, 100};
+  EXPECT_EQ(tooShort(record).size(), 3u);
+  record.sequences.back().error = "no images";  // said elsewhere
+  EXPECT_EQ(tooShort(record).size(), 2u);
+}
+
+TEST(BenchmarkTables, PeopleReadTitleNoteAndMark) {
   const TitledTable table = find(benchmarkTables(exampleBenchmark()), "success_10_4hz");
   for (const TableFormat format :
        {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kHtml, TableFormat::kLatex}) {
     EXPECT_THAT(toString(table, format), HasSubstr("10 keyframes at 4 Hz"));
     EXPECT_THAT(toString(table, format), HasSubstr("a refused slot counts as a failure."));
   }
-  EXPECT_EQ(toString(table, TableFormat::kCsv), table.table.toString(TableFormat::kCsv));
-  EXPECT_THAT(toString(table, TableFormat::kText), Not(HasSubstr("\033")));
-  EXPECT_THAT(toString(table, TableFormat::kText, true), HasSubstr("\033[1m"));
+  EXPECT_THAT(toString(table, TableFormat::kMarkdown), HasSubstr("Best in bold, of"));
+  const std::string plain = toString(table, TableFormat::kText);
+  EXPECT_THAT(plain, AllOf(Not(HasSubstr("\033")), Not(HasSubstr("Best"))));
+  const std::string starred = toString(table, TableFormat::kText, {CellMark::kStar, 0});
+  EXPECT_THAT(starred,
+              AllOf(HasSubstr("60.0*"), HasSubstr("Best marked *, of"), Not(HasSubstr("bold"))));
+  const std::string bold = toString(table, TableFormat::kText, {CellMark::kTerminalBold, 0});
+  EXPECT_THAT(bold, AllOf(HasSubstr("\033[1m"), HasSubstr("Best in bold, of")));
+}
+
+TEST(BenchmarkTables, JsonIsOneDocumentThatSaysWhatEachTableIs) {
+  const BenchmarkRecord record = exampleBenchmark();
+  const auto json = nlohmann::json::parse(benchmarkTablesJson(record));  // throws on extra data
+  ASSERT_EQ(json.size(), benchmarkTables(record).size());
+  const auto table = std::find_if(json.begin(), json.end(),
+                                  [](const auto& t) { return t["id"] == "ate_m_p90_10_4hz"; });
+  ASSERT_NE(table, json.end());
+  EXPECT_EQ((*table)["title"], "ATE [mm], 90th percentile, 10 keyframes at 4 Hz");
+  EXPECT_THAT((*table)["note"].get<std::string>(), HasSubstr("Over the slots with an estimate"));
+  EXPECT_EQ((*table)["metric"], "ate_m");
+  EXPECT_EQ((*table)["statistic"], "p90");
+  EXPECT_EQ((*table)["keyframes"], 10);
+  EXPECT_EQ((*table)["rate_hz"], 4);
+  const auto& column = (*table)["columns"][4];
+  EXPECT_EQ(column["key"], "bad_vi_ba");
+  EXPECT_EQ(column["initializer"], "bad");
+  EXPECT_EQ(column["stage"], "vi_ba");
+  EXPECT_EQ(column["factor"], 1000);
+  EXPECT_DOUBLE_EQ((*table)["rows"][0]["good_init"], 0.026);
+  EXPECT_TRUE(json.back()["keyframes"].is_null());  // the floor is of all windows
+}
+
+/** Fields of a line without quotes. */
+std::vector<std::string> fieldsOf(const std::string& line) {
+  std::vector<std::string> fields = {""};
+  for (const char c : line)
+    if (c == ',')
+      fields.emplace_back();
+    else
+      fields.back() += c;
+  return fields;
+}
+
+TEST(BenchmarkTables, CsvIsOneTidyTable) {
+  const std::string csv = benchmarkTablesCsv(exampleBenchmark());
+  std::istringstream text(csv);
+  std::string line;
+  std::getline(text, line);
+  EXPECT_EQ(line,
+            "metric,statistic,keyframes,rate_hz,slots,sequence,initializer,stage,count,value");
+  std::set<std::string> keys;
+  while (std::getline(text, line)) {
+    ASSERT_EQ(fieldsOf(line).size(), 10u) << line;
+    const std::string key = line.substr(0, line.rfind(',', line.rfind(',') - 1));
+    EXPECT_TRUE(keys.insert(key).second) << line;
+  }
+  for (const char* expected :
+       {"\nsuccess,rate,10,4,all,V1,good,init,5,0.6\n",
+        "\ngood_estimates,rate,10,4,all,V1,bad,vi_ba,5,0.4\n",
+        "\nrefusals,count,10,4,all,all,bad,vi_ba,6,3\n",
+        "\nate_m,p90,10,4,all,V1,good,init,5,0.026\n",
+        "\nruntime_ms: VI-BA,median,10,4,all,all,good,,6,20\n",
+        "\nnoise_gyro_factor,,10,4,all,V1,good,vi_ba,5,2\n", "\nfloor_rre_deg,,,,,V1,,,,0.0333\n"})
+    EXPECT_THAT(csv, HasSubstr(expected));
+}
+
+TEST(KeyframeRates, MustNotBeAboveTheCameras) {
+  std::vector<TimeNs> stamps;
+  for (int i = 0; i < 40; ++i)
+    if (i != 7) stamps.push_back(50'000'000LL * i);  // an image is missing
+  EXPECT_DOUBLE_EQ(imageRate(stamps), 20.0);
+  EXPECT_EQ(imageRate({0}), 0.0);
+  EXPECT_NO_THROW(checkKeyframeRates({4.0, 20.0}, 20.0, "V1"));
+  EXPECT_NO_THROW(checkKeyframeRates({30.0}, 29.97, "V1"));
+  try {
+    checkKeyframeRates({4.0, 50.0}, 20.0, "V1");
+    FAIL() << "accepted";
+  } catch (const ConfigError& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("50 keyframes a second"),
+                                HasSubstr("'V1' has 20.0 images a second")));
+  }
 }
 
 }  // namespace

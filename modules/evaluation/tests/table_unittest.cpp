@@ -105,8 +105,42 @@ TEST(Table, GroupsRulesAndCaptionInText) {
       "--------  ----  ----  -----------------\n"
       "all       1.00  0.50               0.75\n";
   EXPECT_EQ(groupedTable().toString(TableFormat::kText), plain);
-  EXPECT_THAT(groupedTable().toString(TableFormat::kText, true),
+  EXPECT_THAT(groupedTable().toString(TableFormat::kText, {CellMark::kTerminalBold, 0}),
               HasSubstr("all       1.00  \033[1m0.50\033[0m               0.75\n"));
+}
+
+TEST(Table, StarsInTextKeepThePointsBelowEachOther) {
+  EXPECT_EQ(groupedTable().toString(TableFormat::kText, {CellMark::kStar, 0}),
+            "Errors <50% of all\n"
+            "          Without       With VI-BA & more\n"
+            "sequence    a_b      b                  c\n"
+            "--------  -----  -----  -----------------\n"
+            "V1_01     0.12*  0.12*                  -\n"
+            "--------  -----  -----  -----------------\n"
+            "all       1.00   0.50*               0.75\n");
+}
+
+TEST(Table, TextThatIsTooWideIsCutBetweenGroups) {
+  EXPECT_EQ(groupedTable().toString(TableFormat::kText, {CellMark::kNone, 30}),
+            "Errors <50% of all\n"
+            "          Without\n"
+            "sequence   a_b     b\n"
+            "--------  ----  ----\n"
+            "V1_01     0.12  0.12\n"
+            "--------  ----  ----\n"
+            "all       1.00  0.50\n"
+            "\n"
+            "          With VI-BA & more\n"
+            "sequence                  c\n"
+            "--------  -----------------\n"
+            "V1_01                     -\n"
+            "--------  -----------------\n"
+            "all                    0.75\n");
+  // A group that is too wide is cut as well; one column always stands.
+  EXPECT_THAT(groupedTable().toString(TableFormat::kText, {CellMark::kNone, 10}),
+              HasSubstr("sequence        b\n"));
+  EXPECT_EQ(groupedTable().toString(TableFormat::kText, {CellMark::kNone, 39}),
+            groupedTable().toString(TableFormat::kText));
 }
 
 TEST(Table, GroupsAndBoldInMarkdown) {

@@ -117,14 +117,25 @@ RunConfiguration loadRunConfiguration(const IniFile& ini,
   return run;
 }
 
+std::vector<std::string> inOrderOfDisplay(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  auto next = names.begin();
+  for (const char* first : {"eta", "orbslam3_inertial_only"})
+    if (const auto found = std::find(next, names.end(), first); found != names.end())
+      next = std::rotate(next, found, found + 1);
+  return names;
+}
+
 SuiteConfiguration loadSuiteConfiguration(const IniFile& ini,
                                           const std::vector<std::string>& plugin_path,
                                           const std::vector<std::string>& names) {
   SuiteConfiguration suite;
   ConfigurationReader reader(ini, plugin_path, &suite.pipeline);
   std::vector<std::string> wanted = names;
-  if (wanted.empty())
+  if (wanted.empty()) {
     for (const PluginInfo& plugin : reader.loader().available()) wanted.push_back(plugin.name);
+    wanted = inOrderOfDisplay(std::move(wanted));
+  }
   if (wanted.empty()) throw PluginError("no initializer plugin was found; see `etalon plugins`");
   for (const std::string& name : wanted) {
     suite.initializers.push_back(reader.initializer(name));

@@ -14,6 +14,9 @@ namespace etalon {
  * 2^(1-n) > 0.05 up to n = 5). */
 constexpr int kMinPairs = 6;
 
+/** A difference of two medians below this share of the smaller one is not relevant. */
+constexpr double kRelevantShare = 0.01;
+
 /**
  * Several benchmarks as one, to be put beside each other. An initializer that more than one of them
  * has is called "<benchmark>/<initializer>".
@@ -44,7 +47,11 @@ struct PairedComparison {
   /** Of a - b: difference of the rates; median of the differences of the errors. */
   BootstrapInterval interval;
 
-  /** "<a> is better", "<b> is better", "no significant difference" or "too few pairs". */
+  /** Smaller differences are of no use to anyone, however sure they are. Errors: kRelevantShare of
+   * the smaller median, but at least the last digit that the tables print. Success: that digit. */
+  double smallestRelevantDifference() const;
+  /** "<a> is better", "<b> is better", "no relevant difference" (significant, but too small), "no
+   * significant difference" or "too few pairs". */
   std::string verdict() const;
 };
 
@@ -61,8 +68,12 @@ std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const
 /** kSuccessRate and all errors. */
 std::vector<std::string> comparedFigures();
 
-/** A row a comparison. */
+/**
+ * A row a comparison.
+ * @param group_in_title all are of the same two and the same window: these stand in the title, not
+ * in columns
+ */
 TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
-                            const BootstrapOptions& options);
+                            const BootstrapOptions& options, bool group_in_title = false);
 
 }  // namespace etalon

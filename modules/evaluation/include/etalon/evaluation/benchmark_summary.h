@@ -43,6 +43,10 @@ struct SummaryRow {
   int accepted = 0;   ///< init: those with an estimate; vi_ba: accepted as a start of the odometry
   int successes = 0;  ///< of those judged
   double success_rate = SegmentErrors::kNone;  ///< successes / judged
+  /** Of those judged, with an estimate whose gravity and velocity are as a success asks for,
+   * accepted or not. More than `successes` in vi_ba: what the acceptance refused without need. */
+  int good_estimates = 0;
+  double good_estimate_rate = SegmentErrors::kNone;  ///< good_estimates / judged
 
   /** Over the slots with an estimate, in the order of segmentMetrics(). */
   std::vector<FigureSummary> errors;

@@ -17,6 +17,12 @@ struct TitledTable {
   Table table;
   bool headline = false;    ///< one of the few to print where all would be too many
   std::string figure = {};  ///< kSuccessRate or the key of an error; empty: neither
+  /** What the numbers are: `figure`, or e.g. "refusals", "runtime_ms". */
+  std::string metric = {};
+  std::string statistic = {};  ///< "mean", "median", "p90", "rate", "count"; empty: several
+  int keyframes = 0;           ///< of the window; 0: of all
+  double rate_hz = 0.0;
+  bool marks_best = false;  ///< whether the best of a row is marked
 };
 
 /** A noise is called about right if it is at most this factor from what the residuals say. */
@@ -45,13 +51,30 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
                        SummaryStatistic statistic);
 
 /**
- * The tables of a benchmark. For every window: success and refusals; every error by mean, median
- * and 90th percentile (see errorTable()); run time; the check of the noise. Then the floor of the
- * ground truth of every sequence.
+ * The tables of a benchmark. For every window: success, good estimates (with VI-BA) and refusals;
+ * every error by mean, median and 90th percentile (see errorTable()); run time; the check of the
+ * noise. Then the floor of the ground truth of every sequence. A note says which recordings are too
+ * short for the window.
  */
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record);
 
-/** The table with its title and its note. CSV and JSON: the table alone. */
-std::string toString(const TitledTable& table, TableFormat format, bool terminal_bold = false);
+/** The note, and which cells are marked and how, e.g. "in bold". */
+std::string noteOf(const TitledTable& table, const std::string& mark = "in bold");
+
+/**
+ * The table with its title and its note. JSON: an object of all there is to know about it, numbers
+ * in the unit of their key. CSV: the table alone.
+ */
+std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style = {});
+
+/** All tables of a benchmark as one JSON array of the objects of toString(). */
+std::string benchmarkTablesJson(const BenchmarkRecord& record);
+
+/**
+ * All figures of a benchmark's tables as one CSV table, a number a line (docs/evaluation.md):
+ * metric, statistic, keyframes, rate_hz, slots, sequence, initializer, stage, count, value. No two
+ * lines have the same text before `count`.
+ */
+std::string benchmarkTablesCsv(const BenchmarkRecord& record);
 
 }  // namespace etalon

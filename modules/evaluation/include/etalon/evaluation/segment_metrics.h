@@ -15,6 +15,9 @@ struct SegmentMetric {
   double SegmentErrors::*error;  ///< where it is
   int decimals = 0;
   double factor = 1.0;  ///< from the key's unit to the title's
+
+  /** The last digit that the tables print, in the key's unit. */
+  double lastDigit() const;
 };
 
 /** All of them, in the order of the files. */

@@ -6,6 +6,21 @@
 
 namespace etalon {
 
+/** How text shows the marked cells of a table. */
+enum class CellMark {
+  kNone,
+  kTerminalBold,  ///< a terminal's bold (ANSI escape codes)
+  kStar,          ///< `*` behind them
+};
+
+/** How text is laid out. */
+struct TextStyle {
+  CellMark mark = CellMark::kNone;
+  /** A table with more characters in a line is cut between its groups of columns (else within them)
+   * into several below each other, each with the columns left of the first group. 0: never. */
+  int width = 0;
+};
+
 enum class TableFormat { kText, kMarkdown, kCsv, kJson, kLatex, kHtml };
 
 /** "text", "markdown", "csv", "json", "latex" or "html". @throws ConfigError for anything else. */
@@ -53,9 +68,9 @@ class Table {
    * For people (text, Markdown, LaTeX with booktabs and multirow's \multicolumn, HTML with class
    * "etalon"): columns aligned, numbers in the title's unit and rounded, "-" for an empty cell. CSV
    * (RFC 4180) and JSON (an array of objects): numbers in `%.9g`, an empty cell is empty or null.
-   * @param terminal_bold text only: marked cells in a terminal's bold (ANSI escape codes)
+   * @param style of text alone
    */
-  std::string toString(TableFormat format, bool terminal_bold = false) const;
+  std::string toString(TableFormat format, const TextStyle& style = {}) const;
 
  private:
   struct Cell {
@@ -73,10 +88,15 @@ class Table {
   std::size_t indexOf(const std::string& key) const;
   std::vector<std::size_t> shownColumns() const;
   std::vector<std::size_t> dataColumns() const;
-  std::vector<Group> groups() const;
+  std::vector<Group> groups(const std::vector<std::size_t>& shown) const;
   bool hasRuleAbove(std::size_t row) const;
   std::string rounded(std::size_t column, const Cell& cell) const;
-  std::string text(bool terminal_bold) const;
+  std::string field(std::size_t column, const Cell& cell, const TextStyle& style) const;
+  std::vector<std::size_t> widths(const std::vector<std::size_t>& shown,
+                                  const TextStyle& style) const;
+  std::vector<std::vector<std::size_t>> pieces(const TextStyle& style) const;
+  std::string text(const TextStyle& style) const;
+  std::string textPiece(const std::vector<std::size_t>& shown, const TextStyle& style) const;
   std::string markdown() const;
   std::string csv() const;
   std::string json() const;

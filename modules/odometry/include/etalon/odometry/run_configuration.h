@@ -44,9 +44,14 @@ struct RunConfiguration {
 RunConfiguration loadRunConfiguration(const IniFile& ini,
                                       const std::vector<std::string>& plugin_path);
 
+/** The two initializers that the papers compare first, side by side, then the others from A to Z.
+ */
+std::vector<std::string> inOrderOfDisplay(std::vector<std::string> names);
+
 /**
  * The same for several initializers.
- * @param names of the initializers in the order wanted, each once; empty: all that can be loaded
+ * @param names of the initializers in the order wanted, each once; empty: all that can be loaded,
+ *        inOrderOfDisplay()
  */
 SuiteConfiguration loadSuiteConfiguration(const IniFile& ini,
                                           const std::vector<std::string>& plugin_path,
