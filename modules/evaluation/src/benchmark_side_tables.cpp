@@ -186,8 +186,9 @@ TitledTable floorTable(const BenchmarkRecord& record) {
   }
   return {"floor", "Floor of the ground truth",
           "The ground truth against the recording's own IMU: rotation over a quarter of a second "
-          "against the gyro's, with one constant bias; tilt of its world against gravity; norms of "
-          "the constant biases that fit best. A method that follows the gyro cannot come below it.",
+          "against the gyro's, with one constant bias for the whole recording; tilt of its world "
+          "against gravity; norms of the constant biases that fit best. It describes the "
+          "recording: with a bias of its own every window can be better (the floor beside RRE).",
           std::move(table), true};
 }
 

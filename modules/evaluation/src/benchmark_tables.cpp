@@ -182,7 +182,8 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
   if (rotation || gravity) {
     layout.after = {
         {"floor", rotation ? "floor" : "tilt", true, metric.decimals, 1.0, false, "ground truth"}};
-    note += rotation ? " Floor: the ground truth's own error against the gyro."
+    note += rotation ? " Floor: the least that integrating the gyro can have, with the bias that "
+                       "fits the window's ground truth best, over all slots; vision can be better."
                      : " Tilt: of the ground truth's world against gravity.";
   }
   Table table = papersLayout(
@@ -190,9 +191,10 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
       [&](const SummaryRow& row) { return valueOf(row.errors[index], statistic); },
       [&](Table* t, const SummaryRow& row) {
         const BenchmarkSequence* sequence = sequenceOf(record, row.sequence);
-        if (!layout.after.empty() && sequence)
-          t->setNumber("floor",
-                       rotation ? sequence->floor.rre_deg : sequence->floor.world_tilt_deg);
+        if (rotation)
+          t->setNumber("floor", valueOf(gyroFloor(record, window, row.sequence), statistic));
+        else if (gravity && sequence)
+          t->setNumber("floor", sequence->floor.world_tilt_deg);
       });
   const std::string suffix = statistic == SummaryStatistic::kP90 ? "p90" : nameOf(statistic);
   const bool papers = rotation || metric.key == "ate_m";
