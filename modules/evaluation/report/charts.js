@@ -45,7 +45,7 @@ function limitLines(metric, values) {
   if (m.limit !== null) lines.push({ at: m.limit * m.factor, name: "criterion" });
   if (m.key === "rre_deg" && state.sequence >= 0 && data.sequences[state.sequence]) {
     const floor = data.sequences[state.sequence].floor_rre_deg[state.window] ?? null;
-    if (floor !== null) lines.push({ at: floor * m.factor, name: "floor of the gyro (median)" });
+    if (floor !== null) lines.push({ at: floor * m.factor, name: "gyro alone, at best (median)" });
   }
   return lines.map((line) => ({ ...line, align: line.at > middle ? "right" : "left" }));
 }

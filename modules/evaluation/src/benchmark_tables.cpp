@@ -180,10 +180,11 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
       "the slots.";
   const bool rotation = metric.key == "rre_deg", gravity = metric.key == "gravity_deg";
   if (rotation || gravity) {
-    layout.after = {
-        {"floor", rotation ? "floor" : "tilt", true, metric.decimals, 1.0, false, "ground truth"}};
-    note += rotation ? " Floor: the least that integrating the gyro can have, with the bias that "
-                       "fits the window's ground truth best, over all slots; vision can be better."
+    layout.after = {{"floor", rotation ? "at best" : "tilt", true, metric.decimals, 1.0, false,
+                     rotation ? "gyro alone" : "ground truth"}};
+    note += rotation ? " Gyro alone, at best: the least that integrating the gyro can have, with "
+                       "the bias that fits the window's ground truth best, over all slots; "
+                       "rotations that vision has a part in may be better."
                      : " Tilt: of the ground truth's world against gravity.";
   }
   Table table = papersLayout(
