@@ -32,7 +32,7 @@ TEST(BenchmarkTables, ErrorsInThePapersLayout) {
   const TitledTable table = find(benchmarkTables(exampleBenchmark()), "rre_deg_median_10_4hz");
   EXPECT_EQ(table.title, "RRE [deg], median, 10 keyframes at 4 Hz");
   EXPECT_EQ(table.table.toString(TableFormat::kText),
-            "          without VI-BA   with VI-BA    gyro alone\n"
+            "          without VI-BA   with VI-BA      gyro alone\n"
             "sequence    good     bad    good     bad     at best\n"
             "--------  ------  ------  ------  ------  ----------\n"
             "V1        0.1500  0.3500  0.0750  0.1750      0.0300\n"
