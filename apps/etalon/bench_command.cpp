@@ -14,6 +14,7 @@
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/benchmark_tables.h"
+#include "print_recording_errors.h"
 #include "print_tables.h"
 #include "progress_line.h"
 #include "versions.h"
@@ -76,18 +77,6 @@ void printNotes(const BenchmarkOutcome& outcome) {
   }
 }
 
-/** The recordings that could not be used; whether there are any. */
-bool printErrors(const BenchmarkRecord& record) {
-  bool any = false;
-  for (const BenchmarkSequence& sequence : record.sequences) {
-    if (sequence.error.empty()) continue;
-    std::fprintf(stderr, "error: %s was left out: %s\n", sequence.name.c_str(),
-                 sequence.error.c_str());
-    any = true;
-  }
-  return any;
-}
-
 int bench(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const SuiteConfiguration configuration = configure(arguments);
@@ -132,7 +121,7 @@ int bench(const Arguments& arguments) {
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record);
-  return printErrors(outcome.record) ? kDataErrorExit : kOk;
+  return printRecordingErrors(outcome.record) ? kDataErrorExit : kOk;
 }
 
 /** Checks every number of a list. */

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -57,6 +58,7 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
   const int slots = slotCount(tracks->first_image, tracks->frames.back().t, every_s, window);
   for (int segment = 0; segment < slots; ++segment)
     windows.push_back([=, options = pipeline.window](const NoiseFactors& believed) mutable {
+      options.priors = priorsForCalibration(options.priors);
       options.odometry.sigma_px = believed.sigma_px;
       ImuNoiseOptions noise;
       noise.gyro_noise_factor = believed.gyro;
@@ -119,12 +121,12 @@ void addRows(const std::string& name, const NoiseCalibration& calibration, Table
 }
 
 /** In words: what the noise in use is worth, and what the estimate is worth. */
-void printWords(const std::string& name, const NoiseCalibration& calibration) {
+void printWords(const std::string& name, const NoiseCalibration& calibration, double overlap) {
   std::printf("\n%s\n", name.c_str());
   if (!calibration.message.empty()) std::printf("  %s\n", calibration.message.c_str());
   if (calibration.iterations.empty() || calibration.iterations.front().windows == 0) return;
   std::printf("  with the noise as configured:\n");
-  for (const std::string& sentence : describe(calibration.iterations.front().check))
+  for (const std::string& sentence : describe(calibration.iterations.front().check, overlap))
     std::printf("    %s\n", sentence.c_str());
   constexpr double kHardly = 0.25;
   if (calibration.relative_sigma.gyro > kHardly)
@@ -135,10 +137,17 @@ void printWords(const std::string& name, const NoiseCalibration& calibration) {
                 100.0 * calibration.relative_sigma.accel);
 }
 
+/** In how many windows every instant is. */
+double overlapOf(const PipelineOptions& pipeline, const Arguments& arguments) {
+  return std::max(1.0, (pipeline.keyframes - 1) / (pipeline.keyframe_rate_hz * arguments.every_s));
+}
+
 NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindow>& windows,
                            const RunConfiguration& configuration, const Arguments& arguments) {
   NoiseCalibrationOptions options;
   options.window = configuration.pipeline.window;
+  options.window.priors = priorsForCalibration(options.window.priors);
+  options.overlap = overlapOf(configuration.pipeline, arguments);
   options.start = {configuration.pipeline.imu_noise.gyro_noise_factor,
                    configuration.pipeline.imu_noise.accel_noise_factor,
                    configuration.pipeline.window.odometry.sigma_px};
@@ -200,7 +209,8 @@ int calibrateNoise(const Arguments& arguments) {
   for (const auto& [name, calibration] : results) addRows(name, calibration, &table);
   std::fputs(table.toString(format).c_str(), stdout);
   if (format == TableFormat::kText || format == TableFormat::kMarkdown)
-    for (const auto& [name, calibration] : results) printWords(name, calibration);
+    for (const auto& [name, calibration] : results)
+      printWords(name, calibration, overlapOf(configuration.pipeline, arguments));
   const NoiseCalibration& pooled = results.back().second;
   if (pooled.checks.empty()) throw DataError("", 0, pooled.message);
   const std::string ini = toIni(pooled.factors, commentOf(arguments, pooled));

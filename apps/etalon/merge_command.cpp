@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "etalon/evaluation/benchmark.h"
+#include "print_recording_errors.h"
 #include "print_tables.h"
 
 namespace etalon::app {
@@ -15,15 +16,17 @@ struct Arguments {
   bool overwrite = false;
 };
 
-void merge(const Arguments& arguments) {
+int merge(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const BenchmarkOutcome outcome =
       mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite);
   printBenchmarkTables(outcome.record, format);
-  std::fprintf(stderr, "\n%zu results of %zu part%s\nwritten:\n", outcome.slots_found,
-               arguments.folders.size(), arguments.folders.size() == 1 ? "" : "s");
+  const size_t parts = arguments.folders.size();
+  std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.slots_found, parts,
+               parts == 1 ? "part" : "parts");
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record);
+  return printRecordingErrors(outcome.record) ? kDataErrorExit : kOk;
 }
 
 }  // namespace
@@ -42,10 +45,10 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
       ->capture_default_str();
-  command->callback([arguments, exit_code] {
-    merge(*arguments);
-    *exit_code = kOk;
-  });
+  command->footer(
+      "Exit codes: 0 done, 2 usage or parts that do not fit together, 3 a recording could not be "
+      "used by any part (the others are done).");
+  command->callback([arguments, exit_code] { *exit_code = merge(*arguments); });
 }
 
 }  // namespace etalon::app

@@ -323,6 +323,25 @@ TEST_F(BenchmarkTest, SaysWhichRecordingIsTooShort) {
   EXPECT_THAT(result.out, HasSubstr("Not in the table: " + sentence));
 }
 
+TEST_F(BenchmarkTest, MergeSaysWhatNoPartCouldRead) {
+  const RecordingCopy broken(kFlight);
+  broken.write(broken.file("imu0/data.csv"), "#\n1,2,3\n");
+  for (const std::string number : {"1", "2"}) {
+    const CommandResult part = runEtalon({"bench", broken.path(), kStandstill, "--initializers",
+                                          "eta", "--every", "1", "--keyframes", "4", "--tracks",
+                                          kTracks, "--out", out(number), "--shard", number + "/2"});
+    ASSERT_EQ(part.exit_code, 3) << part.err;
+  }
+  const CommandResult merged = runEtalon({"merge", out("1"), out("2"), "--out", out("m")});
+  EXPECT_EQ(merged.exit_code, 3);
+  EXPECT_THAT(merged.err, AllOf(HasSubstr("was left out"), HasSubstr("imu0/data.csv:2"),
+                                HasSubstr(" of 2 parts\n")));
+  EXPECT_THAT(readText(out("m") + "/segments.csv"), HasSubstr("standstill,0"));
+  const CommandResult one = runEtalon({"merge", out("m"), "--out", out("n")});
+  EXPECT_EQ(one.exit_code, 3);
+  EXPECT_THAT(one.err, HasSubstr(" of 1 part\n"));
+}
+
 TEST_F(BenchmarkTest, OptionsMayStandBeforeTheRecordings) {
   const CommandResult result =
       runEtalon({"bench", "--keyframes", "4", "--rate", "4", "--every", "1", "--tracks", kTracks,
@@ -341,6 +360,12 @@ TEST_F(BenchmarkTest, CalibratedNoiseIsAConfiguration) {
   const CommandResult run =
       runEtalon({"replay", kFlight, "-c", out("noise.ini"), "--out", out("run")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
+  // A prior that pins the accelerometer's bias is widened.
+  const CommandResult pinned = runEtalon(
+      {"calibrate-noise", kFlight, "--every", "0.25", "--set", "pipeline.keyframes=5", "--set",
+       "priors.accel_bias_sigma_mps2=0.003", "--tracks", kTracks, "--out", out("pinned.ini")});
+  ASSERT_EQ(pinned.exit_code, 0) << pinned.err;
+  EXPECT_EQ(readText(out("pinned.ini")), readText(out("noise.ini")));
   EXPECT_EQ(runEtalon({"calibrate-noise", kFlight, "--set", "pipeline.keyframes=100"}).exit_code,
             3);
 }

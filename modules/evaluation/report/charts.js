@@ -35,7 +35,7 @@ function slotText(slot) {
 }
 const slotTooltip = (event) => (event.data && event.data.slot !== undefined ? slotText(slots[event.data.slot]) : "");
 
-/** The criterion of success and, for one sequence, the floor of its ground truth; their texts on the side with more room
+/** The criterion of success and, for one sequence, the least that gyro integration can have; their texts on the side with more room
  * among `values`. */
 function limitLines(metric, values) {
   const positive = values.filter((v) => v > 0);
@@ -44,8 +44,8 @@ function limitLines(metric, values) {
   const m = metrics[metric];
   if (m.limit !== null) lines.push({ at: m.limit * m.factor, name: "criterion" });
   if (m.key === "rre_deg" && state.sequence >= 0 && data.sequences[state.sequence]) {
-    const floor = data.sequences[state.sequence].floor_rre_deg;
-    if (floor !== null) lines.push({ at: floor * m.factor, name: "floor of the ground truth" });
+    const floor = data.sequences[state.sequence].floor_rre_deg[state.window] ?? null;
+    if (floor !== null) lines.push({ at: floor * m.factor, name: "gyro alone, at best (median)" });
   }
   return lines.map((line) => ({ ...line, align: line.at > middle ? "right" : "left" }));
 }

@@ -274,7 +274,14 @@ class Benchmark {
       const InitializationProblem problem =
           slotProblem(tracks, options_.protocol.every_s, task.window, task.segment,
                       factors.apply(tracks.calibration.imu.noise), window_options_);
-      for (const size_t k : task.initializers) keep(trySlot(task, k, problem));
+      std::vector<TimeNs> keyframes;
+      for (int k = 0; k < problem.keyframeCount(); ++k) keyframes.push_back(problem.keyframe(k).t);
+      const double gyro_rre_deg = gyroWindowRreDeg(tracks.ground_truth, tracks.imu, keyframes);
+      for (const size_t k : task.initializers) {
+        SlotRecord slot = trySlot(task, k, problem);
+        slot.gyro_rre_deg = gyro_rre_deg;
+        keep(std::move(slot));
+      }
       progress.add(1);
     });
   }

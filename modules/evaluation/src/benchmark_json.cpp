@@ -1,5 +1,6 @@
 #include "benchmark_json.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include "attempt_json.h"
@@ -219,6 +220,7 @@ Json slotJson(const SlotRecord& slot) {
   json["attempt"] = attemptJson(slot.attempt);
   json["truth"] = Json::array();
   for (const GroundTruthState& state : slot.truth) json["truth"].push_back(truthJson(state));
+  if (!std::isnan(slot.gyro_rre_deg)) json["gyro_rre_deg"] = slot.gyro_rre_deg;
   if (slot.noise) json["noise"] = noiseJson(*slot.noise);
   return json;
 }
@@ -234,6 +236,7 @@ SlotRecord slotFromJson(const JsonReader& json) {
   slot.attempt = attemptFromJson(json.at("attempt"));
   for (const JsonReader& state : json.at("truth").elements())
     slot.truth.push_back(truthFromJson(state));
+  if (json.has("gyro_rre_deg")) slot.gyro_rre_deg = json.at("gyro_rre_deg").number();
   if (json.has("noise")) slot.noise = noiseFromJson(json.at("noise"));
   return slot;
 }

@@ -139,7 +139,7 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
                                   {"vision", "pixels"}}) {
     columns.push_back({key + "_chi2_per_dof", "chi2/dof", true, 2, 1.0, false, name});
     columns.push_back({key + "_noise", "noise in use", false, 0, 1.0, false, name});
-    columns.push_back({key + "_factor", "factor", true, 2, 1.0, false, name});
+    columns.push_back({key + "_factor", "one step", true, 2, 1.0, false, name});
   }
   Table table(columns);
   std::vector<std::string> sequences = sequencesOf(record);
@@ -158,9 +158,13 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
   TitledTable titled = {
       "noise" + windowId(window),
       "Check of the noise, VI-BA after " + initializer + ", " + windowText(window),
-      "chi2/dof is 1 where the noise in use is right; factor is what to multiply it by, as far as "
-      "the residuals tell (variance components). About right: at most a factor of " +
-          inShort(kNoiseTolerance) + " off.",
+      "chi2/dof is 1 where all noise in use is right. One step: the factor of the first step "
+      "of the variance components, with the others' noise as configured; too small and too large "
+      "are more "
+      "than a factor of " +
+          inShort(kNoiseTolerance) +
+          " off by it. It shows that the noise does not fit, not what fits: where another sensor's "
+          "noise is wrong its size and even its direction are. `etalon calibrate-noise` iterates.",
       std::move(table), true};
   titled.metric = "noise";
   titled.keyframes = window.first;
@@ -201,8 +205,10 @@ TitledTable floorTable(const BenchmarkRecord& record) {
   TitledTable titled = {
       "floor", "Floor of the ground truth",
       "The ground truth against the recording's own IMU: rotation over a quarter of a second "
-      "against the gyro's, with one constant bias; tilt of its world against gravity; norms of "
-      "the constant biases that fit best. A method that follows the gyro cannot come below it.",
+      "against the gyro's, with one constant bias for the whole recording; tilt of its world "
+      "against gravity; norms of the constant biases that fit best. It describes the "
+      "recording: with a bias of its own every window can be better (gyro alone, at best, "
+      "beside RRE).",
       std::move(table), true};
   titled.metric = "floor";
   return titled;

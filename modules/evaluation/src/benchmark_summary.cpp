@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -175,6 +176,18 @@ std::vector<SummaryRow> summarize(const BenchmarkRecord& record) {
           }
   }
   return rows;
+}
+
+FigureSummary gyroFloor(const BenchmarkRecord& record, const std::pair<int, double>& window,
+                        const std::string& sequence) {
+  std::map<std::pair<std::string, int>, double> by_slot;
+  for (const SlotRecord& slot : record.slots)
+    if (std::make_pair(slot.keyframes, slot.rate_hz) == window &&
+        (sequence == kAllSequences || slot.sequence == sequence))
+      by_slot[{slot.sequence, slot.segment}] = slot.gyro_rre_deg;
+  std::vector<double> values;
+  for (const auto& [slot, value] : by_slot) values.push_back(value);
+  return summaryOf(values);
 }
 
 std::string summaryCsv(const std::vector<SummaryRow>& rows) {

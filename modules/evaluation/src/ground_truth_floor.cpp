@@ -199,4 +199,18 @@ GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
   return floor;
 }
 
+double gyroWindowRreDeg(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                        const std::vector<TimeNs>& keyframes) {
+  std::vector<Interval> intervals;
+  for (size_t k = 1; k < keyframes.size(); ++k) {
+    const auto begin = ground_truth.at(keyframes[k - 1]), end = ground_truth.at(keyframes[k]);
+    if (begin && end && imu.covers(begin->t, end->t))
+      intervals.push_back(
+          {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
+  }
+  if (intervals.empty()) return GroundTruthFloor::kNone;
+  fitGyroBias(&intervals);
+  return rotationRmseDeg(intervals);
+}
+
 }  // namespace etalon

@@ -141,8 +141,10 @@ NoiseIteration iterate(std::vector<Fit>* fits, const NoiseFactors& believed,
   return iteration;
 }
 
-/** The larger of the chi-squares' own spread and the scatter of the windows about the sum. */
-NoiseFactors relativeSigma(const NoiseCheck& sum, const std::vector<NoiseCheck>& windows) {
+/** The larger of the chi-squares' own spread and the scatter of the windows about the sum, as of so
+ * many windows as are independent. */
+NoiseFactors relativeSigma(const NoiseCheck& sum, const std::vector<NoiseCheck>& windows,
+                           double overlap) {
   Vector3d sigma = correctionOf(sum).sigma;
   if (determined(sum.coupling)) {
     Matrix3d scatter = Matrix3d::Zero();
@@ -152,6 +154,7 @@ NoiseFactors relativeSigma(const NoiseCheck& sum, const std::vector<NoiseCheck>&
     }
     sigma = sigma.cwiseMax(sigmaOf(sum.coupling, scatter));
   }
+  sigma *= std::sqrt(std::max(1.0, overlap));
   return {sigma[0], sigma[1], sigma[2]};
 }
 
@@ -177,10 +180,18 @@ NoiseCorrection correctionOf(const NoiseCheck& check) {
   return correction;
 }
 
-std::vector<std::string> describe(const NoiseCheck& check) {
+BiasPriors priorsForCalibration(BiasPriors priors) {
+  const BiasPriors free;
+  priors.sigma_gyro_rps = std::max(priors.sigma_gyro_rps, free.sigma_gyro_rps);
+  priors.sigma_accel_mps2 = std::max(priors.sigma_accel_mps2, free.sigma_accel_mps2);
+  return priors;
+}
+
+std::vector<std::string> describe(const NoiseCheck& check, double overlap) {
   const char* what[] = {"gyro: the noise density in use", "accelerometer: the noise density in use",
                         "vision: sigma_px in use"};
-  const NoiseCorrection correction = correctionOf(check);
+  NoiseCorrection correction = correctionOf(check);
+  correction.sigma *= std::sqrt(std::max(1.0, overlap));
   const Vector3d chi2 = chi2Of(check), dof = dofOf(check);
   std::vector<std::string> sentences;
   for (int g = 0; g < 3; ++g) {
@@ -192,10 +203,17 @@ std::vector<std::string> describe(const NoiseCheck& check) {
     const double factor = correction.factor[g], sigma = correction.sigma[g];
     const double off = std::abs(factor - 1.0);
     const bool right = off < std::max(0.1, 2.0 * sigma);
-    s += right ? " agrees with the residuals" : factor > 1.0 ? " is too small" : " is too large";
-    s += text(" (chi2/dof %.2f); ", chi2[g] / dof[g]);
-    s += text("the residuals are those of %.2f times it, +- %.0f %% at least", factor,
-              100.0 * sigma);
+    if (right) {
+      s += text(
+          " may be right: the residuals look like %.2f times it, +- %.0f %% at least (chi2/dof "
+          "%.2f, to which the other sensors' noise adds)",
+          factor, 100.0 * sigma, chi2[g] / dof[g]);
+    } else {
+      s += factor > 1.0 ? " is too small" : " is too large";
+      s += text(" (chi2/dof %.2f): ", chi2[g] / dof[g]);
+      s +=
+          text("the residuals look like %.2f times it, +- %.0f %% at least", factor, 100.0 * sigma);
+    }
     sentences.push_back(s);
   }
   return sentences;
@@ -220,7 +238,7 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
     out.converged = largestMove(out.factors, next) < options.tolerance;
     out.factors = next;
   }
-  out.relative_sigma = relativeSigma(out.iterations.back().check, out.checks);
+  out.relative_sigma = relativeSigma(out.iterations.back().check, out.checks, options.overlap);
   if (!out.converged)
     out.message =
         "the factors still move after " + std::to_string(options.max_iterations) + " iterations";

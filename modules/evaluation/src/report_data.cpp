@@ -215,12 +215,16 @@ Json metricsData() {
 
 Json sequencesData(const BenchmarkRecord& record) {
   Json sequences = Json::array();
-  for (const BenchmarkSequence& s : record.sequences)
+  for (const BenchmarkSequence& s : record.sequences) {
+    Json floors = Json::array();  // a window each, in the order of data.windows
+    for (const auto& window : windowsOf(record))
+      floors.push_back(rounded(gyroFloor(record, window, s.name).median));
     sequences.push_back({{"name", s.name},
                          {"duration_s", rounded(s.duration_s)},
                          {"has_ground_truth", s.has_ground_truth},
-                         {"floor_rre_deg", rounded(s.floor.rre_deg)},
+                         {"floor_rre_deg", std::move(floors)},
                          {"error", s.error}});
+  }
   return sequences;
 }
 

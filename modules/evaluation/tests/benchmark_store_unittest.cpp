@@ -58,6 +58,10 @@ TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {
     EXPECT_EQ(read.sequences[i].error, record.sequences[i].error);
   }
   for (size_t i = 0; i < read.slots.size(); ++i) {
+    if (record.slots[i].sequence == "none")
+      EXPECT_TRUE(std::isnan(read.slots[i].gyro_rre_deg));
+    else
+      EXPECT_EQ(read.slots[i].gyro_rre_deg, record.slots[i].gyro_rre_deg);
     ASSERT_EQ(read.slots[i].noise.has_value(), record.slots[i].noise.has_value());
     if (read.slots[i].noise) {
       EXPECT_EQ(read.slots[i].noise->gyro.chi2, record.slots[i].noise->gyro.chi2);

@@ -29,6 +29,7 @@ SlotRecord exampleSlot(const std::string& sequence, int segment, const std::stri
   slot.rate_hz = 4.0;
   slot.initializer = initializer;
   const bool with_truth = sequence != "none";
+  if (with_truth) slot.gyro_rre_deg = 0.01 * (segment + 1);
   for (int k = 0; k < 10 && with_truth; ++k) {
     GroundTruthState state;
     state.t = slot.t0 + 250'000'000LL * k;

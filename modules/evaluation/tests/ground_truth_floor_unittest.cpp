@@ -6,6 +6,8 @@
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/evaluation/metrics.h"
+#include "etalon/imu/preintegration.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/profile_trajectory.h"
 
@@ -161,6 +163,81 @@ TEST(GroundTruthFloor, WithoutTruthOrImuThereIsNone) {
     EXPECT_TRUE(std::isnan(floor.world_tilt_deg));
     EXPECT_EQ(floor.gravity_direction_G, Vector3d(0, 0, -1));
   }
+}
+
+std::vector<TimeNs> keyframesOf(const Flight& flight, double start_s, double rate_hz = 4.0) {
+  std::vector<TimeNs> stamps;
+  for (int k = 0; k < 10; ++k)
+    stamps.push_back(flight.truth.states.front().t + durationNs(start_s + k / rate_hz));
+  return stamps;
+}
+
+/** RRE of keyframes whose rotations are integrated from the gyro, less `bias`. */
+double rreOfIntegration(const Flight& flight, const std::vector<TimeNs>& stamps,
+                        const Vector3d& bias) {
+  const ImuBuffer imu(flight.imu);
+  std::vector<KeyframeState> states(stamps.size());
+  for (size_t k = 0; k < stamps.size(); ++k) {
+    states[k].t = stamps[k];
+    if (k > 0)
+      states[k].T_WB.R =
+          states[k - 1].T_WB.R *
+          Preintegration(imu.between(stamps[k - 1], stamps[k]), {bias, Vector3d::Zero()}, {})
+              .deltas()
+              .dR;
+  }
+  return evaluateSegment(states, {}, flight.truth).rre_deg;
+}
+
+TEST(GyroWindowRre, FollowsABiasThatChanges) {
+  Flight flight = fly(MotionProfile::kGentle, biased());
+  // A bias that drifts by 0.02 rad/s in 20 s, as no constant can follow.
+  for (ImuSample& sample : flight.imu)
+    sample.gyro.x() += 1e-3 * secondsBetween(flight.imu.front().t, sample.t);
+  const ImuBuffer imu(flight.imu);
+  for (const double start_s : {2.0, 9.0, 16.0}) {
+    const double floor = gyroWindowRreDeg(flight.truth, imu, keyframesOf(flight, start_s));
+    // Within 2.25 s the bias leaves +-1e-3 rad/s: RMS 0.25 s * 2.25e-3 / sqrt(12) = 0.0093 deg.
+    EXPECT_NEAR(floor, 0.0093, 0.001) << start_s;
+    EXPECT_GT(groundTruthFloor(flight.truth, flight.imu).rre_deg, 5 * floor);
+  }
+}
+
+TEST(GyroWindowRre, IsTheLeastThatIntegrationCanHave) {
+  ImuSynthesisOptions noisy = biased();
+  noisy.white_noise = true;
+  noisy.noise.gyro_noise_density = 2e-3;
+  noisy.noise.accel_noise_density = 0.0;
+  const Flight flight = fly(MotionProfile::kAggressive, noisy);
+  for (const double rate_hz : {4.0, 10.0}) {
+    const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0, rate_hz);
+    const double floor = gyroWindowRreDeg(flight.truth, ImuBuffer(flight.imu), stamps);
+    EXPECT_GT(rreOfIntegration(flight, stamps, noisy.initial_bias.gyro), floor);
+    // A coarse search over the bias comes near it and never below.
+    double least = 1e9, step = 4e-3;
+    Vector3d best = noisy.initial_bias.gyro;
+    for (int round = 0; round < 8; ++round, step /= 2) {
+      const Vector3d centre = best;
+      for (int i = 0; i < 27; ++i) {
+        const Vector3d bias = centre + step * Vector3d(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        const double rre = rreOfIntegration(flight, stamps, bias);
+        if (rre < least) best = bias;
+        least = std::min(least, rre);
+      }
+    }
+    EXPECT_GE(least, floor * (1 - 1e-9)) << rate_hz;
+    EXPECT_LT(least, floor * 1.01) << rate_hz;
+  }
+}
+
+TEST(GyroWindowRre, LeavesOutWhatIsNotCovered) {
+  Flight flight = fly(MotionProfile::kGentle, biased());
+  const std::vector<TimeNs> stamps =
+      keyframesOf(flight, 18.5);  // to 20.75 s; the flight ends at 20
+  EXPECT_LT(gyroWindowRreDeg(flight.truth, ImuBuffer(flight.imu), stamps), 1e-3);
+  EXPECT_TRUE(std::isnan(gyroWindowRreDeg({}, ImuBuffer(flight.imu), stamps)));
+  EXPECT_TRUE(std::isnan(gyroWindowRreDeg(flight.truth, ImuBuffer(), stamps)));
+  EXPECT_TRUE(std::isnan(gyroWindowRreDeg(flight.truth, ImuBuffer(flight.imu), {stamps[0]})));
 }
 
 }  // namespace

@@ -55,6 +55,8 @@ struct SlotRecord {
   AttemptRecord attempt;
   /** Ground truth at the window's keyframes, where there is any. */
   std::vector<GroundTruthState> truth;
+  /** The least RRE that integrating the gyro with one bias can have here (gyroWindowRreDeg). */
+  double gyro_rre_deg = SegmentErrors::kNone;
   std::optional<NoiseCheck> noise;  ///< of the VI-BA
 };
 

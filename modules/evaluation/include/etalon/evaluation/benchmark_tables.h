@@ -31,7 +31,7 @@ constexpr double kNoiseTolerance = 1.25;
 /** The noise in use against the residuals. */
 struct NoiseVerdict {
   double chi2_per_dof = SegmentErrors::kNone;
-  double factor = SegmentErrors::kNone;  ///< what to multiply the noise by
+  double factor = SegmentErrors::kNone;  ///< one step towards the noise, not where it ends
   std::string words;  ///< "too small", "about right", "too large"; empty without residuals
 };
 
@@ -43,7 +43,7 @@ enum class SummaryStatistic { kMean, kMedian, kP90 };
 /**
  * One error in the layout of the papers' tables: a row a sequence and one over all slots, the
  * initializers beside each other without and with VI-BA, the best of each in bold; where there is
- * one, the floor of the ground truth beside it.
+ * one, the gyro's best RRE (gyroFloor()) or the tilt of the ground truth's world beside it.
  * @param summary summarize(record)
  */
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,

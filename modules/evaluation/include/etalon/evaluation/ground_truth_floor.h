@@ -7,13 +7,15 @@
 #include <vector>
 
 #include "etalon/core/trajectory.h"
+#include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/imu_sample.h"
 
 namespace etalon {
 
 /**
- * What a recording's ground truth is worth, told by the recording's own IMU: no method can be
- * measured below it. NaN where it cannot be found.
+ * What a recording's ground truth is worth, told by the recording's own IMU. NaN where it cannot be
+ * found. It describes the recording; a method that fits a bias to every window may come below
+ * `rre_deg` (gyroWindowRreDeg() is the bound for those).
  */
 struct GroundTruthFloor {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -45,5 +47,15 @@ struct GroundTruthFloor {
  */
 GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s = 0.25);
+
+/**
+ * The floor of a window: the least RRE that integrating the gyro with one constant bias can have in
+ * it. RMSE over consecutive keyframes of the angle between the ground truth's relative rotation and
+ * the gyro's, with the bias that fits this window's ground truth best, deg. NaN without a pair of
+ * keyframes that ground truth and IMU cover.
+ * @param keyframes stamps, increasing
+ */
+double gyroWindowRreDeg(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                        const std::vector<TimeNs>& keyframes);
 
 }  // namespace etalon

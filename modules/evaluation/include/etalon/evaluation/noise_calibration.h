@@ -36,8 +36,13 @@ NoiseCorrection correctionOf(const NoiseCheck& check);
  * The check in words, a sentence a sensor: whether its noise is believed right, too small or too
  * large (by more than two standard errors and 10 %), with chi2/dof and the factor that puts it
  * right; or that the residuals do not determine it.
+ * @param overlap NoiseCalibrationOptions::overlap of the windows behind the check
  */
-std::vector<std::string> describe(const NoiseCheck& check);
+std::vector<std::string> describe(const NoiseCheck& check, double overlap = 1.0);
+
+/** Priors under which the noise is estimated: none narrower than the built-in ones. A prior that
+ * pins a bias where it is not makes the sensor look noisy. */
+BiasPriors priorsForCalibration(BiasPriors priors);
 
 /** A window as a problem, given what is believed of the noise. The same window every time. */
 using NoiseWindow = std::function<InitializationProblem(const NoiseFactors&)>;
@@ -47,6 +52,10 @@ struct NoiseCalibrationOptions {
   WindowOptions window;
   double tolerance = 0.01;  ///< done when no factor moves farther, relative
   int max_iterations = 25;
+  /** In how many windows every instant is (length of a window over the step from one to the next,
+   * 1 at least). Windows that share their data are not independent: the standard errors grow with
+   * its square root. */
+  double overlap = 1.0;
   /** Windows in which the body is slower (RMS over the keyframes, after VI-BA) are at rest and left
    * out, m/s: without vibration the noise is another. 0 keeps all. */
   double min_speed_mps = 0.1;
@@ -65,7 +74,7 @@ struct NoiseCalibration {
   std::string message;  ///< why not; empty otherwise
   NoiseFactors factors;
   /** Relative standard errors, in the members' order: the larger of what chi-squares allow and the
-   * scatter from window to window. */
+   * scatter from window to window, as of independent windows (NoiseCalibrationOptions::overlap). */
   NoiseFactors relative_sigma{0.0, 0.0, 0.0};
   std::vector<NoiseIteration> iterations;
   int windows = 0, at_rest = 0, failed = 0;  ///< offered; and left out in the last iteration
@@ -80,7 +89,8 @@ struct NoiseCalibration {
  * used. A window takes part if VI-BA's result passes `options.window.acceptance` but for the
  * inertial chi-square, which would choose the windows by what is to be measured.
  *
- * White noise only: the random walks stay the data sheet's. Deterministic.
+ * The windows should be made with priorsForCalibration(). White noise only: the random walks stay
+ * the data sheet's. Deterministic.
  */
 NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
                                 const Initializer& initializer,

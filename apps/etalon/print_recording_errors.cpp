@@ -1,0 +1,18 @@
+#include "print_recording_errors.h"
+
+#include <cstdio>
+
+namespace etalon::app {
+
+bool printRecordingErrors(const BenchmarkRecord& record) {
+  bool any = false;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    if (sequence.error.empty()) continue;
+    std::fprintf(stderr, "error: %s was left out: %s\n", sequence.name.c_str(),
+                 sequence.error.c_str());
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "etalon/evaluation/benchmark_record.h"
+
+namespace etalon::app {
+
+/** Prints the recordings that could not be used to stderr; whether there are any. */
+bool printRecordingErrors(const BenchmarkRecord& record);
+
+}  // namespace etalon::app
