@@ -198,6 +198,12 @@ TEST(BrokenRecording, ShorterThanTheWindowItIsNotInitialisedAndTheReasonIsPrinte
   EXPECT_THAT(result.out, HasSubstr("shorter than the window of keyframes"));
   EXPECT_THAT(readJson(out + "/initialization.json").at("attempts"), IsEmpty());
   EXPECT_THAT(readText(out + "/trajectory.tum"), StartsWith("# T_VB, never initialised: V is"));
+  // Without gravity yaw alone aligns nothing.
+  EXPECT_EQ(readJson(out + "/initialization.json")
+                .at("trajectory_errors")
+                .at("alignment")
+                .at("rotation_deg"),
+            "SE(3)");
   const CommandResult compared = runEtalon({"compare", out});
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   EXPECT_THAT(compared.out, HasSubstr("never initialised"));
