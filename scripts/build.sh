@@ -7,6 +7,13 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+for argument in "$@"; do
+  if [[ $argument == -* ]]; then
+    echo "build.sh: unknown argument '$argument'; expected targets" >&2
+    exit 2
+  fi
+done
+
 folder=build/release
 log=$folder/build.log
 mkdir -p "$folder"

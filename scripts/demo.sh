@@ -1,9 +1,17 @@
 #!/usr/bin/env bash
 # From nothing to a comparison of initializers, on a fresh Debian 12: installs what is missing,
 # builds, simulates a short flight, converts it to a rawlog, replays it with each initializer, and
-# compares the runs. Everything that it writes is in out/demo. A second call skips what is done.
+# compares the runs. Everything that it writes is in out/demo. A second call skips the flight, the
+# conversion and the replays that are newer than the programs and what they read.
+#
+#   scripts/demo.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+if (($# > 0)); then
+  echo "demo.sh: unknown argument '$1'; expected none" >&2
+  exit 2
+fi
 
 out=out/demo
 flight=$out/flight
@@ -19,6 +27,16 @@ announce() {
 run() {
   printf '$ %s\n' "$*"
   "$@"
+}
+
+# Whether the file is there and newer than the programs, the plugins and the other files.
+is_done() {
+  local result=$1 input
+  [[ -f $result ]] || return 1
+  shift
+  while read -r input; do
+    [[ $result -nt $input ]] || return 1
+  done < <(printf '%s\n' "$@" "$etalon" && find build/release/lib -name '*.so*' -type f)
 }
 
 announce "Packages"
@@ -50,14 +68,22 @@ announce "Look at the recording"
 run "$etalon" info "$flight"
 
 announce "Convert it to an MRPT rawlog"
-run "$etalon" convert "$flight" "$log"
+if is_done "$log" "$out/flight.made_by"; then
+  echo "$log is there already"
+else
+  run "$etalon" convert "$flight" "$log"
+fi
 
 runs=()
 for initializer in "${initializers[@]}"; do
   announce "Replay the rawlog with the initializer '$initializer'"
   # 1 means that it never initialised: a result, too, that the comparison shows.
   status=0
-  run "$etalon" replay "$log" --initializer "$initializer" --out "$out/$initializer" || status=$?
+  if is_done "$out/$initializer/config.ini" "$log"; then  # the last file that a replay writes
+    echo "$out/$initializer is there already"
+  else
+    run "$etalon" replay "$log" --initializer "$initializer" --out "$out/$initializer" || status=$?
+  fi
   ((status <= 1)) || exit "$status"
   runs+=("$out/$initializer")
 done

@@ -31,6 +31,16 @@ CLI::Validator checkSeconds(bool not_negative) {
           ""};
 }
 
+CLI::Validator checkOutputPath() {
+  return {[](const std::string& text) {
+            return text.empty() || text[0] == '-'
+                       ? "expected a path, found '" + text +
+                             "'; a path that begins with '-' is written ./" + text
+                       : std::string();
+          },
+          ""};
+}
+
 CLI::Validator checkWholeNumber() {
   return {[](const std::string& text) {
             std::uint64_t value = 0;

@@ -9,6 +9,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
 #include "progress_line.h"
+#include "read_summary.h"
 
 namespace etalon::app {
 
@@ -30,6 +31,7 @@ void convert(const Arguments& arguments) {
                       arguments.destination + "'");
   SourceOptions source_options;
   source_options.decode_images = arguments.embed;
+  source_options.check_images = true;
   source_options.imu_lead_s = std::numeric_limits<double>::infinity();
   const auto source = openSource(arguments.source, source_options);
 
@@ -47,8 +49,7 @@ void convert(const Arguments& arguments) {
     });
   };
   const ConvertReport report = convertToRawlog(*source, arguments.destination, options);
-  for (const std::string& warning : source->statistics().warnings)
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  printReadProblems(source->statistics().unreadable_images, source->statistics().warnings);
   std::printf("%s: %d stereo frames (%s), %d IMU samples, %d ground-truth poses, %.1f MB\n",
               arguments.destination.c_str(), report.stereo_frames,
               report.embedded ? "embedded" : "external images", report.imu_samples,

@@ -52,8 +52,11 @@ Json timeOffsetJson(const TimeOffsetEstimate& offset) {
   if (!offset.reason.empty()) json["reason"] = offset.reason;
   if (!offset.estimated) return json;
   json["offset_s"] = offset.offset_s;
+  json["offset_sigma_s"] = offset.sigma_s;
+  json["discernible"] = offset.discernible();
   json["correlation"] = offset.correlation;
   json["correlation_at_zero"] = offset.correlation_at_zero;
+  json["correlation_mirrored"] = offset.correlation_mirrored;
   json["runner_up"] = offset.runner_up;
   json["gyro_scale"] = offset.gyro_scale;
   json["image_pairs"] = offset.steps;
@@ -69,6 +72,7 @@ Json toJson(const RecordingInfo& info) {
   json["stereo"]["unpaired_left"] = info.unpaired_left;
   json["stereo"]["unpaired_right"] = info.unpaired_right;
   json["stereo"]["missing_images"] = info.missing_images;
+  json["stereo"]["unusable_images"] = info.unusable_images;
   json["imu"] = streamJson(info.imu);
   json["imu"]["mean_accel_norm"] = info.mean_accel_norm;
   json["ground_truth"] = streamJson(info.ground_truth);
@@ -116,22 +120,24 @@ void printCamera(size_t index, const CameraCalibration& camera) {
 }
 
 void printTimeOffset(const TimeOffsetEstimate& offset) {
-  if (offset.estimated)
-    std::printf(
-        "time offset    gyro - camera %+.1f ms, correlation %.3f (%.3f without offset), from "
-        "%d image pairs%s%s\n",
-        1e3 * offset.offset_s, offset.correlation, offset.correlation_at_zero, offset.steps,
-        offset.clear ? "" : "; not clear: ", offset.reason.c_str());
-  else
+  if (!offset.estimated) {
     std::printf("time offset    not estimated: %s\n", offset.reason.c_str());
+    return;
+  }
+  const char* judgement = offset.clear ? "; none is discernible" : "; not clear: ";
+  std::printf(
+      "time offset    gyro - camera %+.1f +- %.1f ms, correlation %.3f (%.3f without offset), from "
+      "%d image pairs%s%s\n",
+      1e3 * offset.offset_s, 1e3 * offset.sigma_s, offset.correlation, offset.correlation_at_zero,
+      offset.steps, offset.discernible() ? "" : judgement, offset.reason.c_str());
 }
 
 void print(const RecordingInfo& info) {
   std::printf("%s (%s)\n", info.name.c_str(), info.kind.c_str());
   printStream("stereo frames", info.images);
-  if (info.unpaired_left + info.unpaired_right + info.missing_images > 0)
-    std::printf("%-14s unpaired: %d left, %d right; pairs without files: %d\n", "",
-                info.unpaired_left, info.unpaired_right, info.missing_images);
+  if (info.unpaired_left + info.unpaired_right + info.missing_images + info.unusable_images > 0)
+    std::printf("%-14s unpaired: %d left, %d right; pairs without files: %d, unusable: %d\n", "",
+                info.unpaired_left, info.unpaired_right, info.missing_images, info.unusable_images);
   printStream("IMU samples", info.imu);
   std::printf("%-14s mean |acceleration| %.3f m/s^2\n", "", info.mean_accel_norm);
   printStream("ground truth", info.ground_truth);

@@ -13,6 +13,7 @@
 #include "etalon/evaluation/run_results.h"
 #include "etalon/odometry/run_configuration.h"
 #include "progress_line.h"
+#include "read_summary.h"
 #include "versions.h"
 
 namespace etalon::app {
@@ -84,6 +85,7 @@ class Replay {
   }
 
   const Pipeline& pipeline() const { return pipeline_; }
+  size_t delivered() const { return images_.size(); }
 
  private:
   static std::string absolute(const std::string& path) {
@@ -144,8 +146,9 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
                                         : record.attempts.back().reason.c_str());
   }
   const RunStatistics& s = record.statistics;
-  std::printf("%d stereo frames, %.1f s, %.1f ms a frame (median)", s.stereo_frames, s.duration_s,
-              s.frame_median_ms);
+  std::printf("%s, %.1f s", counted(static_cast<size_t>(s.stereo_frames), "stereo frame").c_str(),
+              s.duration_s);
+  if (!std::isnan(s.frame_median_ms)) std::printf(", %.1f ms a frame (median)", s.frame_median_ms);
   if (record.trajectory_errors)
     std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned)",
                 record.trajectory_errors->position_m.rmse);
@@ -154,19 +157,22 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
                 s.unpaired_right);
   if (s.frames_not_located > 0)
-    std::printf("%d frames could not be located: their poses are predictions\n",
-                s.frames_not_located);
-  for (const std::string& warning : record.warnings)
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    std::printf(
+        "%s could not be located: %s\n",
+        counted(static_cast<size_t>(s.frames_not_located), "frame").c_str(),
+        s.frames_not_located == 1 ? "its pose is a prediction" : "their poses are predictions");
+  printReadProblems(s.unreadable_images, record.warnings);
   std::printf("written:\n");
   for (const std::string& file : files) std::printf("  %s\n", file.c_str());
 }
 
-/** Before the run: what cannot be written should not show after minutes of work. */
-void makeFolder(const std::string& path) {
+/** Before the run: what cannot be written should not show after minutes of work.
+ * @return whether it was not there before */
+bool makeFolder(const std::string& path) {
   std::error_code error;
-  std::filesystem::create_directories(path, error);
+  const bool made = std::filesystem::create_directories(path, error);
   if (error) throw DataError(path, 0, "cannot be made: " + error.message());
+  return made;
 }
 
 int replay(const Arguments& arguments) {
@@ -178,13 +184,18 @@ int replay(const Arguments& arguments) {
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
-  makeFolder(arguments.out);
+  const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration);
   std::exception_ptr failure;
   try {
     run.run();
   } catch (const DataError&) {  // what came before it is finished and written all the same
     failure = std::current_exception();
+  }
+  if (failure && run.delivered() == 0) {  // an earlier run in the folder stays as it is
+    std::error_code ignored;
+    if (new_folder) std::filesystem::remove(arguments.out, ignored);
+    std::rethrow_exception(failure);
   }
   run.finish();
   const FinishedRun finished = run.finished();
@@ -211,7 +222,9 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
   arguments->configuration.addOverrides(command);
-  command->add_option("--out", arguments->out, "Folder for the results")->capture_default_str();
+  command->add_option("--out", arguments->out, "Folder for the results")
+      ->check(checkOutputPath())
+      ->capture_default_str();
   command->footer(
       "Exit codes: 0 initialised, 1 never initialised (reasons printed), 2 usage or configuration, "
       "3 data.");

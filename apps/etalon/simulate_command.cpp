@@ -63,7 +63,9 @@ void addSimulateCommand(CLI::App& app, int* exit_code) {
       "simulate", "Write a EuRoC folder of a simulated flight in a textured room.");
   auto arguments = std::make_shared<SimulateArguments>();
   SimulationOptions& o = arguments->options;
-  command->add_option("--out", o.output, "Folder to write; must be empty or not exist")->required();
+  command->add_option("--out", o.output, "Folder to write; must be empty or not exist")
+      ->check(checkOutputPath())
+      ->required();
   command->add_flag("--force", o.overwrite,
                     "Overwrite the sensors' folders in a folder that is not empty");
   command->add_option("--seed", o.seed, "Of motion, biases, noise, room and textures")

@@ -16,6 +16,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 /** Replays one second, too little to initialise: what is wrong shows earlier. */
 CommandResult replayBriefly(const std::string& source, const std::string& out) {
@@ -92,6 +93,65 @@ TEST(BrokenRecording, TheRunGoesOnWithoutImagesThatCannotBeRead) {
   EXPECT_LT(errors.at("velocity_mps").get<double>(), 0.1);
 }
 
+TEST(BrokenRecording, ImagesThatCannotBeReadAreCountedBeyondThoseThatAreNamed) {
+  const RecordingCopy copy(kFlight);
+  for (int i = 5; i < 28; ++i) copy.write(copy.image(i % 2, i), "no picture");
+  const std::string expected =
+      "23 stereo pairs could not be read and were skipped (first 20 named)";
+  const CommandResult run =
+      runEtalon({"replay", copy.path(), "--to", "1.5", "--out", copy.path() + "/run"});
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_THAT(run.out, HasSubstr(expected));
+  for (const char* option : {"--embed", ""}) {
+    std::vector<std::string> arguments = {"convert", copy.path(), copy.path() + "/log.rawlog"};
+    if (*option != '\0') arguments.emplace_back(option);
+    const CommandResult converted = runEtalon(arguments);
+    EXPECT_EQ(converted.exit_code, 0) << converted.err;
+    EXPECT_THAT(converted.out, AllOf(HasSubstr(expected), HasSubstr(" 57 stereo frames")));
+    EXPECT_THAT(converted.err, HasSubstr(copy.image(1, 5) + ": skipped"));
+  }
+}
+
+TEST(BrokenRecording, ConvertRefusesImagesThatAreNotThereOrNotAsCalibrated) {
+  const RecordingCopy copy(kFlight);
+  const std::string log = copy.path() + "/log.rawlog";
+  std::filesystem::remove_all(copy.file("cam0/data"));
+  const CommandResult missing = runEtalon({"convert", copy.path(), log});
+  EXPECT_EQ(missing.exit_code, 3);
+  EXPECT_THAT(missing.err, AllOf(HasSubstr("no such image file"), HasSubstr("first image")));
+  const RecordingCopy sizes(kFlight);
+  sizes.replace("cam0/sensor.yaml", "resolution: [752, 480]", "resolution: [640, 480]");
+  const CommandResult size = runEtalon({"convert", sizes.path(), log});
+  EXPECT_EQ(size.exit_code, 3);
+  EXPECT_THAT(size.err, AllOf(HasSubstr("640x480"), HasSubstr("found 752x480")));
+  EXPECT_FALSE(std::filesystem::exists(log));
+}
+
+TEST(BrokenRecording, WithoutAnyFrameAnEarlierRunStays) {
+  const RecordingCopy copy(kFlight);
+  copy.write(copy.image(0, 0), "no picture");
+  const TemporaryFolder folder;
+  const std::string earlier = folder.write("initialization.json", "earlier");
+  for (const std::string& out : {folder.path(), folder.path() + "/new"}) {
+    const CommandResult result = replayBriefly(copy.path(), out);
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.out, IsEmpty());
+  }
+  EXPECT_EQ(readText(earlier), "earlier");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() + "/trajectory.tum"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() + "/new"));
+}
+
+TEST(BrokenRecording, FramesAfterTheImusEndAreCounted) {
+  const RecordingCopy copy(kFlight);
+  const std::string csv = readText(copy.file("imu0/data.csv"));
+  copy.write(copy.file("imu0/data.csv"), csv.substr(0, csv.find("\n1400000000600000000,") + 1));
+  const CommandResult result = replayBriefly(copy.path(), copy.path() + "/run");
+  EXPECT_THAT(result.err, HasSubstr("of 21 stereo frames lie outside the IMU's time"));
+  const json run = readJson(copy.path() + "/run/initialization.json");
+  EXPECT_EQ(run.at("warnings").size(), 1U);
+}
+
 TEST(BrokenRecording, AnUnreadableFirstImageIsRefused) {
   const RecordingCopy copy(kFlight);
   copy.write(copy.image(0, 0), "no picture");
@@ -137,6 +197,13 @@ TEST(BrokenRecording, ShorterThanTheWindowItIsNotInitialisedAndTheReasonIsPrinte
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_THAT(result.out, HasSubstr("shorter than the window of keyframes"));
   EXPECT_THAT(readJson(out + "/initialization.json").at("attempts"), IsEmpty());
+  EXPECT_THAT(readText(out + "/trajectory.tum"), StartsWith("# T_VB, never initialised: V is"));
+  // Without gravity yaw alone aligns nothing.
+  EXPECT_EQ(readJson(out + "/initialization.json")
+                .at("trajectory_errors")
+                .at("alignment")
+                .at("rotation_deg"),
+            "SE(3)");
   const CommandResult compared = runEtalon({"compare", out});
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   EXPECT_THAT(compared.out, HasSubstr("never initialised"));

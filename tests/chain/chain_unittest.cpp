@@ -18,6 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr char kFilesOfARun[][20] = {"trajectory.tum", "initialization.json", "run.rawlog",
                                      "trajectory.png", "report.html",         "config.ini"};
@@ -96,6 +97,13 @@ TEST_P(ChainWith, InitialisesInMotionAndWritesItsResults) {
   EXPECT_LT(errors.at("velocity_mps").get<double>(), 0.1);
   EXPECT_EQ(trajectory.size(), run.at("statistics").at("stereo_frames").get<size_t>());
   EXPECT_EQ(trajectory.size(), 60U);  // 1 s to 3.95 s at 20 Hz
+
+  // What the two alignments are is said; both see the same millimetres on such a flight.
+  const json& whole = run.at("trajectory_errors");
+  EXPECT_EQ(whole.at("alignment").at("position_m"), "SE(3)");
+  EXPECT_EQ(whole.at("alignment").at("rotation_deg"), "yaw and position");
+  EXPECT_LT(whole.at("position_m").at("rmse").get<double>(), 0.01);
+  EXPECT_THAT(readText(run_folder + "/trajectory.tum"), StartsWith("# T_WB: timestamp[s]"));
 
   const cv::Mat picture = cv::imread(run_folder + "/trajectory.png");
   EXPECT_GE(picture.cols, 300);
@@ -195,6 +203,14 @@ TEST(Chain, AutoStartsAtRestAndHandsOverInMotion) {
   EXPECT_EQ(attempts.back().at("status"), "success");
   // A jump at the handover would be an error of the whole trajectory: it is 1 mm on such a flight.
   EXPECT_LT(run.at("trajectory_errors").at("position_m").at("max").get<double>(), 0.01);
+}
+
+TEST(Scripts, RefuseArgumentsThatTheyDoNotKnow) {
+  for (const char* script : {"/demo.sh", "/build.sh", "/test.sh", "/lint.sh"}) {
+    const CommandResult result = runProgram(std::string(ETALON_SCRIPTS) + script, {"--help"});
+    EXPECT_EQ(result.exit_code, 2) << script << result.out;
+    EXPECT_THAT(result.err, HasSubstr("unknown argument '--help'")) << script;
+  }
 }
 
 TEST(Chain, RawlogEditReadsTheLogOfARun) {

@@ -54,6 +54,9 @@ TEST(ReplayUsage, SaysFileLineSectionKeyAndValueOfAWrongConfiguration) {
        ":2: ", "[pipeline] keyframe_rate_hz = '4,5': expected a finite number"},
       {"[eta]\n\nlandmarks = fixd\n", ":3: ", "[eta] landmarks = 'fixd': expected one of fixed"},
       {"[eta]\nlandmark = fixed\n", ":2: ", "did you mean 'landmarks'?"},
+      {"[eta]\nprior_gyro = 1\n", ":2: ", "did you mean 'prior_gyro_information'?"},
+      {"[pipeline]\nkeyframes = 10 ; of mine\n",
+       ":2: ", "with ' //', one with ';' needs a line of its own"},
       // Also of the plugin that is not chosen.
       {"[orbslam3_inertial_only]\nnonsense = 1\n", ":2: ", "nonsense = '1': expected a known key"},
       {"[pipeline]\nkeyframes = 10\nkeyframes = 11\n", ":3: ", "expected each key once"},
@@ -129,6 +132,10 @@ TEST(ReplayUsage, RefusesPluginsThatCannotBeLoaded) {
                  {"wrong_abi", "version 999"}});
   expectRefused({{"--initializer", tests + "/undefined_symbol/undefined_symbol.so"},
                  {"functionThatNobodyDefines"}});
+}
+
+TEST(ReplayUsage, RefusesAnOptionInPlaceOfAFolder) {
+  expectRefused({{"--out", "--help"}, {"--out", "expected a path, found '--help'"}});
 }
 
 TEST(ReplayUsage, RefusesARangeThatIsNone) {

@@ -65,8 +65,13 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
 
 [[noreturn]] void failValue(const IniFile::Value& value, const std::string& section,
                             const std::string& key, const std::string& expected) {
+  const size_t comment = value.text.find_first_of(";#");
   throw ConfigError(value.origin + ": [" + section + "] " + key + " = '" + value.text +
-                    "': expected " + expected);
+                    "': expected " + expected +
+                    (comment == std::string::npos || comment == 0
+                         ? ""
+                         : "; a comment after a value begins with ' //', one with '" +
+                               value.text.substr(comment, 1) + "' needs a line of its own"));
 }
 
 /** Fails where the declaration itself is wrong: a mistake of whoever wrote the plugin or the
@@ -120,8 +125,23 @@ size_t editDistance(const std::string& a, const std::string& b) {
   return d[a.size()][b.size()];
 }
 
+/** The one candidate that begins with `word`, but for at most one edit; empty if there is none or
+ * more than one. */
+std::string continuationOf(const std::string& word, const std::vector<std::string>& candidates) {
+  constexpr size_t kShortest = 4;  // fewer letters begin anything
+  std::string found;
+  for (const std::string& candidate : candidates) {
+    if (word.size() < kShortest || candidate.size() <= word.size()) continue;
+    if (editDistance(word, candidate.substr(0, word.size())) > 1) continue;
+    if (!found.empty()) return "";
+    found = candidate;
+  }
+  return found;
+}
+
 std::string didYouMean(const std::string& word, const std::vector<std::string>& known) {
-  const std::string nearest = nearestWord(word, known);
+  std::string nearest = nearestWord(word, known);
+  if (nearest.empty()) nearest = continuationOf(word, known);
   if (!nearest.empty()) return " (did you mean '" + nearest + "'?)";
   return known.empty() ? "" : " (known: " + joined(known, ", ") + ")";
 }

@@ -11,6 +11,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/tum_file.h"
 
 namespace etalon {
 
@@ -43,9 +44,13 @@ std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) cons
 }
 
 void writeTum(const std::string& path, const Trajectory& trajectory) {
+  writeTum(path, trajectory, "T_WB");
+}
+
+void writeTum(const std::string& path, const Trajectory& trajectory, const std::string& frames) {
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (!file) throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
-  std::fprintf(file, "# T_WB: timestamp[s] x y z[m] qx qy qz qw\n");
+  std::fprintf(file, "# %s: timestamp[s] x y z[m] qx qy qz qw\n", frames.c_str());
   for (const StampedPose& pose : trajectory) {
     const Eigen::Quaterniond q = Eigen::Quaterniond(pose.T_WB.R).normalized();
     const Eigen::Vector3d& p = pose.T_WB.t;

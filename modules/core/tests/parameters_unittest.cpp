@@ -16,6 +16,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 /** What `action` throws as ConfigError, or a text that no expectation matches. */
 template <typename Action>
@@ -174,6 +175,26 @@ TEST(ParameterSet, RefusesUnknownKeysAndChoicesNamingTheNearest) {
   EXPECT_THAT(readError("zzz = 1"), AllOf(HasSubstr("known: sigma_px, iterations")));
   EXPECT_THAT(readError("variant = papr"),
               AllOf(HasSubstr("one of paper, fusion"), HasSubstr("did you mean 'paper'?")));
+}
+
+TEST(ParameterSet, TakesTheBeginningOfOneKeyForItButNotOfTwo) {
+  int all = 0, some = 0;
+  ParameterSet set("solver");
+  set.add("prior_gyro_information", &all, {0, 9}, "");
+  set.add("window_first_keyframe", &some, {0, 9}, "");
+  set.add("window_last_keyframe", &some, {0, 9}, "");
+  const auto message = [&set](const std::string& line) {
+    return errorOf([&] { set.read(IniFile::fromText("[solver]\n" + line + "\n", "a.ini")); });
+  };
+  EXPECT_THAT(message("prior_gyro = 1"), HasSubstr("did you mean 'prior_gyro_information'?"));
+  EXPECT_THAT(message("window_ = 1"), HasSubstr("known: "));
+  EXPECT_THAT(message("pri = 1"), HasSubstr("known: "));
+}
+
+TEST(ParameterSet, SaysThatACommentNeedsALineOfItsOwn) {
+  EXPECT_THAT(readError("iterations = 10 ; many"), HasSubstr("';' needs a line of its own"));
+  EXPECT_THAT(readError("iterations = 10 # many"), HasSubstr("'#' needs a line of its own"));
+  EXPECT_THAT(readError("iterations = x"), Not(HasSubstr("line of its own")));
 }
 
 TEST(ParameterSet, ReadsNumbersAlikeInEveryLocale) {

@@ -9,6 +9,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/tum_file.h"
 
 namespace etalon {
 namespace {
@@ -148,6 +149,15 @@ TEST_F(Tum, WritesTheDocumentedColumns) {
   EXPECT_EQ(line,
             "5.000000042 1.000000000 -2.000000000 3.000000000 "
             "0.000000000 0.000000000 0.707106781 0.707106781");
+}
+
+TEST_F(Tum, SaysWhichPosesTheyAre) {
+  writeTum(path(), Trajectory(1), "T_VB, V somewhere");
+  std::ifstream file(path());
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(line, "# T_VB, V somewhere: timestamp[s] x y z[m] qx qy qz qw");
+  EXPECT_EQ(readTum(path()).size(), 1u);
 }
 
 TEST_F(Tum, ReadsWhatOtherToolsWrite) {

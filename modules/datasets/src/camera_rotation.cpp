@@ -115,7 +115,12 @@ std::vector<size_t> chooseBlocks(const RecordedSource& source, size_t block, siz
 
 }  // namespace
 
-std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t max_frames) {
+std::string describe(const FrameLoader::Result& loaded) {
+  return loaded.problem.empty() ? std::string() : loaded.file + ": " + loaded.problem;
+}
+
+std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t max_frames,
+                                                ImageProblems* problems) {
   const std::vector<TimeNs>& stamps = source.imageStamps();
   const size_t block =
       stamps.size() <= max_frames ? stamps.size() : std::min(kBlockFrames, max_frames);
@@ -126,7 +131,10 @@ std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t m
     size_t previous = first;
     for (size_t i = first; i < first + block; ++i) {
       const FrameLoader::Result loaded = source.loadFrame(i);
-      if (!loaded.problem.empty()) continue;
+      if (!loaded.problem.empty()) {
+        if (problems) (*problems)[i] = describe(loaded);
+        continue;
+      }
       const auto rotation = tracker.add(loaded.frame.left);
       if (rotation) steps.push_back({stamps[previous], stamps[i], *rotation});
       previous = i;

@@ -91,7 +91,8 @@ class Converter {
     index_.image_stamps.push_back(frame.t);
     ++report_.stereo_frames;
     if (options_.progress)
-      options_.progress({report_.stereo_frames, static_cast<int>(source_.imageStamps().size())});
+      options_.progress({report_.stereo_frames, static_cast<int>(source_.imageStamps().size()) -
+                                                    source_.statistics().unreadable_images});
   }
 
   SensorSource& source_;

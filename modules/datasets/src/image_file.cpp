@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -12,16 +13,46 @@ namespace etalon {
 
 namespace {
 
-/** Whether the bytes are a PNG whose end is missing: decoders would complain on the console about
- * it. */
-bool isTruncatedPng(const std::vector<unsigned char>& bytes) {
-  static constexpr unsigned char kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr unsigned char kPngSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr size_t kPngHeader = 24;  ///< signature, length and name of IHDR, width, height
+constexpr size_t kPngEnd = 64;     ///< the end chunk is looked for in so many last bytes
+
+using Bytes = std::vector<unsigned char>;
+
+bool isPng(const Bytes& start) {
+  return start.size() >= sizeof kPngSignature &&
+         std::equal(std::begin(kPngSignature), std::end(kPngSignature), start.begin());
+}
+
+/** Whether the end of a PNG is missing: decoders would complain on the console about it. */
+bool isTruncated(const Bytes& end) {
   static constexpr unsigned char kEndChunk[] = {'I', 'E', 'N', 'D'};
-  if (bytes.size() < sizeof kSignature ||
-      !std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin()))
-    return false;
-  return std::search(bytes.end() - static_cast<std::ptrdiff_t>(std::min<size_t>(bytes.size(), 64)),
-                     bytes.end(), std::begin(kEndChunk), std::end(kEndChunk)) == bytes.end();
+  return std::search(end.end() - static_cast<std::ptrdiff_t>(std::min(end.size(), kPngEnd)),
+                     end.end(), std::begin(kEndChunk), std::end(kEndChunk)) == end.end();
+}
+
+constexpr const char* kNoFile = "there is no such image file";
+constexpr const char* kEmpty = "the image file is empty";
+constexpr const char* kTruncated = "the PNG file is truncated (its end chunk is missing)";
+constexpr const char* kUndecodable = "the file cannot be decoded; expected a PNG image";
+
+std::string unreadable() {
+  return std::string("the image file cannot be read: ") + std::strerror(errno);
+}
+
+/** What is wrong with the size; empty if nothing. */
+std::string checkSize(std::int64_t width, std::int64_t height, const PinholeRadtan& camera) {
+  if (width == camera.width && height == camera.height) return {};
+  return "expected an image of " + std::to_string(camera.width) + "x" +
+         std::to_string(camera.height) + " pixels as calibrated, found " + std::to_string(width) +
+         "x" + std::to_string(height);
+}
+
+/** Four bytes, the greatest first. */
+std::int64_t bigEndian(const Bytes& bytes, size_t at) {
+  std::int64_t value = 0;
+  for (size_t i = at; i < at + 4; ++i) value = 256 * value + bytes[i];
+  return value;
 }
 
 }  // namespace
@@ -30,26 +61,26 @@ cv::Mat readGrayImage(const std::string& path, std::string* problem) {
   problem->clear();
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    *problem = "there is no such image file";
+    *problem = kNoFile;
     return {};
   }
   std::ifstream in(path, std::ios::binary);
-  std::vector<unsigned char> bytes;
+  Bytes bytes;
   if (in) {
     const auto size = std::filesystem::file_size(path, error);
     if (!error) bytes.resize(size);
     in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   }
   if (!in || error) {
-    *problem = std::string("the image file cannot be read: ") + std::strerror(errno);
+    *problem = unreadable();
     return {};
   }
   if (bytes.empty()) {
-    *problem = "the image file is empty";
+    *problem = kEmpty;
     return {};
   }
-  if (isTruncatedPng(bytes)) {
-    *problem = "the PNG file is truncated (its end chunk is missing)";
+  if (isPng(bytes) && isTruncated(bytes)) {
+    *problem = kTruncated;
     return {};
   }
   cv::Mat image;
@@ -58,18 +89,35 @@ cv::Mat readGrayImage(const std::string& path, std::string* problem) {
   } catch (const cv::Exception& e) {
     image.release();
   }
-  if (image.empty()) *problem = "the file cannot be decoded; expected a PNG image";
+  if (image.empty()) *problem = kUndecodable;
   return image;
+}
+
+std::string checkImageFile(const std::string& path, const PinholeRadtan& camera) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return kNoFile;
+  const auto size = static_cast<size_t>(std::filesystem::file_size(path, error));
+  if (error) return unreadable();
+  if (size == 0) return kEmpty;
+  std::ifstream in(path, std::ios::binary);
+  const auto read = [&in](size_t from, size_t count) {
+    Bytes bytes(count);
+    in.seekg(static_cast<std::streamoff>(from));
+    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
+    return bytes;
+  };
+  const Bytes start = read(0, std::min(size, kPngHeader));
+  const Bytes end = read(size - std::min(size, kPngEnd), std::min(size, kPngEnd));
+  if (!in) return unreadable();
+  if (!isPng(start)) return cv::haveImageReader(path) ? std::string() : kUndecodable;
+  if (size < kPngHeader || isTruncated(end)) return kTruncated;
+  return checkSize(bigEndian(start, 16), bigEndian(start, 20), camera);
 }
 
 std::string checkImage(const cv::Mat& image, const PinholeRadtan& camera) {
   if (image.empty()) return "the image is empty";
   if (image.type() != CV_8UC1) return "expected an 8-bit gray image";
-  if (image.cols != camera.width || image.rows != camera.height)
-    return "expected an image of " + std::to_string(camera.width) + "x" +
-           std::to_string(camera.height) + " pixels as calibrated, found " +
-           std::to_string(image.cols) + "x" + std::to_string(image.rows);
-  return {};
+  return checkSize(image.cols, image.rows, camera);
 }
 
 }  // namespace etalon

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <tuple>
 
 #include "etalon/core/errors.h"
+#include "image_file.h"
 
 namespace etalon {
 
@@ -32,6 +35,7 @@ RecordedSource::RecordedSource(Recording recording, std::unique_ptr<FrameLoader>
   for (const std::string& sentence : recording_.warnings) warn(sentence);
   selectRange();
   countUnpaired();
+  countOutsideImu();
 }
 
 void RecordedSource::selectRange() {
@@ -71,6 +75,21 @@ void RecordedSource::countUnpaired() {
   statistics_.unpaired_right = count(recording_.unpaired_right);
 }
 
+void RecordedSource::countOutsideImu() {
+  const std::vector<TimeNs>& stamps = recording_.image_stamps;
+  const TimeNs first = recording_.imu.front().t, last = recording_.imu.back().t;
+  for (size_t i = frame_; i < frame_end_; ++i)
+    if (stamps[i] < first || stamps[i] > last) ++statistics_.outside_imu;
+  if (statistics_.outside_imu == 0) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                ": %d of %zu stereo frames lie outside the IMU's time, %.2f to %.2f s after the "
+                "first image: they are used without IMU; are the clocks the same?",
+                statistics_.outside_imu, frame_end_ - frame_, secondsBetween(stamps.front(), first),
+                secondsBetween(stamps.front(), last));
+  warn(recording_.name + text);
+}
+
 void RecordedSource::warn(const std::string& sentence) {
   if (statistics_.warnings.size() < ReadStatistics::kMaxWarnings)
     statistics_.warnings.push_back(sentence);
@@ -89,8 +108,24 @@ std::optional<SensorEvent> RecordedSource::next() {
   }
 }
 
+FrameLoader::Result RecordedSource::checkFrame(size_t index) const {
+  FrameLoader::Result result;
+  result.frame.t = recording_.image_stamps[index];
+  std::tie(result.frame.left_path, result.frame.right_path) = loader_->paths(index);
+  const std::string* const paths[] = {&result.frame.left_path, &result.frame.right_path};
+  for (size_t c = 0; c < 2 && result.problem.empty(); ++c) {
+    if (paths[c]->empty()) continue;
+    result.file = *paths[c];
+    result.problem = checkImageFile(result.file, recording_.calibration.cameras[c].model);
+  }
+  return result;
+}
+
 std::optional<StereoFrame> RecordedSource::nextFrame() {
-  FrameLoader::Result result = loader_->load(frame_++, options_.decode_images);
+  const bool check_only = !options_.decode_images && options_.check_images;
+  FrameLoader::Result result =
+      check_only ? checkFrame(frame_) : loader_->load(frame_, options_.decode_images);
+  ++frame_;
   if (result.problem.empty()) {
     ++statistics_.stereo_frames;
     return std::move(result.frame);
@@ -98,7 +133,7 @@ std::optional<StereoFrame> RecordedSource::nextFrame() {
   if (statistics_.stereo_frames == 0)
     throw DataError(result.file, 0, result.problem + " (first image of the run)");
   ++statistics_.unreadable_images;
-  warn(result.file + ": skipped: " + result.problem);
+  warn(result.file + kSkippedMark + result.problem);
   return std::nullopt;
 }
 

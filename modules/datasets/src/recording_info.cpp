@@ -58,9 +58,33 @@ double quietestNoise(const std::vector<ImuSample>& imu, double rate_hz,
 /** Well above the 2 to 3 deg that a few seconds of motion leave open. */
 constexpr double kMaxRotationErrorDeg = 20.0;
 
+/** Real motion tracked in real images lies above 0.9. */
+constexpr double kPoorCorrelation = 0.8;
+/** Spread of the gyro's rotations from image to image that images certainly show: vision errs by 1
+ * to 3 mrad. */
+constexpr double kTurningRad = 6e-3;
+
 class Inspector {
  public:
   Inspector(RecordedSource& source, RecordingInfo* info) : source_(source), info_(*info) {}
+
+  /** Looks at every image file's header; what decoding showed beyond that is in `decoded`. */
+  void lookAtImages(const ImageProblems& decoded) {
+    for (size_t i = 0; i < source_.imageStamps().size(); ++i) {
+      const FrameLoader::Result header = source_.checkFrame(i);
+      std::string problem = describe(header);
+      const auto found = decoded.find(i);
+      if (problem.empty() && found != decoded.end()) problem = found->second;
+      if (problem.empty()) continue;
+      if (i == 0) first_pair_ = problem;
+      std::error_code error;
+      if (!header.problem.empty() && !std::filesystem::exists(header.file, error)) {
+        ++info_.missing_images;
+      } else if (info_.unusable_images++ == 0) {
+        first_unusable_ = problem;
+      }
+    }
+  }
 
   void inspect() {
     checkStreams();
@@ -68,6 +92,7 @@ class Inspector {
     checkExtrinsics();
     checkAccelerometer();
     checkGyro();
+    checkCorrelation();
     checkNoise();
     checkTimeOffset();
   }
@@ -92,13 +117,6 @@ class Inspector {
   void checkStreams() {
     checkStream(info_.images, info_.calibration.cameras[0].rate_hz, "images");
     checkStream(info_.imu, info_.calibration.imu.rate_hz, "IMU");
-    const auto& stamps = source_.imageStamps();
-    const auto outside = std::count_if(stamps.begin(), stamps.end(), [this](TimeNs t) {
-      return t < info_.imu.first || t > info_.imu.last;
-    });
-    if (outside > 0)
-      warn(format("images: %ld of %zu lie outside the IMU's time; are the clocks the same?",
-                  static_cast<long>(outside), stamps.size()));
     if (info_.ground_truth.count > 0 && (info_.ground_truth.last < info_.images.first ||
                                          info_.ground_truth.first > info_.images.last))
       warn("ground truth: its time does not overlap that of the images; are the clocks the same?");
@@ -108,6 +126,11 @@ class Inspector {
     if (info_.missing_images > 0)
       warn(format("images: the files of %d of %zu pairs do not exist", info_.missing_images,
                   info_.images.count));
+    if (info_.unusable_images > 0)
+      warn(format("images: %d of %zu pairs cannot be used, the first because of ",
+                  info_.unusable_images, info_.images.count) +
+           first_unusable_);
+    if (!first_pair_.empty()) warn("images: no run can start at the first pair: " + first_pair_);
   }
 
   void checkExtrinsics() {
@@ -172,6 +195,22 @@ class Inspector {
                  typical, largest));
   }
 
+  /** Gyro and camera turn, but not alike: neither units nor extrinsics nor a time offset do that.
+   */
+  void checkCorrelation() {
+    const TimeOffsetEstimate& offset = info_.time_offset;
+    if (!offset.estimated || offset.correlation >= kPoorCorrelation ||
+        offset.gyro_spread_rad < kTurningRad)
+      return;
+    const bool mirrored = offset.correlation_mirrored > offset.correlation + 0.1;
+    warn(format("IMU: the gyro turns, but not as the images do (correlation %.3f); %s",
+                offset.correlation,
+                mirrored ? format("with one axis of the gyro inverted it is %.3f: is a sign wrong?",
+                                  offset.correlation_mirrored)
+                               .c_str()
+                         : "are axes exchanged or scaled, or do the streams belong together?"));
+  }
+
   void checkNoise() {
     const ImuNoiseDensities& noise = info_.calibration.imu.noise;
     // Continuous-time densities of MEMS sensors lie between 1e-5 and 1e-3 rad/s/sqrt(Hz), 1e-4 and
@@ -224,19 +263,8 @@ class Inspector {
 
   RecordedSource& source_;
   RecordingInfo& info_;
+  std::string first_unusable_, first_pair_;  ///< what is wrong with them; empty if nothing
 };
-
-int countMissingImages(RecordedSource& source) {
-  int missing = 0;
-  for (size_t i = 0; i < source.imageStamps().size(); ++i) {
-    const auto [left, right] = source.framePaths(i);
-    std::error_code error;
-    if ((!left.empty() && !std::filesystem::is_regular_file(left, error)) ||
-        (!right.empty() && !std::filesystem::is_regular_file(right, error)))
-      ++missing;
-  }
-  return missing;
-}
 
 }  // namespace
 
@@ -272,17 +300,23 @@ RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& optio
   info.ground_truth_biases = source.groundTruth().has_biases;
   info.unpaired_left = source.statistics().unpaired_left;
   info.unpaired_right = source.statistics().unpaired_right;
-  info.missing_images = countMissingImages(source);
   Eigen::Vector3d::Scalar norms = 0;
   for (const ImuSample& sample : source.imuSamples()) norms += sample.accel.norm();
   info.mean_accel_norm = norms / static_cast<double>(source.imuSamples().size());
-  if (options.max_frames > 0)
-    info.time_offset = estimateTimeOffset(measureCameraRotation(source, options.max_frames),
-                                          source.imuSamples(), options.max_offset_s);
-  else
+  ImageProblems problems;
+  if (options.max_frames > 0) {
+    const FrameLoader::Result first = source.loadFrame(0);  // what every run begins with
+    if (!first.problem.empty()) problems[0] = describe(first);
+    info.time_offset =
+        estimateTimeOffset(measureCameraRotation(source, options.max_frames, &problems),
+                           source.imuSamples(), options.max_offset_s);
+  } else {
     info.time_offset.reason = "not asked for";
+  }
   info.warnings = source.statistics().warnings;
-  Inspector(source, &info).inspect();
+  Inspector inspector(source, &info);
+  inspector.lookAtImages(problems);
+  inspector.inspect();
   return info;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "etalon/core/so3.h"
 
@@ -21,6 +22,10 @@ constexpr double kMinAngleSpread = 3e-3;  // rad
 /** With less than this share of the rotation about a second axis, the axes cannot be told apart. */
 constexpr double kMinSecondAxis = 0.1;
 constexpr double kStepS = 2.5e-3;
+/** What an offset must add to the correlation, and how many of its standard deviations it must
+ * have: errors of the camera's rotations that go with the motion shift the peak without gain. */
+constexpr double kMinGain = 5e-3;
+constexpr double kMinSigmas = 3.0;
 
 /** Integral of the gyro's rates from the first sample on, at any time in between. */
 class GyroIntegral {
@@ -52,7 +57,7 @@ class GyroIntegral {
 };
 
 struct Comparison {
-  double correlation = -2, scale = 0, spread = 0;
+  double correlation = -2, mirrored = -2, scale = 0, spread = 0, gyro_spread = 0;
   Eigen::Matrix3d R_CB = Eigen::Matrix3d::Identity();
   double second_axis =
       0;  ///< correlation carried by the second axis of rotation over that of the first
@@ -83,7 +88,10 @@ Comparison compare(const std::vector<RotationStep>& steps, const GyroIntegral& g
   const Eigen::Vector3d axes =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(aligned, Eigen::EigenvaluesOnly).eigenvalues();
   result.second_axis = axes[1] / axes[2];
+  // Of all reflections: the nearest rotation to -M, turned back.
+  result.mirrored = -(nearestRotation(-M).transpose() * M).trace() / std::sqrt(cc * gg);
   result.spread = std::sqrt(cc / result.steps);
+  result.gyro_spread = std::sqrt(gg / result.steps);
   result.scale = std::sqrt(gg / cc);
   return result;
 }
@@ -92,6 +100,17 @@ Comparison compare(const std::vector<RotationStep>& steps, const GyroIntegral& g
 double vertex(double left, double middle, double right) {
   const double curvature = left - 2 * middle + right;
   return curvature < 0 ? 0.5 * (left - right) / curvature : 0.0;
+}
+
+/**
+ * Standard deviation of the offset, in steps, from three correlations around the peak: the camera's
+ * residual is (1 - c^2) of its 3 n components' power, and what a shift changes is the power times
+ * the curvature of c.
+ */
+double sigmaOfPeak(double left, double middle, double right, int n) {
+  const double curvature = left - 2 * middle + right;
+  if (!(curvature < 0) || !(middle > 0) || n < 1) return std::numeric_limits<double>::infinity();
+  return std::sqrt(std::max(0.0, 1 - middle * middle) / (-3.0 * n * middle * curvature));
 }
 
 /** Highest local maximum other than the one at `peak`. */
@@ -114,6 +133,11 @@ void judge(TimeOffsetEstimate* estimate, bool at_edge) {
 }
 
 }  // namespace
+
+bool TimeOffsetEstimate::discernible() const {
+  return clear && correlation - correlation_at_zero > kMinGain &&
+         std::abs(offset_s) > kMinSigmas * sigma_s;
+}
 
 TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
                                       const std::vector<ImuSample>& imu, double max_offset_s) {
@@ -147,6 +171,14 @@ TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
   const double fraction =
       at_edge ? 0 : vertex(correlations[peak - 1], correlations[peak], correlations[peak + 1]);
   estimate.estimated = true;
+  estimate.sigma_s = kStepS * (at_edge ? std::numeric_limits<double>::infinity()
+                                       : sigmaOfPeak(correlations[peak - 1], correlations[peak],
+                                                     correlations[peak + 1], best.steps));
+  estimate.gyro_spread_rad = best.gyro_spread;
+  for (size_t i = 0; i < comparisons.size(); ++i)
+    if (correlations[i] > -1)
+      estimate.correlation_mirrored =
+          std::max(estimate.correlation_mirrored, comparisons[i].mirrored);
   estimate.offset_s = (static_cast<double>(peak) - half + fraction) * kStepS;
   estimate.correlation = correlations[peak];
   estimate.correlation_at_zero = correlations[static_cast<size_t>(half)];

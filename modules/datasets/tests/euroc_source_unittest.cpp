@@ -225,6 +225,51 @@ TEST_F(EurocSource, SkipsAndReportsUnreadableImages) {
   EXPECT_THAT(warnings[3], HasSubstr("truncated"));
 }
 
+TEST_F(EurocSource, HeadersShowUnusableImagesWithoutDecoding) {
+  writeText(leftImage(1), "this is no PNG");
+  cv::imwrite(leftImage(2).string(), cv::Mat(kHeight, kWidth - 1, CV_8UC1, cv::Scalar(9)));
+  fs::remove(leftImage(3));
+  const std::string png = readText(leftImage(4));
+  writeText(leftImage(4), png.substr(0, png.size() / 2));
+  writeText(leftImage(5), png.substr(0, 20));
+  SourceOptions options;
+  options.decode_images = false;
+  options.check_images = true;
+  const auto source = open(options);
+  const auto frames = framesOf(readAll(*source));
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_TRUE(frames[0].left.empty());
+  EXPECT_EQ(frames[0].left_path, leftImage(0).string());
+  EXPECT_EQ(source->statistics().unreadable_images, 5);
+  const auto& warnings = source->statistics().warnings;
+  ASSERT_EQ(warnings.size(), 5u);
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr(leftImage(1).string()), HasSubstr("expected a PNG")));
+  EXPECT_THAT(warnings[1], AllOf(HasSubstr("64x48"), HasSubstr("found 63x48")));
+  EXPECT_THAT(warnings[2], HasSubstr("no such image"));
+  EXPECT_THAT(warnings[3], HasSubstr("truncated"));
+  EXPECT_THAT(warnings[4], HasSubstr("truncated"));
+  fs::remove(leftImage(0));
+  EXPECT_THAT(dataErrorOf([&] { readAll(*open(options)); }), HasSubstr("first image"));
+}
+
+TEST_F(EurocSource, CountsTheImagesOutsideTheImusTime) {
+  const auto file = mav0("imu0/data.csv");
+  std::string text = readText(file);
+  // The sample of the fourth image, 150 ms after the first, is the last.
+  const std::string last = "\n" + std::to_string(kFirstStamp + 150'000'000LL + 30 % 7) + ",";
+  const size_t at = text.find(last);
+  ASSERT_NE(at, std::string::npos);
+  writeText(file, text.substr(0, text.find('\n', at + 1) + 1));
+  const auto source = open();
+  EXPECT_EQ(source->statistics().outside_imu, 3);  // the fourth one's stamp is 19 ns later
+  EXPECT_THAT(source->statistics().warnings,
+              ::testing::ElementsAre(AllOf(HasSubstr("3 of 6 stereo frames lie outside the IMU"),
+                                           HasSubstr("0.15 s after the first image"))));
+  SourceOptions options;
+  options.to_s = 0.12;
+  EXPECT_EQ(open(options)->statistics().outside_imu, 0);
+}
+
 TEST_F(EurocSource, AnUnreadableFirstImageIsAnError) {
   writeText(leftImage(0), "");
   const auto source = open();

@@ -69,6 +69,45 @@ TEST(TimeOffset, DoesNotDependOnTheGyrosUnit) {
   EXPECT_NEAR(estimate.gyro_scale, 57.3, 1.5);
 }
 
+TEST(TimeOffset, ItsStandardDeviationIsThatOfTheErrors) {
+  // Over many draws of noise the offsets scatter as much as each estimate says.
+  const std::vector<ImuSample> imu = exampleImu(1.0);
+  const std::vector<RotationStep> exact = exampleSteps(0.0, 0.0);
+  double squares = 0, sigmas = 0;
+  constexpr int kDraws = 60;
+  std::mt19937 generator(8);
+  std::normal_distribution<double> noise(0, 4e-3);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    std::vector<RotationStep> steps = exact;
+    for (RotationStep& step : steps)
+      for (int k = 0; k < 3; ++k) step.rotation[k] += noise(generator);
+    const auto estimate = estimateTimeOffset(steps, imu, 0.2);
+    ASSERT_TRUE(estimate.clear) << estimate.reason;
+    squares += estimate.offset_s * estimate.offset_s;
+    sigmas += estimate.sigma_s;
+  }
+  const double ratio = std::sqrt(squares / kDraws) / (sigmas / kDraws);
+  EXPECT_GT(ratio, 0.7);  // 60 draws leave 9 %
+  EXPECT_LT(ratio, 1.4);
+}
+
+TEST(TimeOffset, IsDiscernibleOnlyIfItExplainsMoreThanNone) {
+  EXPECT_TRUE(estimateTimeOffset(exampleSteps(0.06, 1e-3), exampleImu(1.0), 0.5).discernible());
+  const auto none = estimateTimeOffset(exampleSteps(0.0, 3e-3), exampleImu(1.0), 0.5);
+  EXPECT_TRUE(none.clear);
+  EXPECT_FALSE(none.discernible()) << none.offset_s;
+}
+
+TEST(TimeOffset, SeesThatAnAxisIsInverted) {
+  std::vector<ImuSample> imu = exampleImu(1.0);
+  const auto sound = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3);
+  EXPECT_LT(sound.correlation_mirrored, sound.correlation - 0.1);
+  for (ImuSample& sample : imu) sample.gyro.x() = -sample.gyro.x();
+  const auto mirrored = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3);
+  EXPECT_GT(mirrored.correlation_mirrored, 0.95);
+  EXPECT_LT(mirrored.correlation, 0.9);
+}
+
 TEST(TimeOffset, IsNotClearForRepetitiveMotion) {
   std::vector<ImuSample> imu = exampleImu(1.0);
   for (ImuSample& sample : imu)
@@ -186,6 +225,24 @@ TEST_F(RecordingInfoOfFolder, GapsRatesAndMissingFilesAreNoticed) {
                                 Contains(HasSubstr("1 of 6 pairs do not exist"))));
   writeImu(1.0, 9.81, 100);
   EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("says 200 Hz"), HasSubstr("say 100 Hz"))));
+}
+
+TEST_F(RecordingInfoOfFolder, ImagesThatReplayRefusesAreNoticed) {
+  const auto image = folder / ("mav0/cam0/data/" + std::to_string(frameStamp(0)) + ".png");
+  const std::string png = readText(image);
+  writeText(image, "this is no PNG");
+  EXPECT_THAT(warnings(),
+              AllOf(Contains(AllOf(HasSubstr("1 of 6 pairs cannot be used"), HasSubstr(image))),
+                    Contains(AllOf(HasSubstr("no run can start"), HasSubstr("expected a PNG")))));
+  // The header is sound: decoding alone shows what is wrong.
+  std::string spoilt = png;
+  for (size_t i = 60; i < png.size() - 60; ++i) spoilt[i] = 'x';
+  writeText(image, spoilt);
+  EXPECT_THAT(warnings(), Contains(HasSubstr("no run can start")));
+  writeText(image, png);
+  replaceInFile(folder / "mav0/cam1/sensor.yaml", "resolution: [64, 48]", "resolution: [48, 64]");
+  EXPECT_THAT(warnings(), AllOf(Contains(HasSubstr("6 of 6 pairs cannot be used")),
+                                Contains(HasSubstr("found 64x48"))));
 }
 
 TEST_F(RecordingInfoOfFolder, ImagesOutsideTheImusTimeAreNoticed) {

@@ -160,6 +160,8 @@ std::string toJson(const RunRecord& record) {
   json["statistics"] = statisticsJson(record.statistics);
   json["warnings"] = record.warnings;
   if (record.trajectory_errors) {
+    const char* const rotation = record.initialized_at ? "yaw and position" : "SE(3)";
+    json["trajectory_errors"]["alignment"] = {{"position_m", "SE(3)"}, {"rotation_deg", rotation}};
     json["trajectory_errors"]["position_m"] =
         errorStatisticsJson(record.trajectory_errors->position_m);
     json["trajectory_errors"]["rotation_deg"] =

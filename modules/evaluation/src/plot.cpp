@@ -162,13 +162,27 @@ class TrajectoryPlot {
     return text;
   }
 
+  /** What precedes the errors, as a part of a heading. */
+  std::string alignmentName() const {
+    if (!options_.alignment) return "not aligned";
+    switch (*options_.alignment) {
+      case AlignmentType::kSE3:
+        return "SE(3)-aligned";
+      case AlignmentType::kSim3:
+        return "Sim(3)-aligned";
+      case AlignmentType::kYawPosition:
+        return "yaw and position aligned";
+    }
+    return "";
+  }
+
   Series positionError() const {
     Series series{"", "position error [m]", {}, {}, true};
     for (const PoseError& e : errors_) {
       series.time_s.push_back(secondsAt(e.t));
       series.value.push_back(e.position_m);
     }
-    series.heading = headingOf("Position error", "m", series.value);
+    series.heading = headingOf("Position error, " + alignmentName(), "m", series.value);
     return series;
   }
 
@@ -178,7 +192,7 @@ class TrajectoryPlot {
       series.time_s.push_back(secondsAt(e.t));
       series.value.push_back(e.rotation_deg);
     }
-    series.heading = headingOf("Rotation error", "deg", series.value);
+    series.heading = headingOf("Rotation error, " + alignmentName(), "deg", series.value);
     return series;
   }
 

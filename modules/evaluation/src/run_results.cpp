@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/tum_file.h"
 #include "etalon/evaluation/attempt_record.h"
 #include "etalon/evaluation/plot.h"
 #include "etalon/evaluation/report.h"
@@ -12,6 +13,9 @@
 namespace etalon {
 
 namespace {
+
+constexpr char kTumFramesNeverInitialised[] =
+    "T_VB, never initialised: V is the body's frame at the first image, not aligned with gravity";
 
 RunStatistics statisticsOf(const FinishedRun& run) {
   RunStatistics s;
@@ -29,6 +33,23 @@ RunStatistics statisticsOf(const FinishedRun& run) {
     frame_ms.push_back(t.frontend_ms + t.odometry_ms);
   s.frame_median_ms = median(frame_ms);
   return s;
+}
+
+/** Before initialisation the odometry's frame is not aligned with gravity: yaw alone aligns
+ * nothing. */
+AlignmentType rotationAlignment(const RunRecord& record) {
+  return record.initialized_at ? AlignmentType::kYawPosition : AlignmentType::kSE3;
+}
+
+/** Positions after alignment in SE(3), the usual ATE. An alignment of positions says little of the
+ * rotation where the path is short: rotations after the one that the picture shows. */
+TrajectoryErrors trajectoryErrorsOf(const RunRecord& record, const Trajectory& trajectory,
+                                    const GroundTruth& truth) {
+  TrajectoryErrors errors = absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kSE3);
+  if (record.initialized_at)
+    errors.rotation_deg =
+        absoluteTrajectoryErrors(trajectory, truth, rotationAlignment(record)).rotation_deg;
+  return errors;
 }
 
 }  // namespace
@@ -52,8 +73,7 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   record.statistics = statisticsOf(run);
   record.warnings = run.source.statistics().warnings;
   if (!ground_truth.empty() && !run.pipeline.trajectory().empty())
-    record.trajectory_errors =
-        absoluteTrajectoryErrors(run.pipeline.trajectory(), ground_truth, AlignmentType::kSE3);
+    record.trajectory_errors = trajectoryErrorsOf(record, run.pipeline.trajectory(), ground_truth);
   return record;
 }
 
@@ -66,7 +86,8 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   std::vector<std::string> files = {path("trajectory.tum"), path("initialization.json"),
                                     path(kRunLogName),      path("trajectory.png"),
                                     path("report.html"),    path("config.ini")};
-  writeTum(files[0], run.pipeline.trajectory());
+  writeTum(files[0], run.pipeline.trajectory(),
+           record.initialized_at ? "T_WB" : kTumFramesNeverInitialised);
   writeInitializationJson(files[1], record);
   RunLog log;
   log.record = record;
@@ -78,6 +99,7 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   TrajectoryPlotOptions plot;
   plot.title = std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
   plot.initialized_at = record.initialized_at;
+  plot.alignment = rotationAlignment(record);
   drawTrajectoryPlot(files[3], run.pipeline.trajectory(), run.source.groundTruth(), plot);
   writeText(files[4], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
   writeText(files[5], run.configuration.effective_ini);

@@ -60,6 +60,10 @@ class RecordedSource : public SensorSource {
    * from call to call. */
   FrameLoader::Result loadFrame(size_t index) { return loader_->load(index, true); }
 
+  /** What is wrong with the image files of pair number `index`, as far as their headers show it;
+   * the frame of the result has no images. Any index, at any time. */
+  FrameLoader::Result checkFrame(size_t index) const;
+
   /** The image files of pair number `index`, left and right; empty if embedded. */
   std::pair<std::string, std::string> framePaths(size_t index) const {
     return loader_->paths(index);
@@ -68,6 +72,7 @@ class RecordedSource : public SensorSource {
  private:
   void selectRange();
   void countUnpaired();
+  void countOutsideImu();
   void warn(const std::string& sentence);
   std::optional<StereoFrame> nextFrame();
 

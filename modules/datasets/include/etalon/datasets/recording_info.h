@@ -31,7 +31,10 @@ struct RecordingInfo {
   StreamSummary images, imu, ground_truth;
   bool ground_truth_velocity = false, ground_truth_biases = false;
   int unpaired_left = 0, unpaired_right = 0;
-  int missing_images = 0;      ///< pairs whose image files do not exist
+  int missing_images = 0;  ///< pairs whose image files do not exist
+  /** Pairs whose images are there, but not what the calibration says or no images; of embedded
+   * images and of what only decoding shows, those that were decoded are counted. */
+  int unusable_images = 0;
   double mean_accel_norm = 0;  ///< m/s^2, if the unit is right
   TimeOffsetEstimate time_offset;
   /** Between R_BC0 of the calibration and the one that gyro and images say; only where the offset

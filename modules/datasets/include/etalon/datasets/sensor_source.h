@@ -28,20 +28,24 @@ inline TimeNs stampOf(const SensorEvent& event) {
   return std::visit([](const auto& e) { return e.t; }, event);
 }
 
-/** What reading a recording brought to light. Counts grow while it is read; the unpaired are known
- * when it is opened. */
+/** What reading a recording brought to light. Counts grow while it is read; the unpaired and
+ * those outside the IMU's time are known when it is opened. */
 struct ReadStatistics {
   int stereo_frames = 0;  ///< delivered
   int imu_samples = 0;    ///< delivered
   int unpaired_left = 0;  ///< left images without a right one of the same stamp
   int unpaired_right = 0;
   int unreadable_images =
-      0;  ///< pairs skipped because an image could not be decoded or has another size
+      0;                ///< pairs skipped because an image could not be decoded or has another size
+  int outside_imu = 0;  ///< pairs of the range before the first or after the last IMU sample
   std::vector<std::string>
       warnings;  ///< sentences naming file and line; at most kMaxWarnings are kept
 
   static constexpr size_t kMaxWarnings = 20;
 };
+
+/** In the warning about a pair that was skipped: stands between the file and what is wrong. */
+constexpr const char* kSkippedMark = ": skipped: ";
 
 struct SourceOptions {
   /** Deliver only events with from_s <= t - t_first_image <= to_s; images outside are never opened.
@@ -50,6 +54,9 @@ struct SourceOptions {
   double to_s = 1e18;
   /** Without, StereoFrame carries stamps and paths only. */
   bool decode_images = true;
+  /** Without decoding: look at the headers of the image files, and treat pairs that cannot be used
+   * as if they had been decoded (skipped, counted, reported). */
+  bool check_images = false;
   /** IMU samples are delivered from this long before the first delivered image, s (where recorded).
    */
   double imu_lead_s = 0.05;

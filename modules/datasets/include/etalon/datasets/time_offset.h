@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,23 +23,38 @@ struct TimeOffsetEstimate {
   std::string reason;  ///< why not, or why the estimate is not clear
   bool clear = false;  ///< one high, single peak: the figures can be relied on
   double offset_s = 0;
-  double correlation = 0;          ///< of the two rotations at the peak, in [-1, 1]
-  double correlation_at_zero = 0;  ///< without offset
-  double runner_up = 0;            ///< highest other peak
+  /** Its standard deviation by the curvature of the peak, s: errors of the camera's rotations taken
+   * as independent, so a lower bound. */
+  double sigma_s = 0;
+  double correlation = 0;           ///< of the two rotations at the peak, in [-1, 1]
+  double correlation_at_zero = 0;   ///< without offset
+  double runner_up = 0;             ///< highest other peak
+  double correlation_mirrored = 0;  ///< highest one with an axis of the gyro inverted
+  double gyro_spread_rad = 0;       ///< of the gyro's rotations from image to image, at the peak
   double gyro_scale =
       0;  ///< gyro's rotation over the camera's at the peak; 57.3 for a gyro in deg/s
   /** R_CB that turns the gyro's rotations into the camera's; nothing unless they span two axes at
    * least. */
   std::optional<Eigen::Matrix3d> R_CB;
   int steps = 0;  ///< pairs of images used
+
+  /** Whether the offset explains more than none does. */
+  bool discernible() const;
 };
+
+/** By number of the pair: file and what is wrong with it. */
+using ImageProblems = std::map<size_t, std::string>;
+
+/** File and problem of a pair as a sentence; empty if there is none. */
+std::string describe(const FrameLoader::Result& loaded);
 
 /**
  * Measures the rotation between consecutive left images (KLT, essential matrix on undistorted
  * bearings) where the gyro moves most, decoding at most `max_frames` images. Images that cannot be
- * read or tracked give no step.
+ * read or tracked give no step; the former are entered in `problems` where it is given.
  */
-std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t max_frames);
+std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t max_frames,
+                                                ImageProblems* problems = nullptr);
 
 /**
  * The offset at which gyro and camera correlate best, within +-`max_offset_s`: for every offset the

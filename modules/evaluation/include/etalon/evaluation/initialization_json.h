@@ -80,7 +80,7 @@ struct RunRecord {
   std::vector<AttemptRecord> attempts;
   RunStatistics statistics;
   std::vector<std::string> warnings;
-  /** Of the whole trajectory, aligned in SE(3); where there is ground truth. */
+  /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is truth. */
   std::optional<TrajectoryErrors> trajectory_errors;
 
   /** The attempt that was accepted; null if there is none. */

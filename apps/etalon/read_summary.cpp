@@ -1,0 +1,30 @@
+#include "read_summary.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "etalon/datasets/sensor_source.h"
+
+namespace etalon::app {
+
+std::string counted(size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+void printReadProblems(int unreadable_pairs, const std::vector<std::string>& warnings) {
+  if (unreadable_pairs > 0) {
+    const auto named = std::count_if(warnings.begin(), warnings.end(), [](const std::string& w) {
+      return w.find(kSkippedMark) != std::string::npos;
+    });
+    const std::string partly =
+        named < unreadable_pairs ? " (first " + std::to_string(named) + " named)" : "";
+    std::printf("%s could not be read and %s skipped%s\n",
+                counted(static_cast<size_t>(unreadable_pairs), "stereo pair").c_str(),
+                unreadable_pairs == 1 ? "was" : "were", partly.c_str());
+    std::fflush(stdout);
+  }
+  for (const std::string& warning : warnings)
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+}
+
+}  // namespace etalon::app
