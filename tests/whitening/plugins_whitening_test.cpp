@@ -6,6 +6,7 @@
 #include "drt/imu_alignment.h"
 #include "etalon/optimization/preintegration_residual.h"
 #include "joint_closed_form/closed_form_motion.h"
+#include "joint_closed_form/track_information.h"
 #include "noisy_window.h"
 #include "statistics.h"
 
@@ -149,6 +150,35 @@ TEST(ClosedFormMotion, BiasJacobianAgreesWithDifferences) {
       EXPECT_LT((numerical - at.nodes[k].bias.col(a)).norm(), 1e-3 * (1.0 + numerical.norm()));
     }
   }
+}
+
+/** To first order: rows that are linear in the landmark hold a noisy pixel as a factor, and with it
+ * a bias of second order; with 0.3 px NEES is 1.3 times its expectation. */
+TEST(TrackInformation, PosesErrAsTheInformationSaysWhereNoiseIsSmall) {
+  ChiSquare errors;
+  for (int run = 0; run < 30; ++run) {
+    SyntheticWindowOptions options = withTracks(run, 0.05, 100);
+    options.motion = Motion::kGentle;
+    options.keyframes = 5;
+    const NoisyWindow w(options);
+    const VisualWindow window = w.visual(0.05);
+    plugins::TrackInformation tracks(window, 1e3);  // so wide that every weight is one
+    std::vector<SE3> T_VB = w.T_VB;
+    tracks.start(plugins::stereoPoints(window, 1e9), T_VB);
+    for (int pass = 0; pass < 6; ++pass) {  // Gauss-Newton, as the depths change
+      for (int i = 0; i < 3; ++i) tracks.triangulate(T_VB);
+      tracks.linearize(T_VB);
+      const VectorXd y = tracks.S().ldlt().solve(tracks.s());
+      for (size_t k = 1; k < T_VB.size(); ++k) {
+        const Index i = 6 * (static_cast<Index>(k) - 1);
+        T_VB[k].R = nearestRotation(T_VB[k].R * expSO3(y.segment<3>(i)));
+        T_VB[k].t += y.segment<3>(i + 3);
+      }
+    }
+    const VectorXd e = poseErrors(T_VB, w.T_VB);
+    errors.add(e.dot(tracks.S() * e), static_cast<double>(e.size()));
+  }
+  expectConsistent(errors);
 }
 
 }  // namespace
