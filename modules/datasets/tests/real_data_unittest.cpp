@@ -1,4 +1,4 @@
-// What only real recordings show. Registered where ../shared/euroc is present.
+// What only real recordings show. Registered where ETALON_REAL_DATA holds them.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

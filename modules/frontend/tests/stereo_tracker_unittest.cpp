@@ -269,6 +269,28 @@ TEST(StereoTracker, DropsWhatMovesOtherwise) {
   EXPECT_GT(all_after, 100U);
 }
 
+TEST(StereoTracker, RefusesRightPixelsOffTheirEpipolarLine) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  const auto [left, right] = wall.pair(SE3());
+  // Epipolar lines are nearly horizontal: a right image 2.5 px lower is 2.5 px off them. The
+  // patches are found all the same, within the alignment's reach of 4 px.
+  cv::Mat lowered;
+  const cv::Mat shift = (cv::Mat_<double>(2, 3) << 1, 0, 0, 0, 1, 2.5);
+  cv::warpAffine(right, lowered, shift, right.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  const auto withStereo = [&](const cv::Mat& right_image, double epipolar_px) {
+    StereoTrackerOptions options;
+    options.epipolar_px = epipolar_px;
+    StereoTracker tracker(rig, options);
+    tracker.track(0, left, right_image, Eigen::Matrix3d::Identity());
+    return tracker.statistics().with_stereo;
+  };
+  const double px = StereoTrackerOptions().epipolar_px;
+  EXPECT_GT(withStereo(right, px), 100);
+  EXPECT_LE(withStereo(lowered, px), 2);
+  EXPECT_GT(withStereo(lowered, 10.0), 50);  // so it is this check that refuses them
+}
+
 TEST(StereoTrackerOptions, AreAllDeclared) {
   StereoTrackerOptions options;
   ParameterSet parameters("frontend");

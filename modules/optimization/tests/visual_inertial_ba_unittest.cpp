@@ -116,6 +116,123 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
   EXPECT_NEAR(nees / runs, 11.0, 2.58 * std::sqrt(2.0 * 11.0 / runs));
 }
 
+/** Starts from no bias at all, the truth being `bias`; the IMU is integrated there. */
+ViCase unaware(SyntheticWindowOptions options, const ImuBias& bias) {
+  options.bias = bias;
+  ViCase c(options, 1.0);
+  c.synthetic.bias = ImuBias();
+  for (Preintegration& p : c.preintegrations) p = p.reintegrated(ImuBias());
+  return c;
+}
+
+VisualInertialBaOptions patient() {
+  VisualInertialBaOptions ba;
+  ba.rounds = 8;
+  ba.iterations_per_round = 30;
+  return ba;
+}
+
+TEST(VisualInertialBa, AtRestThePriorDecidesOnTheLevelPartOfTheAccelerometerBias) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kStandstill;
+  const ImuBias truth{{0.0, 0.0, 0.0}, {0.2, -0.1, 0.15}};
+  const ViCase c = unaware(options, truth);
+  VisualInertialBaOptions ba = patient();
+  ba.prior_mean.accel = Vector3d(-0.1, 0.25, 0.1);
+  const VisualInertialBaResult result = c.solve(ba);
+  // What is measured, f, is b_a and gravity of known size in any direction: of all b_a with
+  // |f - b_a| = g the one next to the prior's mean.
+  const Vector3d f =
+      c.synthetic.imu.between(c.synthetic.truth[0].t, c.synthetic.truth[1].t)[0].accel;
+  const Vector3d d = f - ba.prior_mean.accel;
+  const Vector3d expected = f - options.gravity_mps2 * d.normalized();
+  EXPECT_GT((expected - truth.accel).norm(), 0.3);  // neither the truth nor the start
+  EXPECT_GT(expected.norm(), 0.2);
+  // The vertical is known to 1 mm/s^2 by the accelerometer's noise, the prior to 100: 1e-4 of 0.1.
+  EXPECT_LT((result.bias.accel - expected).norm(), 1e-3);
+  EXPECT_NEAR(result.sigmaTilt(), ba.prior_sigma_accel_mps2 / options.gravity_mps2, 1e-4);
+}
+
+TEST(VisualInertialBa, PriorWeighsAgainstTheDataByItsSigmas) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
+  const ViCase c(options, 1.0);
+  VisualInertialBaOptions ba = patient();
+  ba.huber_pixel = ba.huber_inertial = 1e6;
+  ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 1e4;
+  const VisualInertialBaResult data = c.solve(ba);
+  const Eigen::Matrix<double, 6, 6> information =
+      data.covariance.bottomRightCorner<6, 6>().ldlt().solve(Eigen::MatrixXd::Identity(6, 6));
+  // About as certain as the data.
+  ba.prior_sigma_gyro_rps = std::sqrt(data.covariance.diagonal().tail<6>()[0]);
+  ba.prior_sigma_accel_mps2 = std::sqrt(data.covariance.diagonal().tail<6>()[4]);
+  Eigen::Matrix<double, 6, 1> off, sigma;
+  sigma << Vector3d::Constant(ba.prior_sigma_gyro_rps),
+      Vector3d::Constant(ba.prior_sigma_accel_mps2);
+  off << 1.0, -2.0, 1.5, -1.0, 2.0, 1.0;
+  off = off.cwiseProduct(sigma).eval();
+  ba.prior_mean = {options.bias.gyro + off.head<3>(), options.bias.accel + off.tail<3>()};
+  const VisualInertialBaResult both = c.solve(ba);
+  Eigen::Matrix<double, 6, 1> moved;
+  moved << both.bias.gyro - options.bias.gyro, both.bias.accel - options.bias.accel;
+  const Eigen::Matrix<double, 6, 6> prior = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  const Eigen::Matrix<double, 6, 1> expected = (information + prior).ldlt().solve(prior * off);
+  // In sigmas; to first order, and Ceres stops at a relative change of the cost of 1e-5.
+  EXPECT_LT((moved - expected).cwiseQuotient(sigma).norm(), 0.02) << moved.transpose() << "\n"
+                                                                  << expected.transpose();
+  EXPECT_GT(expected.cwiseQuotient(sigma).norm(), 0.5);
+}
+
+TEST(VisualInertialBa, IntegratesAnewWhereTheBiasesMovedFar) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  const ImuBias truth{{0.2, -0.2, 0.2}, {0.1, -0.08, 0.12}};
+  const ViCase c = unaware(options, truth);
+  VisualInertialBaOptions ba = patient();
+  ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 1e4;
+  ba.huber_inertial = 1e9;  // the first-order correction is far off in the first round
+  const auto errors = [&] {
+    const VisualInertialBaResult result = c.solve(ba);
+    testing::SyntheticWindow synthetic = c.synthetic;
+    synthetic.bias = truth;
+    return errorsOf(c.stamped(result), result.bias, synthetic);
+  };
+  ba.reintegrate_gyro_rps = ba.reintegrate_accel_mps2 = 1e9;
+  const testing::WindowErrors never = errors();
+  ba.reintegrate_gyro_rps = 1e-4;
+  const testing::WindowErrors anew = errors();
+  // To first order the rotations are off by (|b_g| dt)^2 / 2 = 4 mrad.
+  EXPECT_GT(never.gyro_bias_rps, 1e-5);
+  EXPECT_GT(never.gravity_deg, 0.02);
+  EXPECT_LT(anew.gyro_bias_rps, 1e-7);  // rounding and Ceres' tolerance, as in the test above
+  EXPECT_LT(anew.accel_bias_mps2, 1e-5);
+  EXPECT_LT(anew.gravity_deg, 1e-4);
+  EXPECT_LT(anew.velocity_mps, 1e-5);
+}
+
+TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  options.sigma_px = 0.5;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  const auto velocityError = [&](double huber_inertial, double blow) {
+    ViCase c(options, options.sigma_px);
+    std::vector<ImuSample> samples = c.preintegrations[4].samples();
+    for (ImuSample& s : samples) s.accel += blow * Vector3d(0.8, -0.5, 0.3);
+    c.preintegrations[4] = Preintegration(samples, options.bias, c.synthetic.calibration.imu.noise);
+    VisualInertialBaOptions ba = patient();
+    ba.huber_inertial = huber_inertial;
+    const VisualInertialBaResult result = c.solve(ba);
+    return errorsOf(c.stamped(result), result.bias, c.synthetic).velocity_mps;
+  };
+  const double huber = VisualInertialBaOptions().huber_inertial;
+  const double small = velocityError(huber, 2.0), large = velocityError(huber, 4.0);
+  const double squares = velocityError(1e12, 4.0);
+  EXPECT_LT(large, 0.25 * squares);
+  EXPECT_LT(large, 1.5 * small);  // without a bound it would be 2
+}
+
 TEST(VisualInertialBa, SaysWhyWhenNothingAgrees) {
   SyntheticWindowOptions options;
   ViCase c(options, 1.0);

@@ -1,0 +1,295 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <random>
+
+#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/optimization/gravity_sphere.h"
+#include "etalon/optimization/inertial_only_map.h"
+#include "etalon/optimization/linear_alignment.h"
+#include "etalon/optimization/normal_epipolar_bias.h"
+#include "etalon/optimization/pose_only.h"
+#include "etalon/optimization/preintegration_residual.h"
+#include "etalon/optimization/translation_ba.h"
+#include "etalon/optimization/visual_inertial_ba.h"
+#include "noisy_window.h"
+#include "statistics.h"
+
+namespace etalon::testing {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+VectorXd drawn(Index size, std::mt19937* random) {
+  std::normal_distribution<double> normal;
+  VectorXd x(size);
+  for (Index i = 0; i < size; ++i) x[i] = normal(*random);
+  return x;
+}
+
+TEST(Whitening, PreintegrationResidualAtTheTruthIsWhite) {
+  WhiteSample sample;
+  for (int run = 0; run < 60; ++run) {
+    const NoisyWindow w(imuOnly(run));
+    for (size_t k = 0; k < w.preintegrations.size(); ++k)
+      sample.add(sqrtInformation(w.preintegrations[k]) *
+                 preintegrationResidual(w.preintegrations[k], w.T_VB[k], w.v_VB[k], w.T_VB[k + 1],
+                                        w.v_VB[k + 1], w.bias, w.g_V));
+  }
+  expectWhite(sample);
+}
+
+TEST(Whitening, ReprojectionResidualAtTheTruthIsWhite) {
+  WhiteSample sample;
+  for (int run = 0; run < 4; ++run) {
+    const NoisyWindow w(withTracks(run, 0.7, 60));
+    const VisualWindow window = w.visual(0.7);
+    const std::vector<Vector3d> landmarks = w.landmarksOf(window);
+    for (const VisualMeasurement& m : window.measurements) {
+      Vector2d r;
+      ASSERT_TRUE(reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                                       w.T_VB[static_cast<size_t>(m.keyframe)],
+                                       landmarks[static_cast<size_t>(m.landmark)], &r));
+      sample.add(r);
+    }
+  }
+  EXPECT_GT(sample.count, 1000);
+  expectWhite(sample);
+}
+
+/** Unknowns of a linear alignment: velocities, and gravity on its sphere. */
+double alignmentFreedom(size_t keyframes) {
+  const double n = static_cast<double>(keyframes);
+  return 6.0 * (n - 1.0) - (3.0 * n + 2.0);
+}
+
+TEST(Whitening, LinearAlignmentCostsWhatItsFreedomSaysWithExactPoses) {
+  ChiSquare chi2;
+  for (int run = 0; run < 100; ++run) {
+    const NoisyWindow w(imuOnly(run));
+    const LinearAlignmentResult result = alignLinearly(w.T_VB, w.preintegrations, w.bias, {});
+    ASSERT_TRUE(result.ok);
+    chi2.add(2.0 * result.cost, alignmentFreedom(w.T_VB.size()));
+  }
+  expectConsistent(chi2);
+}
+
+TEST(Whitening, LinearAlignmentCostsWhatItsFreedomSaysWithCorrelatedPoses) {
+  std::mt19937 random(5);
+  ChiSquare chi2;
+  for (int run = 0; run < 100; ++run) {
+    NoisyWindow w(imuOnly(run));
+    const Index n = 6 * static_cast<Index>(w.preintegrations.size());
+    MatrixXd root(n, n);  // dense: all poses hang together
+    for (Index i = 0; i < n; ++i) root.col(i) = 1e-3 / std::sqrt(6.0) * drawn(n, &random);
+    const VectorXd error = root * drawn(n, &random);
+    for (size_t k = 1; k < w.T_VB.size(); ++k) {
+      const Index i = 6 * (static_cast<Index>(k) - 1);
+      w.T_VB[k].R = w.T_VB[k].R * expSO3(error.segment<3>(i));
+      w.T_VB[k].t += error.segment<3>(i + 3);
+    }
+    LinearAlignmentOptions options;
+    options.pose_covariance = root * root.transpose();
+    const LinearAlignmentResult result = alignLinearly(w.T_VB, w.preintegrations, w.bias, options);
+    ASSERT_TRUE(result.ok);
+    chi2.add(2.0 * result.cost, alignmentFreedom(w.T_VB.size()));
+  }
+  expectConsistent(chi2);
+}
+
+StereoOdometryOptions odometryOptions(double sigma_px) {
+  StereoOdometryOptions options;
+  options.sigma_px = sigma_px;
+  return options;
+}
+
+VisualSolution visualSolution(const NoisyWindow& w, double sigma_px) {
+  std::vector<Eigen::Matrix3d> R_prev_cur;
+  for (const Preintegration& p : w.preintegrations) R_prev_cur.push_back(p.deltas().dR);
+  return solveVisualOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
+                             odometryOptions(sigma_px));
+}
+
+/** The errors are what the joint covariance says, in its order and on its side; and the linear
+ * alignment, which takes it over, agrees. */
+TEST(Whitening, StereoOdometrysJointCovarianceIsThatOfItsErrorsAndOfItsConsumers) {
+  ChiSquare poses, alignment;
+  for (int run = 0; run < 20; ++run) {
+    SyntheticWindowOptions options = withTracks(run, 0.5, 100);
+    options.motion = Motion::kGentle;
+    options.keyframes = 8;
+    const NoisyWindow w(options);
+    const VisualSolution solution = visualSolution(w, 0.5);
+    const VectorXd e = poseErrors(solution.T_VB, w.T_VB);
+    ASSERT_EQ(solution.covariance.rows(), e.size());
+    poses.add(e.dot(solution.covariance.ldlt().solve(e)), static_cast<double>(e.size()));
+    LinearAlignmentOptions align;
+    align.pose_covariance = solution.covariance;
+    const LinearAlignmentResult result =
+        alignLinearly(solution.T_VB, w.preintegrations, w.bias, align);
+    ASSERT_TRUE(result.ok);
+    alignment.add(2.0 * result.cost, alignmentFreedom(w.T_VB.size()));
+  }
+  // The 5 % of pixels beyond the threshold are left out, which costs more information than their
+  // number: 10 % and 7 % over 200 windows.
+  expectConsistent(poses, 0.1);
+  expectConsistent(alignment, 0.1);
+}
+
+TEST(Whitening, InertialOnlyMapIsConsistent) {
+  std::mt19937 random(6);
+  ChiSquare cost, errors;
+  for (int run = 0; run < 60; ++run) {
+    SyntheticWindowOptions options = imuOnly(run);
+    constexpr double kSigmaGyro = 0.02, kSigmaAccel = 0.1;
+    options.bias = {kSigmaGyro * drawn(3, &random), kSigmaAccel * drawn(3, &random)};
+    const NoisyWindow w(options);
+    InertialOnlyOptions map;
+    map.prior_gyro_information = 1.0 / (kSigmaGyro * kSigmaGyro);
+    map.prior_accel_information = 1.0 / (kSigmaAccel * kSigmaAccel);
+    Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  // of the covariance, not diagonal
+    root << 2e-4, 0, 0, -1e-4, 1e-4, 0, 3e-4, 1e-4, 1e-4;
+    map.gyro_bias = GyroBiasMeasurement{w.bias.gyro + root * drawn(3, &random),
+                                        (root * root.transpose()).inverse()};
+    const InertialOnlyResult first = solveInertialOnlyMap(w.T_VB, w.preintegrate({}), map);
+    const InertialOnlyResult result = solveInertialOnlyMap(w.T_VB, w.preintegrate(first.bias), map);
+    ASSERT_TRUE(result.converged);
+    ASSERT_EQ(result.covariance.rows(), 8);
+    const double n = static_cast<double>(w.T_VB.size());
+    cost.add(2.0 * result.cost, 9.0 * (n - 1.0) + 6.0 + 3.0 - (8.0 + 3.0 * n));
+    VectorXd e(8);
+    e << result.bias.gyro - w.bias.gyro, result.bias.accel - w.bias.accel,
+        -tangentBasis(result.g_V).transpose() * w.g_V / w.g_V.norm();
+    errors.add(e.dot(result.covariance.ldlt().solve(e)), 8.0);
+  }
+  expectConsistent(cost);
+  expectConsistent(errors);
+}
+
+TEST(Whitening, VisualInertialBaIsConsistentInAllItsStates) {
+  std::mt19937 random(7);
+  ChiSquare errors;
+  for (int run = 0; run < 25; ++run) {
+    SyntheticWindowOptions options = withTracks(run, 0.7, 60);
+    options.keyframes = 5;
+    const NoisyWindow w(options);
+    const VisualWindow window = w.visual(0.7);
+    std::vector<VisualInertialState> states;
+    for (const KeyframeState& s : w.synthetic.truth) states.push_back({s.T_WB, s.v_WB});
+    std::vector<Vector3d> landmarks;
+    for (const LandmarkId id : window.landmark_ids)
+      landmarks.push_back(w.synthetic.landmarks[static_cast<size_t>(id)]);
+    VisualInertialBaOptions ba;
+    ba.rounds = 1;
+    ba.iterations_per_round = 30;
+    ba.huber_pixel = ba.huber_inertial = 1e6;  // plain least squares
+    // Biases known well enough for the tilt to be small: rotating the window by more than some
+    // mrad bends the errors of the later positions, which a covariance cannot say.
+    ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 0.01;
+    ba.prior_mean = {w.bias.gyro + 0.01 * drawn(3, &random),
+                     w.bias.accel + 0.01 * drawn(3, &random)};
+    const VisualInertialBaResult result =
+        solveVisualInertialBa(window, w.preintegrations, states, w.bias, landmarks,
+                              std::vector<char>(landmarks.size(), 1), ba);
+    const Index n = static_cast<Index>(states.size());
+    ASSERT_EQ(result.covariance.rows(), 9 * n + 6);
+    VectorXd e(9 * n + 6);
+    for (size_t k = 0; k < states.size(); ++k)
+      e.segment<9>(9 * static_cast<Index>(k))
+          << logSO3(states[k].T_WB.R.transpose() * result.states[k].T_WB.R),
+          result.states[k].T_WB.t - states[k].T_WB.t, result.states[k].v_WB - states[k].v_WB;
+    e.tail<6>() << result.bias.gyro - w.bias.gyro, result.bias.accel - w.bias.accel;
+    // Position and yaw of the first keyframe are held at the truth.
+    errors.add(e.dot(result.covariance.ldlt().solve(e)), static_cast<double>(e.size() - 4));
+  }
+  expectConsistent(errors);
+}
+
+TEST(Whitening, TranslationBaCostsWhatItsFreedomSays) {
+  for (const bool landmarks_free : {false, true}) {
+    ChiSquare chi2;
+    for (int run = 0; run < 10; ++run) {
+      const NoisyWindow w(withTracks(run, 0.7, 60));
+      const VisualWindow window = w.visual(0.7);
+      TranslationBaOptions ba;
+      ba.chi2_threshold = 1e6;
+      ba.landmarks_free = landmarks_free;
+      const std::vector<Vector3d> landmarks = w.landmarksOf(window);
+      const TranslationBaResult result =
+          solveTranslationBa(window, w.T_VB, landmarks, std::vector<char>(landmarks.size(), 1), ba);
+      ASSERT_TRUE(result.ok);
+      const double rows = 2.0 * result.inliers;
+      double freedom = rows - 3.0 * (static_cast<double>(w.T_VB.size()) - 1.0);
+      if (landmarks_free) freedom -= 3.0 * window.landmarkCount();
+      chi2.add(rows * std::pow(result.rms_px_over_sigma, 2), freedom);
+    }
+    expectConsistent(chi2);
+  }
+}
+
+TEST(Whitening, PoseOnlyCostsWhatItsFreedomSaysAndWhatTheRawPixelsSay) {
+  ChiSquare whitened, raw;
+  for (int run = 0; run < 10; ++run) {
+    const NoisyWindow w(withTracks(run, 0.7, 60));
+    const VisualWindow window = w.visual(0.7);
+    const std::vector<Vector3d> landmarks = w.landmarksOf(window);
+    PoseOnlyOptions options;
+    options.chi2_threshold = 1e6;
+    for (int k = 0; k < window.keyframe_count; k += 3) {
+      std::vector<PointMeasurement> points;
+      for (const VisualMeasurement& m : window.measurements)
+        if (m.keyframe == k)
+          points.push_back({landmarks[static_cast<size_t>(m.landmark)], m.camera, m.measurement});
+      const PoseOnlyResult result =
+          solvePoseOnly(window.T_CB, points, w.T_VB[static_cast<size_t>(k)], options);
+      ASSERT_TRUE(result.converged);
+      double sum = 0.0, pixels = 0.0;
+      for (const PointMeasurement& p : points) {
+        const auto c = static_cast<size_t>(p.camera);
+        Vector2d r;
+        ASSERT_TRUE(reprojectionResidual(window.T_CB[c], p.measurement, result.T_WB, p.p_W, &r));
+        sum += r.squaredNorm();
+        const PinholeRadtan& model = w.synthetic.calibration.cameras[c].model;
+        const auto predicted = model.project(window.T_CB[c] * (result.T_WB.inverse() * p.p_W));
+        ASSERT_TRUE(predicted);
+        pixels += (*predicted - model.normalizedToPixel(p.measurement.xy)).squaredNorm() / 0.49;
+      }
+      const double freedom = 2.0 * static_cast<double>(points.size()) - 6.0;
+      whitened.add(sum, freedom);
+      raw.add(pixels, freedom);
+    }
+  }
+  expectConsistent(whitened);
+  EXPECT_NEAR(whitened.ratio(), raw.ratio(), 0.01);  // the whitening's first order
+}
+
+TEST(Whitening, NormalEpipolarBiasErrsAsItsCovarianceSays) {
+  ChiSquare errors;
+  double noise = 0.0;
+  constexpr int kRuns = 30;
+  for (int run = 0; run < kRuns; ++run) {
+    const NoisyWindow w(withTracks(run, 0.5, 100));
+    NormalEpipolarBiasOptions options;
+    options.sigma_px = 0.5;
+    const NormalEpipolarBias found =
+        estimateGyroBias(w.synthetic.calibration, w.synthetic.keyframes(), w.preintegrate({}),
+                         Vector3d::Zero(), options);
+    ASSERT_EQ(found.status, NormalEpipolarStatus::kOk);
+    const Vector3d e = found.gyro - w.bias.gyro;
+    errors.add(e.dot(found.covariance.ldlt().solve(e)), 3.0);
+    noise += found.noise / kRuns;
+  }
+  EXPECT_NEAR(noise, 1.0, 0.1);
+  // That all pairs share their observations is counted as if none did more than repeat another:
+  // the covariance is too large by a half (0.67 over 300 windows).
+  EXPECT_GT(errors.ratio(), 0.67 - 3.29 * std::sqrt(2.0 / errors.dof));
+  EXPECT_LT(errors.ratio(), 1.0);
+}
+
+}  // namespace
+}  // namespace etalon::testing
