@@ -30,7 +30,7 @@ size_t spanWidth(const std::vector<size_t>& widths, size_t first, size_t count) 
 
 /** What stands in a cell of text; the star of a marked one has its place in the whole column. */
 std::string Table::field(size_t column, const Cell& cell, const TextStyle& style) const {
-  const std::string value = rounded(column, cell);
+  std::string value = rounded(column, cell);
   if (style.mark != CellMark::kStar) return value;
   const bool starred = std::any_of(rows_.begin(), rows_.end(),
                                    [column](const auto& row) { return row[column].bold; });
