@@ -111,7 +111,7 @@ std::vector<NoiseWindow> simulatedWindows(const Truth& truth, std::uint64_t seed
 /**
  * 15 % is what is asked for. The relative standard errors with these windows are 3 to 6 % (gyro)
  * and 4 to 11 % (accelerometer; the less its noise, the less it shows beside the others'); the
- * accelerometer's random walk within a window adds 2 % to a factor of 2.
+ * accelerometer's random walk within a window adds some 7 % to a factor of 2 (docs/noise.md).
  */
 constexpr double kTolerance = 0.15;
 
