@@ -253,7 +253,7 @@ class Inspector {
   void checkTimeOffset() {
     const TimeOffsetEstimate& offset = info_.time_offset;
     const double half_period = info_.images.rate_hz > 0 ? 0.5 / info_.images.rate_hz : 0.025;
-    if (offset.clear && std::abs(offset.offset_s) > half_period)
+    if (offset.discernible() && std::abs(offset.offset_s) > half_period)
       warn(
           format("time offset: the images show the gyro's motion of %.1f ms %s (correlation %.3f, "
                  "%.3f without offset); are the clocks synchronised?",
