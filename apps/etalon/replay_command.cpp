@@ -42,10 +42,16 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
   return text;
 }
 
-/** @param handover whether the odometry ran already, started at rest */
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover) {
+/**
+ * @param handover whether the odometry ran already, started at rest
+ * @param at_rest name of the initializer at rest; empty if there is none
+ */
+void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
+                  const std::string& at_rest) {
   std::string text = attempt.decision.accepted ? (handover ? "handed over" : "initialised")
                                                : "not yet, because " + attempt.decision.reason;
+  if (handover && attempt.initializer == at_rest)
+    text = "still waiting for motion, because " + attempt.decision.reason;
   if (!attempt.initializer.empty())
     text = attempt.decision.accepted ? text + (handover ? " to " : " by ") + attempt.initializer
                                      : attempt.initializer + ": " + text;
@@ -98,7 +104,7 @@ class Replay {
       const InitializationAttempt& attempt = pipeline_.attempts()[reported_];
       const bool handover =
           pipeline_.state() == PipelineState::kInitialized && attempt.t > pipeline_.initializedAt();
-      printAttempt(attempt, images_.front().t, handover);
+      printAttempt(attempt, images_.front().t, handover, configuration_.initializers.at_rest_name);
     }
     progress_.update(last, [this] {
       const double seconds =
@@ -128,17 +134,48 @@ void printErrors(const StageRecord& stage) {
       e.accel_bias_mps2);
 }
 
+/** Errors and times of an accepted attempt. */
+void printAccepted(const AttemptRecord& attempt) {
+  for (const StageRecord& stage : attempt.stages) printErrors(stage);
+  const double step1_ms = attempt.milliseconds(kTimingVisualOdometry);
+  if (!std::isnan(step1_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", step1_ms);
+  std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
+              attempt.milliseconds(kTimingViBa));
+}
+
+/** With `initializer = auto`: who started, who took over, and the errors of each. */
+void printAutoSummary(const RunRecord& record) {
+  std::vector<const AttemptRecord*> accepted;
+  std::string text;
+  for (size_t i = 0; i < record.attempts.size(); ++i) {
+    const AttemptRecord& attempt = record.attempts[i];
+    if (!attempt.accepted()) continue;
+    char when[64];
+    std::snprintf(when, sizeof when, " at %.2f s (attempt %zu)",
+                  secondsBetween(record.first_image, attempt.t), i + 1);
+    text += (accepted.empty() ? "" : "; ") + attempt.initializer +
+            (accepted.empty() ? " initialised" : " took over") + when;
+    accepted.push_back(&attempt);
+  }
+  if (accepted.front()->initializer == record.at_rest_initializer && !record.handed_over_at)
+    text += "; no other one took over";
+  std::printf("\n%s\n", text.c_str());
+  for (const AttemptRecord* attempt : accepted) {
+    std::printf("%s:\n", attempt->initializer.c_str());
+    printAccepted(*attempt);
+  }
+}
+
 void printSummary(const RunRecord& record, const std::vector<std::string>& files) {
-  if (const AttemptRecord* attempt = record.acceptedAttempt()) {
+  const AttemptRecord* attempt = record.acceptedAttempt();
+  if (attempt && !record.at_rest_initializer.empty()) {
+    printAutoSummary(record);
+  } else if (attempt) {
     std::printf("\n%s initialised after %zu attempt%s, %.2f s after the first image\n",
                 record.initializer.c_str(), record.attempts.size(),
                 record.attempts.size() == 1 ? "" : "s",
                 secondsBetween(record.first_image, attempt->t));
-    for (const StageRecord& stage : attempt->stages) printErrors(stage);
-    const double step1_ms = attempt->milliseconds(kTimingVisualOdometry);
-    if (!std::isnan(step1_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", step1_ms);
-    std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt->milliseconds(kTimingInitialize),
-                attempt->milliseconds(kTimingViBa));
+    printAccepted(*attempt);
   } else {
     std::printf("\n%s never initialised in %zu attempts%s%s\n", record.initializer.c_str(),
                 record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",

@@ -15,6 +15,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -193,10 +194,18 @@ TEST(Chain, AutoStartsAtRestAndHandsOverInMotion) {
                                           "--set", "pipeline.keyframes=5", "--set",
                                           "pipeline.keyframe_rate_hz=10", "--out", folder.path()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out,
-              AllOf(HasSubstr("initialised by static"), HasSubstr("handed over to eta")));
+  EXPECT_THAT(
+      result.out,
+      AllOf(HasSubstr("initialised by static"), HasSubstr("handed over to eta"),
+            ContainsRegex("static initialised at 0\\.[0-9]+ s \\(attempt 1\\); eta took over "
+                          "at [0-9.]+ s \\(attempt [0-9]+\\)"),
+            HasSubstr("\nstatic:\n  init "), HasSubstr("\neta:\n  init ")));
   const json run = readJson(folder.path() + "/initialization.json");
   const json& attempts = run.at("attempts");
+  EXPECT_EQ(run.at("initialized_at_ns"), attempts.front().at("stamp_ns"));
+  EXPECT_EQ(run.at("handed_over_at_ns"), attempts.back().at("stamp_ns"));
+  EXPECT_EQ(run.at("at_rest_initializer"), "static");
+  EXPECT_THAT(run.at("at_rest_initializer_path").get<std::string>(), HasSubstr("static"));
   ASSERT_GE(attempts.size(), 2U);
   EXPECT_EQ(attempts.front().at("initializer"), "static");
   EXPECT_EQ(attempts.back().at("initializer"), "eta");

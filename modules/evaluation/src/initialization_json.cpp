@@ -93,10 +93,16 @@ RunRecord recordFromJson(const JsonReader& json) {
   record.initializer = json.at("initializer").text();
   record.initializer_version = json.at("initializer_version").text();
   record.initializer_path = json.at("initializer_path").text();
+  if (json.has("at_rest_initializer")) {
+    record.at_rest_initializer = json.at("at_rest_initializer").text();
+    record.at_rest_initializer_version = json.at("at_rest_initializer_version").text();
+    record.at_rest_initializer_path = json.at("at_rest_initializer_path").text();
+  }
   const JsonReader versions = json.at("versions");
   for (const std::string& name : versions.keys()) record.versions[name] = versions.at(name).text();
   record.first_image = json.at("first_image_ns").stamp();
   if (json.has("initialized_at_ns")) record.initialized_at = json.at("initialized_at_ns").stamp();
+  if (json.has("handed_over_at_ns")) record.handed_over_at = json.at("handed_over_at_ns").stamp();
   record.statistics = statisticsFromJson(json.at("statistics"));
   for (const JsonReader& warning : json.at("warnings").elements())
     record.warnings.push_back(warning.text());
@@ -153,10 +159,16 @@ std::string toJson(const RunRecord& record) {
   json["initializer"] = record.initializer;
   json["initializer_version"] = record.initializer_version;
   json["initializer_path"] = record.initializer_path;
+  if (!record.at_rest_initializer.empty()) {
+    json["at_rest_initializer"] = record.at_rest_initializer;
+    json["at_rest_initializer_version"] = record.at_rest_initializer_version;
+    json["at_rest_initializer_path"] = record.at_rest_initializer_path;
+  }
   json["versions"] = Json::object();
   for (const auto& [name, version] : record.versions) json["versions"][name] = version;
   json["first_image_ns"] = record.first_image;
   if (record.initialized_at) json["initialized_at_ns"] = *record.initialized_at;
+  if (record.handed_over_at) json["handed_over_at_ns"] = *record.handed_over_at;
   json["statistics"] = statisticsJson(record.statistics);
   json["warnings"] = record.warnings;
   if (record.trajectory_errors) {

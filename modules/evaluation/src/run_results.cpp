@@ -61,11 +61,17 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   record.initializer = run.configuration.plugin.name;
   record.initializer_version = run.configuration.plugin.version;
   record.initializer_path = run.configuration.plugin.path;
+  if (const auto& at_rest = run.configuration.at_rest_plugin) {
+    record.at_rest_initializer = at_rest->name;
+    record.at_rest_initializer_version = at_rest->version;
+    record.at_rest_initializer_path = at_rest->path;
+  }
   record.versions = run.versions;
   record.config = run.configuration.effective_ini;
   if (!run.images.empty()) record.first_image = run.images.front().t;
   if (run.pipeline.state() == PipelineState::kInitialized)
     record.initialized_at = run.pipeline.initializedAt();
+  record.handed_over_at = run.pipeline.handedOverAt();
   const GroundTruth& ground_truth = run.source.groundTruth();
   for (const InitializationAttempt& attempt : run.pipeline.attempts())
     record.attempts.push_back(

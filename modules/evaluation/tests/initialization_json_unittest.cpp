@@ -65,6 +65,24 @@ TEST(RunRecordJson, NaNIsNullAndWhatIsNotThereStaysAway) {
   EXPECT_FALSE(read.attempts[1].stages[0].errors.has_value());
 }
 
+TEST(RunRecordJson, HoldsTheHandoverAndTheInitializerAtRest) {
+  RunRecord record = exampleRecord();
+  for (const char* key : {"handed_over_at_ns", "at_rest_initializer"})
+    EXPECT_FALSE(nlohmann::json::parse(toJson(record)).contains(key)) << key;
+  record.handed_over_at = record.first_image + 5'250'000'000;
+  record.at_rest_initializer = "static";
+  record.at_rest_initializer_version = "1.0";
+  record.at_rest_initializer_path = "/lib/static.so";
+  const nlohmann::json json = nlohmann::json::parse(toJson(record));
+  EXPECT_EQ(json["handed_over_at_ns"], *record.handed_over_at);
+  EXPECT_EQ(json["at_rest_initializer"], "static");
+  const RunRecord read = runRecordFromJson(toJson(record), "test");
+  EXPECT_EQ(read.handed_over_at, record.handed_over_at);
+  EXPECT_EQ(read.at_rest_initializer, "static");
+  EXPECT_EQ(read.at_rest_initializer_version, "1.0");
+  EXPECT_EQ(read.at_rest_initializer_path, "/lib/static.so");
+}
+
 TEST(RunRecordJson, AnEmptyRecordReadsBackToo) {
   const RunRecord read = runRecordFromJson(toJson(RunRecord{}), "test");
   EXPECT_TRUE(read.attempts.empty());

@@ -54,10 +54,13 @@ void AutoOptions::declare(ParameterSet& parameters) {
   parameters.add(
       "at_rest", &at_rest,
       "With [pipeline] initializer = auto: the plugin that starts the odometry while the "
-      "platform stands still.");
+      "platform stands still. It must refuse motion with too_much_motion, as static does.");
   parameters.add("moving", &moving,
                  "With [pipeline] initializer = auto: the plugin that takes over when motion "
                  "begins, or starts the odometry in motion.");
+  parameters.add("min_motion_share", &min_motion_share, {0.0, 1.0},
+                 "Share of the window's time that must be in motion before the one for motion is "
+                 "tried; 0: as soon as the window is not at rest.");
 }
 
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
@@ -134,22 +137,24 @@ void Pipeline::dropBeforeWindow() {
   imu_.dropBefore(window_keyframes_.front());
 }
 
-InitializationProblem Pipeline::windowProblem() const {
+InitializationProblem Pipeline::windowProblem(const WindowOptions& options) const {
   std::vector<TrackedFrame> frames(window_frames_.begin(), window_frames_.end());
   std::vector<int> indices;
   for (size_t i = 0; i < frames.size(); ++i)
     if (std::binary_search(window_keyframes_.begin(), window_keyframes_.end(), frames[i].t))
       indices.push_back(static_cast<int>(i));
-  return makeProblem(calibration_, noise_, options_.window, std::move(frames), std::move(indices),
+  return makeProblem(calibration_, noise_, options, std::move(frames), std::move(indices),
                      ImuBuffer(imu_.between(window_keyframes_.front(), window_keyframes_.back())));
 }
 
 void Pipeline::tryInitialize() {
   dropBeforeWindow();
   if (static_cast<int>(window_keyframes_.size()) < options_.keyframes) return;
-  const InitializationProblem problem = windowProblem();
-  if (initializers_.at_rest && startsAtRest(problem)) return;
-  attempts_.push_back(attemptInitialization(problem, *initializers_.initializer, options_.window));
+  const WindowOptions options = waits_for_motion_ ? handoverOptions() : options_.window;
+  const InitializationProblem problem = windowProblem(options);
+  if (waits_for_motion_ ? !isInMotion(problem) : initializers_.at_rest && startsAtRest(problem))
+    return;
+  attempts_.push_back(attemptInitialization(problem, *initializers_.initializer, options));
   if (initializers_.at_rest) attempts_.back().initializer = initializers_.name;
   if (!attempts_.back().decision.accepted) return;
   if (waits_for_motion_)
@@ -160,20 +165,55 @@ void Pipeline::tryInitialize() {
 
 /** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
 bool Pipeline::startsAtRest(const InitializationProblem& problem) {
-  if (waits_for_motion_) return initializers_.at_rest->initialize(problem).ok();
-  InitializationAttempt attempt =
-      attemptInitialization(problem, *initializers_.at_rest, options_.window);
-  if (!attempt.decision.accepted) return false;
-  attempt.initializer = initializers_.at_rest_name;
-  attempts_.push_back(std::move(attempt));
+  attempts_.push_back(attemptInitialization(problem, *initializers_.at_rest, options_.window));
+  attempts_.back().initializer = initializers_.at_rest_name;
+  if (!attempts_.back().decision.accepted) return false;
   waits_for_motion_ = true;
+  last_rest_ = attempts_.back().t;
   start(attempts_.back());
   return true;
 }
 
+/** Whether the window is known to move, and long enough. A window of which the at-rest initializer
+ * cannot tell is an attempt, so that the reason for waiting is seen. */
+bool Pipeline::isInMotion(const InitializationProblem& problem) {
+  InitializationResult result = initializers_.at_rest->initialize(problem);
+  const TimeNs now = window_keyframes_.back();
+  if (result.status == InitializationStatus::kTooMuchMotion)
+    return secondsBetween(last_rest_, now) >= options_.auto_initializer.min_motion_share *
+                                                  secondsBetween(window_keyframes_.front(), now);
+  last_rest_ = now;
+  if (result.ok()) return false;
+  InitializationAttempt attempt;
+  attempt.t = now;
+  attempt.initializer = initializers_.at_rest_name;
+  attempt.keyframes.assign(window_keyframes_.begin(), window_keyframes_.end());
+  attempt.decision.status = result.status;
+  attempt.decision.reason = result.reason;
+  attempt.decision.value = result.reason_value;
+  attempt.init = std::move(result);
+  attempts_.push_back(std::move(attempt));
+  return false;
+}
+
+/** What the start learnt of the gyro bias is the prior, unless the windows have measurements in
+ * common, which would count twice. Of the accelerometer's bias it learnt nothing apart from tilt.
+ */
+WindowOptions Pipeline::handoverOptions() const {
+  WindowOptions options = options_.window;
+  if (window_keyframes_.front() < initialized_at_) return options;
+  const double walk = noise_.gyro_random_walk *
+                      std::sqrt(secondsBetween(initialized_at_, window_keyframes_.back()));
+  const double sigma = std::hypot(sigma_gyro_bias_, walk);
+  if (!(sigma < options.priors.sigma_gyro_rps)) return options;
+  options.priors.mean.gyro = bias_.gyro;
+  options.priors.sigma_gyro_rps = sigma;
+  return options;
+}
+
 void Pipeline::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
-  const SE3 T_WV = attempt.vi_ba.states.back().T_WB * odometry_.pose().inverse();
+  const SE3 T_WV = attempt.poses().back() * odometry_.pose().inverse();
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   adopt(attempt, SE3());
   state_ = PipelineState::kInitialized;
@@ -184,24 +224,27 @@ void Pipeline::takeOver(const InitializationAttempt& attempt) {
   // The attempt has a world A of its own. The rotation about z that brings its current pose nearest
   // to the odometry's: the trace of Rz(yaw)^T R_WB R_AB^T is greatest.
   const SE3& T_WB = odometry_.pose();
-  const SE3& T_AB = attempt.vi_ba.states.back().T_WB;
+  const SE3 T_AB = attempt.poses().back();
   const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
   const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
   const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   waits_for_motion_ = false;
+  handed_over_at_ = attempt.t;
   adopt(attempt, {R_WA, T_WB.t - R_WA * T_AB.t});
 }
 
 /** Moves the odometry to the attempt's estimate, whose world is A. */
 void Pipeline::adopt(const InitializationAttempt& attempt, const SE3& T_WA) {
-  odometry_.transform(T_WA * attempt.vi_ba.states.back().T_WB * odometry_.pose().inverse());
+  const std::vector<SE3> poses = attempt.poses();
+  odometry_.transform(T_WA * poses.back() * odometry_.pose().inverse());
   Trajectory keyframes;
   for (size_t k = 0; k < attempt.keyframes.size(); ++k)
-    keyframes.push_back({attempt.keyframes[k], T_WA * attempt.vi_ba.states[k].T_WB});
+    keyframes.push_back({attempt.keyframes[k], T_WA * poses[k]});
   std::map<LandmarkId, Eigen::Vector3d> landmarks;
   for (const auto& [id, p_A] : attempt.landmarks) landmarks[id] = T_WA * p_A;
   odometry_.adopt(keyframes, landmarks);
-  bias_ = attempt.vi_ba.bias;
+  bias_ = attempt.bias();
+  sigma_gyro_bias_ = attempt.sigmaGyroBias();
   if (waits_for_motion_) return;
   window_frames_.clear();
   window_keyframes_.clear();

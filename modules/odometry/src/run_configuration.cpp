@@ -110,6 +110,7 @@ RunConfiguration loadRunConfiguration(const IniFile& ini,
     const ConfiguredInitializer at_rest = reader.initializer(names.at_rest);
     run.initializers.at_rest = at_rest.initializer;
     run.initializers.at_rest_name = at_rest.plugin.name;
+    run.at_rest_plugin = at_rest.plugin;
     run.effective_ini += "\n" + at_rest.ini;
     run.plugin.name = kAutoInitializer;
   }

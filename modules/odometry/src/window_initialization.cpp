@@ -1,9 +1,33 @@
 #include "etalon/odometry/window_initialization.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "etalon/core/stopwatch.h"
 #include "etalon/optimization/starting_landmarks.h"
 
 namespace etalon {
+
+std::vector<SE3> InitializationAttempt::poses() const {
+  std::vector<SE3> poses;
+  if (has_vi_ba)
+    for (const VisualInertialState& s : vi_ba.states) poses.push_back(s.T_WB);
+  else
+    for (const KeyframeState& s : init.states) poses.push_back(s.T_WB);
+  return poses;
+}
+
+double InitializationAttempt::sigmaGyroBias() const {
+  Eigen::Vector3d variance;
+  if (has_vi_ba && vi_ba.covariance.rows() >= 6)
+    variance = vi_ba.covariance.diagonal().tail<6>().head<3>();
+  else if (!has_vi_ba && init.covariance.rows() >= 3)
+    variance = init.covariance.diagonal().head<3>();
+  else
+    return std::numeric_limits<double>::infinity();
+  return std::sqrt(std::max(0.0, variance.maxCoeff()));
+}
 
 InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
                                   const ImuNoiseDensities& noise, const WindowOptions& options,
@@ -90,6 +114,7 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   if (!options.refine) {
     attempt.decision.accepted = true;
     attempt.decision.status = InitializationStatus::kSuccess;
+    attempt.landmarks = attempt.init.landmarks;
     return attempt;
   }
   watch.lapMilliseconds();

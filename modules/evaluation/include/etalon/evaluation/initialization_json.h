@@ -72,18 +72,22 @@ struct RunStatistics {
 struct RunRecord {
   std::string source;       ///< path of the recording
   std::string source_kind;  ///< "euroc" or "rawlog"
+  /** With `initializer = auto`: "auto", and version and path of the one for motion. */
   std::string initializer, initializer_version, initializer_path;
+  /** With `initializer = auto`: the one for the start at rest; else empty. */
+  std::string at_rest_initializer, at_rest_initializer_version, at_rest_initializer_path;
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
   std::string config;                           ///< the effective configuration, INI text
   TimeNs first_image = 0;                       ///< of the run
   std::optional<TimeNs> initialized_at;
+  std::optional<TimeNs> handed_over_at;  ///< from the start at rest to the one for motion
   std::vector<AttemptRecord> attempts;
   RunStatistics statistics;
   std::vector<std::string> warnings;
   /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is truth. */
   std::optional<TrajectoryErrors> trajectory_errors;
 
-  /** The attempt that was accepted; null if there is none. */
+  /** The attempt that was accepted, the first one; null if there is none. */
   const AttemptRecord* acceptedAttempt() const;
 };
 

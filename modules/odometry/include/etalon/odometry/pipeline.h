@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "etalon/core/trajectory.h"
@@ -20,6 +21,9 @@ constexpr const char* kAutoInitializer = "auto";
 struct AutoOptions {
   std::string at_rest = "static";
   std::string moving = "eta";
+  /** Of the window, before `moving` is tried: in seconds since the last window that was not known
+   * to move, over the window's length. */
+  double min_motion_share = 0.0;
 
   void declare(ParameterSet& parameters);
 };
@@ -64,9 +68,10 @@ struct FrameTiming {
  * from it are the same input bit for bit.
  *
  * With an initializer for the start at rest: once that has started the odometry, the window goes
- * on; when the at-rest initializer refuses it (motion has begun), the other one is tried at every
- * keyframe, and what is accepted takes over: its biases, landmarks, roll and pitch, turned and
- * moved so that yaw and position of the current pose stay as they are. Poses before keep theirs.
+ * on; when the at-rest initializer refuses it with kTooMuchMotion, and enough of it is in motion,
+ * the other one is tried at every keyframe, and what is accepted takes over: its biases, landmarks,
+ * roll and pitch, turned and moved so that yaw and position of the current pose stay as they are.
+ * Poses before keep theirs. The gyro bias of the start is the handover's prior.
  */
 class Pipeline {
  public:
@@ -83,6 +88,8 @@ class Pipeline {
   PipelineState state() const { return state_; }
   /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
   const Trajectory& trajectory() const { return trajectory_; }
+  /** Refusals of the at-rest initializer too, but those of a platform that began to move as it was
+   * waited for. */
   const std::vector<InitializationAttempt>& attempts() const { return attempts_; }
   /** One a processed frame. */
   const std::vector<FrameTiming>& timings() const { return timings_; }
@@ -91,15 +98,21 @@ class Pipeline {
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
   TimeNs initializedAt() const { return initialized_at_; }
+  /** When the initializer for motion took over from the one at rest. */
+  const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
+  /** The running odometry: its window and landmarks, in the frame of the last pose. */
+  const StereoOdometry& odometry() const { return odometry_; }
   /** Whether it was started at rest and the initializer for motion has not taken over yet. */
   bool waitsForMotion() const { return waits_for_motion_; }
 
  private:
   void process(const StereoFrame& frame);
   bool collecting() const { return state_ == PipelineState::kCollecting || waits_for_motion_; }
-  InitializationProblem windowProblem() const;
+  InitializationProblem windowProblem(const WindowOptions& options) const;
   void tryInitialize();
   bool startsAtRest(const InitializationProblem& problem);
+  bool isInMotion(const InitializationProblem& problem);
+  WindowOptions handoverOptions() const;
   void start(const InitializationAttempt& attempt);
   void takeOver(const InitializationAttempt& attempt);
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
@@ -121,7 +134,10 @@ class Pipeline {
   PipelineState state_ = PipelineState::kCollecting;
   bool waits_for_motion_ = false;
   TimeNs initialized_at_ = 0;
+  std::optional<TimeNs> handed_over_at_;
+  TimeNs last_rest_ = 0;  ///< last keyframe of the last window that was not known to move
   ImuBias bias_;
+  double sigma_gyro_bias_ = 0.0;  ///< of bias_ when it was estimated, of the worst axis, rad/s
   Trajectory trajectory_;
   std::vector<InitializationAttempt> attempts_;
   std::vector<FrameTiming> timings_;

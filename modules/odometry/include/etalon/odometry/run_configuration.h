@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct SuiteConfiguration {
 struct RunConfiguration {
   PipelineOptions pipeline;
   PluginInfo plugin;  ///< with `initializer = auto`: the moving one's, under the name "auto"
+  std::optional<PluginInfo> at_rest_plugin;  ///< with `initializer = auto`
   PipelineInitializers initializers;
   /** All sections with documentation and the values in use; reading it gives the same run. */
   std::string effective_ini;
