@@ -41,6 +41,7 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
       ->capture_default_str();
+  command->footer("Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 data.");
   command->callback([arguments, exit_code] {
     merge(*arguments);
     *exit_code = kOk;
