@@ -51,8 +51,10 @@ IniFile readIni(const Arguments& arguments, const std::string& name) {
   for (const std::string& argument : arguments.set) {
     if (argument.find('=') == std::string::npos)
       throw ConfigError("--set: '" + argument + "': expected key=value");
+    std::string with_section = name;
+    with_section.append(".").append(argument);
     const bool has_section = argument.find('.') < argument.find('=');
-    ini.setFromArgument(has_section ? argument : name + "." + argument);
+    ini.setFromArgument(has_section ? argument : with_section);
   }
   return ini;
 }

@@ -179,8 +179,8 @@ std::string hintAtCause(const InitializationResult& result, const SyntheticWindo
     const Eigen::Matrix3d R_WB0 = result.states.front().T_WB.R;
     const double from_body =
         velocityError(result, window, [](const KeyframeState& s) { return s.T_WB.R; });
-    const double from_first =
-        velocityError(result, window, [&R_WB0](const KeyframeState&) { return R_WB0; });
+    const double from_first = velocityError(
+        result, window, [&R_WB0](const KeyframeState&) -> const Eigen::Matrix3d& { return R_WB0; });
     if (explains(errors.velocity_mps, from_body, speed))
       text += "; velocity expressed in the body frame?";
     else if (explains(errors.velocity_mps, from_first, speed))
