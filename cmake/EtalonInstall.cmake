@@ -1,4 +1,4 @@
-# Installs libraries, headers and the package etalon: find_package(etalon) gives the targets etalon::<module> and the
+# Installs libraries, headers, documentation and the package etalon: find_package(etalon) gives the targets etalon::<module> and the
 # function etalon_add_initializer(); etalon::contract is the test library for plugins. The installed tree can be moved.
 include(CMakePackageConfigHelpers)
 
@@ -16,6 +16,13 @@ endforeach()
 if(EXISTS "${CMAKE_SOURCE_DIR}/config")
   install(DIRECTORY "${CMAKE_SOURCE_DIR}/config/" DESTINATION ${CMAKE_INSTALL_DATADIR}/etalon/config)
 endif()
+
+
+# The documentation, laid out as in the source tree so that its links hold.
+install(FILES "${CMAKE_SOURCE_DIR}/README.md" "${CMAKE_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs" "${CMAKE_SOURCE_DIR}/examples" "${CMAKE_SOURCE_DIR}/config"
+        DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN "build" EXCLUDE)
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins" DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "README.md")
 
 install(EXPORT etalonTargets NAMESPACE etalon:: DESTINATION ${package_folder})
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/etalonConfig.cmake.in" "${CMAKE_BINARY_DIR}/etalonConfig.cmake"

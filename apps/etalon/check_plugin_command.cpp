@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -12,13 +13,13 @@
 #include "etalon/core/ini_file.h"
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/plugin_loader.h"
+#include "etalon/odometry/run_configuration.h"
 
 namespace etalon::app {
 
 namespace {
 
-// Exit codes of this command where they say more than those of the others.
-constexpr int kContractBroken = 1, kCannotBeLoaded = 3;
+constexpr int kContractBroken = 1;  // this command's own exit code
 
 struct Arguments {
   std::string plugin;
@@ -32,22 +33,46 @@ struct Arguments {
 struct Subject {
   PluginInfo info;
   Initializer::Ptr initializer;
-  std::string section;  ///< its INI section as checked
 };
 
-Subject loadSubject(PluginLoader* loader, const Arguments& arguments) {
-  Subject subject;
-  subject.initializer = loader->create(arguments.plugin);
-  subject.info = loader->info(arguments.plugin);
-  IniFile ini = arguments.config.empty() ? IniFile() : IniFile::fromFile(arguments.config);
-  for (const std::string& argument : arguments.set) {
-    const bool has_section = argument.find('.') < argument.find('=');
-    ini.setFromArgument(has_section ? argument : subject.info.name + "." + argument);
+/** The file's content and what --set adds. A file without the plugin's section is refused: the
+ * defaults would be checked without a word. */
+IniFile readIni(const Arguments& arguments, const std::string& name) {
+  IniFile ini;
+  if (!arguments.config.empty()) {
+    ini = IniFile::fromFile(arguments.config);
+    const std::vector<std::string> sections = ini.sections();
+    if (std::find(sections.begin(), sections.end(), name) == sections.end()) {
+      const std::string nearest = nearestWord(name, sections);
+      throw ConfigError(arguments.config + ": expected a section [" + name +
+                        "] with the parameters to check" +
+                        (nearest.empty() ? "" : " (is [" + nearest + "] meant?)"));
+    }
   }
-  ParameterSet parameters(subject.info.name);
-  subject.initializer->declareParameters(parameters);
-  parameters.read(ini);
-  subject.section = parameters.toIni();
+  for (const std::string& argument : arguments.set) {
+    if (argument.find('=') == std::string::npos)
+      throw ConfigError("--set: '" + argument + "': expected key=value");
+    std::string with_section = name;
+    with_section.append(".").append(argument);
+    const bool has_section = argument.find('.') < argument.find('=');
+    ini.setFromArgument(has_section ? argument : with_section);
+  }
+  return ini;
+}
+
+Subject loadSubject(const Arguments& arguments) {
+  PluginLoader loader(PluginLoader::defaultSearchPath(arguments.plugin_path));
+  Subject subject;
+  subject.info = loader.info(arguments.plugin);
+  const IniFile ini = readIni(arguments, subject.info.name);
+  if (ini.sections().empty()) {
+    subject.initializer = loader.create(arguments.plugin);
+    return subject;
+  }
+  // As every other command reads it: no unknown section, no unknown key in any.
+  const SuiteConfiguration suite =
+      loadSuiteConfiguration(ini, arguments.plugin_path, {arguments.plugin});
+  subject.initializer = suite.initializers.front().initializer;
   return subject;
 }
 
@@ -56,9 +81,8 @@ Subject loadSubject(PluginLoader* loader, const Arguments& arguments) {
 std::string crashWhileLoading(const Arguments& arguments) {
   const IsolatedOutcome outcome = runIsolated(
       [&]() -> std::string {
-        PluginLoader loader(PluginLoader::defaultSearchPath(arguments.plugin_path));
         try {
-          loadSubject(&loader, arguments);
+          loadSubject(arguments);
         } catch (const Error&) {
         }
         return "";
@@ -95,6 +119,7 @@ void printSummary(const Subject& subject, const ContractReport& report) {
   if (report.milliseconds_per_call > 0.0)
     std::printf("; %.3g ms a call", report.milliseconds_per_call);
   std::printf("\n");
+  if (!report.stopped.empty()) std::printf("%s\n", report.stopped.c_str());
 }
 
 void printJson(const Subject& subject, const ContractReport& report) {
@@ -103,13 +128,17 @@ void printJson(const Subject& subject, const ContractReport& report) {
   json["version"] = subject.info.version;
   json["library"] = subject.info.path;
   json["ok"] = report.ok();
-  json["milliseconds_per_call"] = report.milliseconds_per_call;
+  json["milliseconds_per_call"] = nullptr;  // not measured
+  if (report.milliseconds_per_call > 0.0)
+    json["milliseconds_per_call"] = report.milliseconds_per_call;
+  json["stopped"] = report.stopped;
   json["checks"] = nlohmann::ordered_json::array();
   for (const ContractCheck& check : report.checks) {
     json["checks"].push_back({{"name", check.name},
                               {"verdict", toString(check.verdict)},
                               {"detail", check.detail},
-                              {"value", check.value}});
+                              {"value", check.value},
+                              {"failures", check.failures}});
   }
   // A plugin's words may be no UTF-8.
   std::printf("%s\n",
@@ -130,10 +159,9 @@ int checkPlugin(const Arguments& arguments) {
     std::cerr << "etalon: " << arguments.plugin << ": while being loaded it " << crash << "\n";
     return kCannotBeLoaded;
   }
-  PluginLoader loader(PluginLoader::defaultSearchPath(arguments.plugin_path));
   Subject subject;
   try {
-    subject = loadSubject(&loader, arguments);
+    subject = loadSubject(arguments);
   } catch (const PluginError& e) {
     std::cerr << "etalon: " << e.what() << "\n";
     return kCannotBeLoaded;
@@ -174,6 +202,11 @@ void addSuiteOptions(CLI::App* command, Arguments* arguments) {
       ->add_option("--cpu-limit", o->limits.cpu_s, "Processor time that a check may use, seconds")
       ->check(CLI::Range(1.0, 1e6))
       ->capture_default_str();
+  command
+      ->add_option("--time-limit", o->limits.clock_s,
+                   "Time on the clock that a check may use, seconds (default: twice --cpu-limit). "
+                   "After two checks that ran out of time the rest is not run")
+      ->check(CLI::Range(1.0, 1e6));
 }
 
 }  // namespace
@@ -188,9 +221,13 @@ void addCheckPluginCommand(CLI::App& app, int* exit_code) {
   command->add_option("PLUGIN", arguments->plugin,
                       "Name of the initializer, or its library's path");
   addPluginPathOption(command, &arguments->plugin_path);
-  command->add_option("-c,--config", arguments->config, "INI file with the plugin's section")
+  command
+      ->add_option("-c,--config", arguments->config,
+                   "INI file with the plugin's section; other sections must be known, too")
       ->check(CLI::ExistingFile);
-  command->add_option("--set", arguments->set, "Override a parameter, key=value; repeatable")
+  command
+      ->add_option("--set", arguments->set,
+                   "Override a parameter of the plugin, key=value; repeatable")
       ->allow_extra_args(false);
   addSuiteOptions(command, arguments.get());
   command->add_option("--format", arguments->output_format, "text or json")
@@ -199,8 +236,7 @@ void addCheckPluginCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--list", arguments->list, "List the checks and exit");
   command->footer(
       "Exit codes: 0 the contract is kept, 1 a check failed, 2 usage or configuration, 3 the "
-      "plugin "
-      "cannot be loaded.");
+      "plugin cannot be found or loaded.");
   command->callback([arguments, exit_code] { *exit_code = checkPlugin(*arguments); });
 }
 

@@ -10,6 +10,7 @@ enum ExitCode : int {
   kNotInitialised = 1,  ///< replay: never initialised (reasons printed)
   kUsageError = 2,      ///< usage or configuration
   kDataErrorExit = 3,   ///< data
+  kCannotBeLoaded = 3,  ///< plugins, check-plugin: the plugin named cannot be found or loaded
   kInterrupted = 130,   ///< Ctrl-C, as shells have it
 };
 

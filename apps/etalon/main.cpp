@@ -47,9 +47,8 @@ int run(const std::vector<std::string>& arguments) {
   app.name("etalon");
   app.set_version_flag("--version", ETALON_VERSION, "Print the version and exit.");
   app.set_help_flag("-h,--help", "Print this help and exit.");
-  app.footer(
-      "Exit codes: 0 done (replay: initialised), 1 replay never initialised, 2 usage or "
-      "configuration, 3 data.");
+  // Those of the commands that say nothing else.
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 data.");
   app.require_subcommand(1);
   int exit_code = kOk;
   addInfoCommand(app, &exit_code);
@@ -63,6 +62,10 @@ int run(const std::vector<std::string>& arguments) {
   addCalibrateNoiseCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   addCheckPluginCommand(app, &exit_code);
+  app.footer(
+      "Exit codes: 0 done, 2 usage or configuration, 3 data. Where a command has others, its "
+      "--help "
+      "says so.");
   try {
     // CLI11 takes the words in reverse.
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));

@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "commands.h"
+#include "etalon/contract/isolated_run.h"
+#include "etalon/core/errors.h"
 #include "etalon/initialization/plugin_loader.h"
 
 namespace etalon::app {
@@ -75,7 +79,68 @@ void printDescription(PluginLoader* loader, const std::string& name) {
   }
 }
 
-int printList(PluginLoader* loader, const std::vector<std::string>& search_path) {
+/** Where to look for plugins, and what need not be tried. */
+struct SearchPath {
+  std::vector<std::string> entries;
+  std::vector<RejectedPlugin> crashing;
+};
+
+/** What comes of loading a library and making its initializer in a process of its own: empty, or
+ * how that process ended. Errors in words are left to the second try, in this process. */
+std::string crashOf(const std::string& library) {
+  IsolationLimits limits;
+  limits.cpu_s = 10.0;
+  const IsolatedOutcome outcome = runIsolated(
+      [&library]() -> std::string {
+        PluginLoader loader({library});
+        try {
+          for (const PluginInfo& info : loader.available()) {
+            ParameterSet parameters(info.name);
+            loader.create(info.path)->declareParameters(parameters);
+          }
+        } catch (const Error&) {
+        }
+        return "";
+      },
+      limits);
+  // What it throws besides is no crash.
+  const bool threw = outcome.failure.rfind("threw", 0) == 0;
+  return outcome.completed || threw ? "" : outcome.failure;
+}
+
+/** The libraries that an entry of the search path stands for, in the loader's order. */
+std::vector<std::string> librariesOf(const std::string& entry) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::is_regular_file(entry, error)) return {entry};
+  std::vector<std::string> libraries;
+  for (fs::directory_iterator i(entry, error), end; !error && i != end; i.increment(error))
+    if (i->path().extension() == ".so") libraries.push_back(i->path().string());
+  std::sort(libraries.begin(), libraries.end());
+  return libraries;
+}
+
+/** The search path without the libraries that would take this program down. */
+SearchPath withoutCrashes(const std::vector<std::string>& search_path) {
+  SearchPath safe;
+  for (const std::string& entry : search_path) {
+    std::vector<std::string> good;
+    const size_t crashing_before = safe.crashing.size();
+    for (const std::string& library : librariesOf(entry)) {
+      const std::string crash = crashOf(library);
+      if (crash.empty())
+        good.push_back(library);
+      else
+        safe.crashing.push_back({library, "while being loaded it " + crash});
+    }
+    if (safe.crashing.size() == crashing_before) good = {entry};
+    safe.entries.insert(safe.entries.end(), good.begin(), good.end());
+  }
+  return safe;
+}
+
+int printList(PluginLoader* loader, const std::vector<std::string>& search_path,
+              const std::vector<RejectedPlugin>& crashing) {
   std::vector<std::vector<std::string>> rows = {{"NAME", "VERSION", "DESCRIPTION", "LIBRARY"}};
   for (const PluginInfo& info : loader->available()) {
     rows.push_back({info.name, info.version, info.description, info.path});
@@ -86,26 +151,44 @@ int printList(PluginLoader* loader, const std::vector<std::string>& search_path)
     std::printf("No initializer found. Searched:\n");
     for (const std::string& entry : search_path) std::printf("  %s\n", entry.c_str());
   }
-  if (!loader->rejected().empty()) std::printf("\nNot usable:\n");
-  for (const RejectedPlugin& plugin : loader->rejected()) {
+  std::vector<RejectedPlugin> rejected = loader->rejected();
+  rejected.insert(rejected.end(), crashing.begin(), crashing.end());
+  if (!rejected.empty()) std::printf("\nNot usable:\n");
+  for (const RejectedPlugin& plugin : rejected) {
     std::printf("  %s\n", plugin.path.c_str());
     printIndented(plugin.reason, 6);
   }
   return rows.size() > 1 ? kOk : kUsageError;
 }
 
-int listPlugins(const Arguments& arguments) {
-  const auto search_path = PluginLoader::defaultSearchPath(arguments.plugin_path);
-  PluginLoader loader(search_path);
-  if (!arguments.describe.empty()) {
+int describe(PluginLoader* loader, const Arguments& arguments,
+             const std::vector<RejectedPlugin>& crashing) {
+  const std::string& name = arguments.describe;
+  const bool is_path = name.find('/') != std::string::npos;
+  try {
+    const std::string crash = is_path ? crashOf(name) : "";
+    if (!crash.empty()) throw PluginError(name + ": while being loaded it " + crash);
+    for (const RejectedPlugin& plugin : crashing)
+      if (!is_path && std::filesystem::path(plugin.path).stem() == name)
+        throw PluginError(plugin.path + ": " + plugin.reason);
     if (arguments.ini) {
-      printSection(&loader, arguments.describe);
+      printSection(loader, name);
     } else {
-      printDescription(&loader, arguments.describe);
+      printDescription(loader, name);
     }
     return kOk;
+  } catch (const PluginError& e) {
+    std::cerr << "etalon: " << e.what() << "\n";
+    return kCannotBeLoaded;
   }
-  if (!arguments.ini) return printList(&loader, search_path);
+}
+
+int listPlugins(const Arguments& arguments) {
+  const auto search_path = PluginLoader::defaultSearchPath(arguments.plugin_path);
+  const SearchPath safe = withoutCrashes(search_path);
+  PluginLoader loader(safe.entries);
+  if (!arguments.describe.empty()) return describe(&loader, arguments, safe.crashing);
+  if (!arguments.ini) return printList(&loader, search_path, safe.crashing);
   for (const PluginInfo& info : loader.available()) {
     printSection(&loader, info.name);
     std::printf("\n");
@@ -133,6 +216,9 @@ void addPluginsCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--ini", arguments->ini,
                     "Print ready INI sections with documentation: of the initializer that "
                     "--describe names, or of all.");
+  command->footer(
+      "Exit codes: 0 done, 2 usage, or no initializer is there, 3 the one that --describe names "
+      "cannot be found or loaded.");
   command->callback([arguments, exit_code] { *exit_code = listPlugins(*arguments); });
 }
 

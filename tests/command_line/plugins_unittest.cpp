@@ -57,10 +57,10 @@ TEST(PluginsCommand, PrintsIniSectionsThatCanBeRead) {
 
 TEST(PluginsCommand, RefusesAnUnknownNameWithTheNearest) {
   const CommandResult result = runEtalon({"plugins", "--describe", "etta"});
-  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, AllOf(HasSubstr("etta"), HasSubstr("did you mean 'eta'?")));
   const CommandResult nope = runEtalon({"plugins", "--describe", "nope"});
-  EXPECT_EQ(nope.exit_code, 2);
+  EXPECT_EQ(nope.exit_code, 3);
   EXPECT_THAT(nope.err, AllOf(HasSubstr("nope"), HasSubstr("available: "), HasSubstr("eta, ")));
 }
 
@@ -77,7 +77,7 @@ TEST(PluginsCommand, RefusesBrokenLibrariesInWords) {
       {folder("throws_when_made") + "/throws_when_made.so", "no licence found"}};
   for (const auto& [path, reason] : cases) {
     const CommandResult result = runEtalon({"plugins", "--describe", path});
-    EXPECT_EQ(result.exit_code, 2) << path;
+    EXPECT_EQ(result.exit_code, 3) << path;
     EXPECT_THAT(result.err, AllOf(HasSubstr(path), HasSubstr(reason)));
   }
 }

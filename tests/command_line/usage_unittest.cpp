@@ -58,6 +58,33 @@ TEST(Usage, EveryCommandHasHelpThatNamesItsOptions) {
   }
 }
 
+TEST(Usage, EveryCommandHasItsOwnExitCodes) {
+  const std::string common = "Exit codes: 0 done, 2 usage or configuration, 3 data.";
+  const std::map<std::string, std::string> codes = {
+      {"info", common},
+      {"convert", common},
+      {"simulate", common},
+      {"compare", common},
+      {"evaluate", common},
+      {"calibrate-noise", common},
+      {"replay", "1 never initialised"},
+      {"bench", "3 a recording could not be used"},
+      {"merge", "2 usage, or parts that do not belong together"},
+      {"plugins", "2 usage, or no initializer is there, 3 the one that --describe names"},
+      {"check-plugin", "1 a check failed"}};
+  for (const auto& [command, words] : codes) {
+    const std::string help = runEtalon({command, "--help"}).out;
+    EXPECT_THAT(help, HasSubstr(words)) << command;
+    EXPECT_EQ(help.find("never initialised") != std::string::npos, command == "replay") << command;
+  }
+}
+
+TEST(Usage, BenchSaysThatAutoIsForReplay) {
+  const CommandResult result = runEtalon({"bench", "/no/such/recording", "--initializers", "auto"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("'auto' is for replay alone"));
+}
+
 TEST(Usage, PrintsItsVersion) {
   const CommandResult result = runEtalon({"--version"});
   EXPECT_EQ(result.exit_code, 0);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <csignal>
@@ -59,6 +60,7 @@ namespace {
 using test_plugins::Change;
 using test_plugins::Spoilt;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Verdict = ContractCheck::Verdict;
 
 void unchanged(const InitializationProblem& /*problem*/, InitializationResult* /*result*/) {}
@@ -177,9 +179,94 @@ TEST(Contract, FindsWhatDependsOnMoreThanTheProblem) {
         result->states[1].v_WB *= (t1 - t0) / 0.05;
       },
       "velocity");
+  expectFailure(
+      "invariant.time_origin",
+      [](const InitializationProblem& problem, InitializationResult* result) {
+        if (!result->ok()) return;
+        // The same of keyframes: a quarter of a second would come out exactly.
+        const double t0 = 1e-9 * static_cast<double>(problem.keyframe(0).t);
+        const double t1 = 1e-9 * static_cast<double>(problem.keyframe(1).t);
+        result->states[1].v_WB *=
+            (t1 - t0) / (1e-9 * static_cast<double>(problem.keyframe(1).t - problem.keyframe(0).t));
+      },
+      "velocity");
+}
+
+TEST(Contract, NamesTheWorstWindowAndListsTheOthers) {
+  // Each window is off by more than the one before.
+  double error = 0.1;
+  const ContractCheck gyro = check(
+      "response.gyro_bias", Spoilt(ofSuccess([&](auto* r) { r->bias.gyro.x() += error += 0.1; })));
+  EXPECT_EQ(gyro.verdict, Verdict::kFailed);
+  ASSERT_EQ(gyro.failures.size(), 12U);
+  EXPECT_THAT(gyro.failures.front(), HasSubstr("standstill, opposite bias: b_g 1.3"));
+  EXPECT_THAT(gyro.failures.back(), HasSubstr("gentle: b_g 0.2"));
+  EXPECT_EQ(gyro.detail, gyro.failures.front() + "; 11 more windows failed");
+
+  // Two of the windows without a gap of 0.2 s are answered.
+  const ContractCheck gap = check("status.imu_gap", Spoilt(ofSuccess([](auto* r) {
+                                    for (KeyframeState& s : r->states) s.v_WB.x() += 0.5;
+                                  })));
+  EXPECT_EQ(gap.failures.size(), 2U);
+  EXPECT_THAT(gap.detail, HasSubstr("; 1 more window failed"));
+}
+
+TEST(Contract, AsksForTheUsualMistakesWhereTheyAreClear) {
+  expectFailure("exact.gentle", ofSuccess([](auto* r) {
+                  const SE3 flip(expSO3({M_PI, 0, 0}), Eigen::Vector3d::Zero());
+                  for (KeyframeState& s : r->states) s.T_WB = flip * s.T_WB;
+                }),
+                "; does gravity point up?");
+  expectFailure("exact.circle", ofSuccess([](auto* r) {
+                  for (KeyframeState& s : r->states) s.v_WB = s.T_WB.R.transpose() * s.v_WB;
+                }),
+                "; velocity expressed in the body frame?");
+  expectFailure("exact.circle", ofSuccess([](auto* r) {
+                  const Eigen::Matrix3d R_B0W = r->states.front().T_WB.R.transpose();
+                  for (KeyframeState& s : r->states) s.v_WB = R_B0W * s.v_WB;
+                }),
+                "; velocity expressed in the frame of the first keyframe?");
+  expectFailure("response.gyro_bias", ofSuccess([](auto* r) { r->bias.gyro *= -1.0; }),
+                "; the sign of b_g?");
+  // Nothing is clear here.
+  const Spoilt noisy(ofSuccess([](auto* r) {
+    r->bias.gyro.x() += 0.02;
+    for (KeyframeState& s : r->states) s.v_WB.x() += 0.3;
+  }));
+  EXPECT_THAT(check("exact.circle", noisy).detail, Not(HasSubstr("?")));
+  EXPECT_THAT(check("response.gyro_bias", noisy).detail, Not(HasSubstr("?")));
+}
+
+TEST(Contract, StopsAfterTwoChecksThatRanOutOfTime) {
+  const Spoilt sleeps([](const InitializationProblem&, InitializationResult*) {
+    while (true) pause();
+  });
+  ContractOptions options;
+  options.only = {"parameters", "exact."};
+  options.limits.clock_s = 2.0;
+  const ContractReport report = checkContract(sleeps, options);
+  ASSERT_EQ(report.checks.size(), 3U);
+  EXPECT_EQ(report.checks[0].verdict, Verdict::kPassed);
+  EXPECT_THAT(report.checks[1].detail, HasSubstr("did not end within 2 s"));
+  EXPECT_EQ(report.stopped,
+            "stopped: exact.gentle and exact.aggressive ran out of time; 4 checks were not run");
+  EXPECT_FALSE(report.ok());
+}
+
+TEST(Contract, TheTimeOfABrokenAnswerIsNoTime) {
+  expectFailure(
+      "time",
+      [](const InitializationProblem&, InitializationResult*) { throw Error("out of order"); },
+      "throws: out of order");
+  expectFailure("time",
+                ofSuccess([](auto* r) { r->covariance = Eigen::MatrixXd::Constant(11, 11, NAN); }),
+                "covariance not finite");
+  expectFailure("time", ofSuccess([](auto* r) { r->states.pop_back(); }), "9 states for 10");
 }
 
 TEST(Contract, FindsWhatIsNoAnswer) {
+  expectFailure("exact.gentle", ofSuccess([](auto* r) { r->reason = "all went well"; }),
+                "success with a reason, which is for refusals: all went well");
   expectFailure("exact.gentle", ofSuccess([](auto* r) { r->states.back().v_WB.y() = NAN; }),
                 "not finite");
   expectFailure("exact.gentle", ofSuccess([](auto* r) { r->states.pop_back(); }), "states");
@@ -200,6 +287,7 @@ TEST(Contract, FindsWhatIsNoAnswer) {
       [](const InitializationProblem& problem, InitializationResult* result) {
         if (result->ok()) return;
         result->status = InitializationStatus::kSuccess;
+        result->reason.clear();
         for (int k = 0; k < problem.keyframeCount(); ++k)
           result->states.push_back({problem.keyframe(k).t, SE3(), {0.3, 0.0, 0.0}});
       },

@@ -38,11 +38,13 @@ TEST(IsolatedRun, SurvivesACrash) {
       {});
   EXPECT_FALSE(outcome.completed);
   EXPECT_THAT(outcome.failure, HasSubstr("crashed with signal 11"));
+  EXPECT_FALSE(outcome.out_of_time);
 }
 
 TEST(IsolatedRun, EndsALoop) {
   IsolationLimits limits;
   limits.cpu_s = 1.0;
+  limits.clock_s = 100.0;  // a busy machine is not the matter here
   const IsolatedOutcome outcome = runIsolated(
       []() -> std::string {
         volatile bool forever = true;
@@ -52,27 +54,42 @@ TEST(IsolatedRun, EndsALoop) {
       },
       limits);
   EXPECT_THAT(outcome.failure, HasSubstr("more than 1 s of processor time"));
+  EXPECT_TRUE(outcome.out_of_time);
 }
 
 #ifndef __SANITIZE_ADDRESS__
 TEST(IsolatedRun, EndsAnAllocationWithoutEnd) {
   IsolationLimits limits;
-  limits.memory_gib = 2.0;
+  limits.memory_gib = 1.0;
   const IsolatedOutcome outcome =
-      runIsolated([] { return std::string(4'000'000'000, 'x').substr(0, 1); }, limits);
+      runIsolated([] { return std::string(2'000'000'000, 'x').substr(0, 1); }, limits);
   EXPECT_THAT(outcome.failure, HasSubstr("threw: std::bad_alloc"));
+  // What the caller has does not count.
+  const std::string mine(1'500'000'000, 'x');
+  EXPECT_TRUE(
+      runIsolated([&mine] { return mine.substr(0, 1) + std::string(100'000'000, 'y'); }, limits)
+          .completed);
 }
 #endif
 
 TEST(IsolatedRun, EndsAWait) {
   IsolationLimits limits;
-  limits.waiting_s = 1.0;
+  limits.clock_s = 1.0;
   const IsolatedOutcome outcome = runIsolated(
       []() -> std::string {
         while (true) pause();
       },
       limits);
   EXPECT_THAT(outcome.failure, HasSubstr("did not end within 1 s"));
+  EXPECT_TRUE(outcome.out_of_time);
+}
+
+TEST(IsolatedRun, AllowsTwiceTheProcessorTimeOnTheClockUnlessToldOtherwise) {
+  IsolationLimits limits;
+  limits.cpu_s = 20.0;
+  EXPECT_EQ(limits.clockSeconds(), 40.0);
+  limits.clock_s = 7.0;
+  EXPECT_EQ(limits.clockSeconds(), 7.0);
 }
 
 TEST(IsolatedRun, SaysHowItEndedOtherwise) {

@@ -1,6 +1,6 @@
 # Installs Etalon, moves the installed tree, and follows the guide for plugins with it. Called with cmake -D ... -P; stops
 # with an error where something is not as it should be.
-#   SOURCE_FOLDER, BUILD_FOLDER: of Etalon; WORK_FOLDER: emptied first; LIBDIR, BINDIR: relative to the prefix
+#   SOURCE_FOLDER, BUILD_FOLDER: of Etalon; WORK_FOLDER: emptied first; LIBDIR, BINDIR, DOCDIR: relative to the prefix
 
 file(REMOVE_RECURSE "${WORK_FOLDER}")
 file(MAKE_DIRECTORY "${WORK_FOLDER}")
@@ -48,9 +48,19 @@ expect_contains("${libraries}" "${moved}/")
 expect_lacks("${libraries}" "${BUILD_FOLDER}/lib")
 expect_lacks("${libraries}" "not found")
 
+# The guide and what it refers to are there to be read, and their links hold.
+set(documentation "${moved}/${DOCDIR}")
+foreach(file README.md LICENSE docs/writing-a-plugin.md docs/notation.md examples/plugin/loosely_coupled.cpp
+             plugins/initializers/eta/README.md)
+  if(NOT EXISTS "${documentation}/${file}")
+    message(FATAL_ERROR "${documentation}/${file} was not installed")
+  endif()
+endforeach()
+run(ignored bash "${CMAKE_CURRENT_LIST_DIR}/check_links.sh" "${documentation}")
+
 # A plugin written, built, checked and run elsewhere against the moved package, as docs/writing-a-plugin.md says.
 run(guide "${CMAKE_COMMAND}" -E env "ETALON=${moved}" bash "${CMAKE_CURRENT_LIST_DIR}/run_guide.sh"
-    "${SOURCE_FOLDER}/docs/writing-a-plugin.md" "${SOURCE_FOLDER}/examples/plugin" "${WORK_FOLDER}/guide")
+    "${documentation}/docs/writing-a-plugin.md" "${SOURCE_FOLDER}/examples/plugin" "${WORK_FOLDER}/guide")
 expect_contains("${guide}" "gyro bias, velocities and gravity by least squares")
 expect_contains("${guide}" "max_gyro_bias_rps = 0.5")
 expect_contains("${guide}" "0 failed")

@@ -1,6 +1,7 @@
 #include "check_tools.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -97,7 +98,11 @@ std::string brokenWord(const Initializer& initializer, const InitializationProbl
 Answer ask(const Initializer& initializer, const InitializationProblem& problem) {
   Answer answer;
   answer.result = initializer.initialize(problem);
-  if (!answer.result.ok()) answer.broken = brokenWord(initializer, problem, answer.result);
+  if (!answer.result.ok()) {
+    answer.broken = brokenWord(initializer, problem, answer.result);
+  } else if (!answer.result.reason.empty()) {
+    answer.broken = "reports success with a reason, which is for refusals: " + answer.result.reason;
+  }
   return answer;
 }
 
@@ -120,6 +125,17 @@ bool anyExceeded(const std::vector<Bounded>& errors) {
   return std::any_of(errors.begin(), errors.end(), [](const Bounded& b) { return b.exceeded(); });
 }
 
+double worstShare(const std::vector<Bounded>& errors) {
+  double worst = 0.0;
+  for (const Bounded& b : errors) {
+    const double share = b.error / b.bound;
+    if (!(share <= std::numeric_limits<double>::max()))
+      return std::numeric_limits<double>::infinity();
+    worst = std::max(worst, share);
+  }
+  return worst;
+}
+
 std::string describe(const std::vector<Bounded>& errors) {
   std::string text;
   for (const Bounded& b : errors) {
@@ -127,6 +143,74 @@ std::string describe(const std::vector<Bounded>& errors) {
     if (b.exceeded()) text += format(" (at most %.2g is allowed)", b.bound);
   }
   return text;
+}
+
+namespace {
+
+/** Whether a mistake explains an estimate: the error is of the size of the truth, and undoing the
+ * mistake leaves a twentieth of it. */
+bool explains(double error, double error_undone, double size) {
+  return error > 0.2 * size && error_undone < 0.05 * error;
+}
+
+/** RMS over the keyframes of v_WB less its truth in the body frame, m/s, with the velocities turned
+ * by `turn` first. */
+double velocityError(const InitializationResult& result, const SyntheticWindow& window,
+                     const std::function<Eigen::Matrix3d(const KeyframeState&)>& turn) {
+  std::vector<KeyframeState> states = result.states;
+  for (KeyframeState& s : states) s.v_WB = turn(s) * s.v_WB;
+  return testing::errorsOf(states, result.bias, window).velocity_mps;
+}
+
+double typicalSpeed(const SyntheticWindow& window) {
+  double sum = 0.0;
+  for (const KeyframeState& s : window.truth) sum += s.v_WB.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(window.truth.size()));
+}
+
+}  // namespace
+
+std::string hintAtCause(const InitializationResult& result, const SyntheticWindow& window) {
+  const WindowErrors errors = testing::errorsOf(result.states, result.bias, window);
+  std::string text;
+  if (errors.gravity_deg > 175.0) text += "; does gravity point up?";
+  constexpr double kSlowest = 0.05, kSmallestGyroBias = 1e-3, kSmallestAccelBias = 1e-2;
+  if (const double speed = typicalSpeed(window); speed > kSlowest) {
+    const Eigen::Matrix3d R_WB0 = result.states.front().T_WB.R;
+    const double from_body =
+        velocityError(result, window, [](const KeyframeState& s) { return s.T_WB.R; });
+    const double from_first = velocityError(
+        result, window, [&R_WB0](const KeyframeState&) -> const Eigen::Matrix3d& { return R_WB0; });
+    if (explains(errors.velocity_mps, from_body, speed))
+      text += "; velocity expressed in the body frame?";
+    else if (explains(errors.velocity_mps, from_first, speed))
+      text += "; velocity expressed in the frame of the first keyframe?";
+  }
+  if (const double size = window.bias.gyro.norm();
+      size > kSmallestGyroBias &&
+      explains(errors.gyro_bias_rps, (result.bias.gyro + window.bias.gyro).norm(), size))
+    text += "; the sign of b_g?";
+  if (const double size = window.bias.accel.norm();
+      size > kSmallestAccelBias &&
+      explains(errors.accel_bias_mps2, (result.bias.accel + window.bias.accel).norm(), size))
+    text += "; the sign of b_a?";
+  return text;
+}
+
+void Complaints::add(const std::string& where, const std::string& what, double severity) {
+  complaints_.push_back({where + ": " + what, severity});
+}
+
+ContractCheck Complaints::verdict() const {
+  std::vector<Complaint> sorted = complaints_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Complaint& a, const Complaint& b) { return a.severity > b.severity; });
+  std::string detail = sorted.front().text;
+  if (sorted.size() > 1)
+    detail += format("; %zu more window%s failed", sorted.size() - 1, sorted.size() > 2 ? "s" : "");
+  ContractCheck check = failed(detail);
+  for (const Complaint& complaint : sorted) check.failures.push_back(complaint.text);
+  return check;
 }
 
 }  // namespace etalon::contract

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -40,13 +41,12 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* text, ...);
 struct Answer {
   InitializationResult result;
   /** How the plugin broke its word, though the host made a refusal of it; empty if it did not:
-   * solve() threw (other than what step 1 threw), refused without a reason, or called a success
-   * what is none. */
+   * solve() threw (other than what step 1 threw), refused without a reason, called a success what
+   * is none, or gave a reason for a success. */
   std::string broken;
 };
 
-/** Initializer::initialize(); where that refuses, also whether it had to cover up for the plugin.
- */
+/** Initializer::initialize(), and whether the plugin kept its word. */
 Answer ask(const Initializer& initializer, const InitializationProblem& problem);
 
 /** A window with its problem. */
@@ -69,7 +69,32 @@ struct Bounded {
   bool exceeded() const { return !(error <= bound); }
 };
 bool anyExceeded(const std::vector<Bounded>& errors);
+/** Largest error over its bound; infinite if one is not a number. */
+double worstShare(const std::vector<Bounded>& errors);
 /** "RRE 1e-09 deg, ..."; bounds where they are exceeded. */
 std::string describe(const std::vector<Bounded>& errors);
+
+/** What a wrong result looks like where it is one of the usual mistakes and clearly so, as the end
+ * of a sentence: "; does gravity point up?". Empty otherwise. */
+std::string hintAtCause(const InitializationResult& result, const SyntheticWindow& window);
+
+/** What went wrong in the windows of one check. */
+class Complaints {
+ public:
+  /** @param severity to find the worst one by: an error over its bound, infinity for what is no
+   * matter of degree */
+  void add(const std::string& where, const std::string& what,
+           double severity = std::numeric_limits<double>::infinity());
+  bool empty() const { return complaints_.empty(); }
+  /** Failed: the worst in the detail with the number of the others, all in the list. */
+  ContractCheck verdict() const;
+
+ private:
+  struct Complaint {
+    std::string text;
+    double severity = 0.0;
+  };
+  std::vector<Complaint> complaints_;
+};
 
 }  // namespace etalon::contract

@@ -65,28 +65,61 @@ ContractCheck runHere(const CheckEntry& entry, const Initializer& initializer,
   }
 }
 
-// A check on its way through the pipe: verdict, value, detail, one after the other.
+// A check on its way through the pipe: verdict, value, then each text after its length.
 std::string packed(const ContractCheck& check) {
   char head[64];
-  std::snprintf(head, sizeof(head), "%d %a ", static_cast<int>(check.verdict), check.value);
-  return head + check.detail;
+  std::snprintf(head, sizeof(head), "%d %a", static_cast<int>(check.verdict), check.value);
+  std::string text = head;
+  const auto append = [&text](const std::string& more) {
+    text += " " + std::to_string(more.size()) + " " + more;
+  };
+  append(check.detail);
+  for (const std::string& failure : check.failures) append(failure);
+  return text;
 }
 
 ContractCheck unpacked(const std::string& text) {
   ContractCheck check;
+  const char* const end = text.data() + text.size();
   char* rest = nullptr;
   check.verdict = static_cast<Verdict>(std::strtol(text.c_str(), &rest, 10));
   check.value = std::strtod(rest, &rest);
-  if (*rest == ' ') check.detail = rest + 1;
+  std::vector<std::string> texts;
+  while (rest < end) {
+    const size_t size = std::strtoul(rest, &rest, 10);
+    if (rest == end) break;
+    ++rest;  // the blank
+    texts.emplace_back(rest, std::min(size, static_cast<size_t>(end - rest)));
+    rest += texts.back().size();
+  }
+  if (texts.empty()) return check;
+  check.detail = texts.front();
+  check.failures.assign(texts.begin() + 1, texts.end());
   return check;
 }
 
 ContractCheck runCheck(const CheckEntry& entry, const Initializer& initializer,
-                       const ContractOptions& options) {
+                       const ContractOptions& options, bool* out_of_time) {
   if (!options.isolated) return runHere(entry, initializer, options);
   const IsolatedOutcome outcome =
       runIsolated([&] { return packed(runHere(entry, initializer, options)); }, options.limits);
+  *out_of_time = outcome.out_of_time;
   return outcome.completed ? unpacked(outcome.output) : contract::failed(outcome.failure);
+}
+
+bool isWanted(const CheckEntry& entry, const std::vector<std::string>& only) {
+  return only.empty() || std::any_of(only.begin(), only.end(), [&entry](const std::string& w) {
+           return matches(entry.description.name, w);
+         });
+}
+
+constexpr size_t kTimeoutsAllowed = 2;  // then the plugin is taken to hang everywhere
+
+std::string describeStop(const std::vector<std::string>& hung, size_t left) {
+  std::string names;
+  for (const std::string& name : hung) names += (names.empty() ? "" : " and ") + name;
+  return contract::format("stopped: %s ran out of time; %zu checks were not run", names.c_str(),
+                          left);
 }
 
 /** A method that refuses every motion is no method. */
@@ -143,14 +176,20 @@ ContractReport checkContract(const Initializer& initializer, const ContractOptio
     report.checks.push_back(check);
     if (on_check) on_check(check);
   };
-  for (const CheckEntry& entry : checks) {
-    const std::string& name = entry.description.name;
-    const bool wanted =
-        options.only.empty() || std::any_of(options.only.begin(), options.only.end(),
-                                            [&](const auto& w) { return matches(name, w); });
-    if (!wanted) continue;
-    ContractCheck check = runCheck(entry, initializer, options);
+  std::vector<const CheckEntry*> wanted;
+  for (const CheckEntry& entry : checks)
+    if (isWanted(entry, options.only)) wanted.push_back(&entry);
+  std::vector<std::string> hung;
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    if (hung.size() == kTimeoutsAllowed) {
+      report.stopped = describeStop(hung, wanted.size() - i);
+      return report;
+    }
+    const std::string& name = wanted[i]->description.name;
+    bool out_of_time = false;
+    ContractCheck check = runCheck(*wanted[i], initializer, options, &out_of_time);
     check.name = name;
+    if (out_of_time) hung.push_back(name);
     if (name == kTime && check.verdict == Verdict::kPassed)
       report.milliseconds_per_call = check.value;
     add(check);

@@ -51,7 +51,9 @@ ContractCheck exactOn(Motion motion, const Initializer& initializer) {
   // A tenth of a pixel at 3 m and EuRoC's baseline is eighteen times that.
   if (!answer.result.landmarks.empty())
     errors.push_back({"landmarks", "m", medianLandmarkError(answer.result, trial.window), 1e-3});
-  return anyExceeded(errors) ? failed(describe(errors)) : passed(describe(errors));
+  if (anyExceeded(errors))
+    return failed(describe(errors) + hintAtCause(answer.result, trial.window));
+  return passed(describe(errors));
 }
 
 /** The six motions with these biases; `judge` says what is wrong with an answer (empty: nothing).
@@ -65,7 +67,8 @@ class BiasTrials {
   BiasTrials(const Initializer& initializer, const Judge& judge)
       : initializer_(initializer), judge_(judge) {}
 
-  void run(const ImuBias& bias, const BiasPriors& priors) {
+  /** @param which of the biases, for messages; may be empty */
+  void run(const ImuBias& bias, const BiasPriors& priors, const std::string& which = "") {
     for (const Motion motion : testing::kAllMotions) {
       SyntheticWindowOptions options;
       options.motion = motion;
@@ -73,33 +76,34 @@ class BiasTrials {
       options.priors = priors;
       const Trial trial(options);
       const Answer answer = ask(initializer_, trial.problem());
-      if (!answer.broken.empty()) complain(motion, answer.broken);
+      const std::string where = toString(motion) + which;
+      if (!answer.broken.empty()) {
+        complaints_.add(where, answer.broken);
+        continue;
+      }
       if (!answer.result.ok()) {
         refusal_ = answer.result;
         continue;
       }
       ++answered_;
       const std::vector<Bounded> errors = judge_(answer.result, trial.window);
-      if (anyExceeded(errors)) complain(motion, describe(errors));
+      if (anyExceeded(errors))
+        complaints_.add(where, describe(errors) + hintAtCause(answer.result, trial.window),
+                        worstShare(errors));
     }
   }
 
   ContractCheck verdict(const std::string& praise, double value) const {
-    if (!complaints_.empty()) return failed(complaints_);
+    if (!complaints_.empty()) return complaints_.verdict();
     if (answered_ == 0) return refused(refusal_);
     return passed(format("%d windows: ", answered_) + praise, value);
   }
 
  private:
-  void complain(Motion motion, const std::string& what) {
-    if (!complaints_.empty()) complaints_ += "; ";
-    complaints_ += std::string(toString(motion)) + ": " + what;
-  }
-
   const Initializer& initializer_;
   Judge judge_;
   int answered_ = 0;
-  std::string complaints_;
+  Complaints complaints_;
   InitializationResult refusal_;
 };
 
@@ -117,7 +121,7 @@ ContractCheck followsGyroBias(const Initializer& initializer, const ContractOpti
     return std::vector<Bounded>{{"b_g", "rad/s", error, kShareOfGyroBias * plus.gyro.norm()}};
   });
   trials.run(plus, BiasPriors());
-  trials.run(minus, BiasPriors());
+  trials.run(minus, BiasPriors(), ", opposite bias");
   return trials.verdict(
       format("b_g of %.3f rad/s and its opposite found to %.2g rad/s (bound %.2g)",
              plus.gyro.norm(), worst, kShareOfGyroBias * plus.gyro.norm()),
@@ -157,7 +161,7 @@ ContractCheck followsAccelBias(const Initializer& initializer, const ContractOpt
     return bounds;
   });
   trials.run(plus, BiasPriors());
-  trials.run(minus, BiasPriors());
+  trials.run(minus, BiasPriors(), ", opposite bias");
   return trials.verdict(
       format("of a b_a of %.3f m/s^2 at most %.0f %% is found, the rest stays at the prior; "
              "gravity is off by up to %.2f deg",

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <fstream>
 
 #include "etalon/core/errors.h"
 
@@ -45,6 +46,16 @@ std::string readWhole(int file) {
   }
 }
 
+#ifndef __SANITIZE_ADDRESS__
+/** Bytes of addresses that this process has; 0 if /proc does not tell. */
+rlim_t addressesInUse() {
+  std::ifstream file("/proc/self/statm");
+  rlim_t pages = 0;
+  file >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
+#endif
+
 [[noreturn]] void runChild(const std::function<std::string()>& function,
                            const IsolationLimits& limits, int file) {
   const auto cpu_s = static_cast<rlim_t>(std::ceil(limits.cpu_s));
@@ -52,10 +63,11 @@ std::string readWhole(int file) {
   setLimit(RLIMIT_CORE, 0, 0);
 #ifndef __SANITIZE_ADDRESS__  // reserves terabytes of addresses
   const auto bytes = static_cast<rlim_t>(limits.memory_gib * 1024.0 * 1024.0 * 1024.0);
-  setLimit(RLIMIT_AS, bytes, bytes);
+  const rlim_t limit = addressesInUse() + bytes;
+  setLimit(RLIMIT_AS, limit, limit);
 #endif
   std::signal(SIGALRM, SIG_DFL);
-  alarm(static_cast<unsigned>(std::ceil(limits.waiting_s)));
+  alarm(static_cast<unsigned>(std::ceil(limits.clockSeconds())));
   dup2(STDERR_FILENO, STDOUT_FILENO);
   std::string answer;
   try {
@@ -83,7 +95,8 @@ std::string describeEnd(int status, const IsolationLimits& limits) {
     if (signal == SIGKILL)
       return "was killed from outside, or by the limit of " + secondsText(limits.cpu_s) +
              " of processor time";
-    if (signal == SIGALRM) return "did not end within " + secondsText(limits.waiting_s);
+    if (signal == SIGALRM)
+      return "did not end within " + secondsText(limits.clockSeconds()) + " on the clock";
     return "crashed with signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
   }
   return "ended the process with exit code " + std::to_string(WEXITSTATUS(status));
@@ -123,6 +136,8 @@ IsolatedOutcome runIsolated(const std::function<std::string()>& function,
     outcome.failure = "threw: " + answer.substr(1);
   } else {
     outcome.failure = describeEnd(status, limits);
+    outcome.out_of_time =
+        WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM);
   }
   return outcome;
 }

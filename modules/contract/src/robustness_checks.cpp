@@ -15,7 +15,7 @@ enum class Allowed {
   kNearOrRefusal,   ///< a success only within five times that: VI-BA converges from there
 };
 
-/** Bad windows, one after the other; the first wrong answer decides. */
+/** Bad windows, one after the other. */
 class BadWindows {
  public:
   explicit BadWindows(const Initializer& initializer) : initializer_(initializer) {}
@@ -26,23 +26,21 @@ class BadWindows {
 
   void addProblem(const std::string& what, const InitializationProblem& problem, const Trial& trial,
                   Allowed allowed) {
-    if (!complaint_.empty()) return;
     const Answer answer = ask(initializer_, problem);
     if (!answer.broken.empty()) {
-      complaint_ = what + ": " + answer.broken;
+      complaints_.add(what, answer.broken);
     } else if (!answer.result.ok()) {
       ++refused_;
       last_refusal_ = what + ": " + toString(answer.result.status) + ": " + answer.result.reason;
     } else if (allowed == Allowed::kRefusal) {
-      complaint_ = what + ": is called a success";
+      complaints_.add(what, "is called a success");
     } else {
-      judge(what, errorsOf(answer.result.states, answer.result.bias, trial.window),
-            allowed == Allowed::kNearOrRefusal ? 5.0 : 1.0);
+      judge(what, answer.result, trial.window, allowed == Allowed::kNearOrRefusal ? 5.0 : 1.0);
     }
   }
 
   ContractCheck verdict() const {
-    if (!complaint_.empty()) return failed(complaint_);
+    if (!complaints_.empty()) return complaints_.verdict();
     if (right_ == 0) return passed(format("%d refused; ", refused_) + last_refusal_, refused_);
     return passed(format("%d refused, %d solved, gravity within %.2f deg, velocity within %.3f m/s",
                          refused_, right_, worst_gravity_, worst_velocity_),
@@ -50,14 +48,20 @@ class BadWindows {
   }
 
  private:
-  void judge(const std::string& what, const WindowErrors& errors, double factor) {
+  void judge(const std::string& what, const InitializationResult& result,
+             const SyntheticWindow& window, double factor) {
+    const WindowErrors errors = errorsOf(result.states, result.bias, window);
     // What the evaluation calls a success.
     const double gravity_deg = factor * 2.0, velocity_mps = factor * 0.1;
     if (!(errors.gravity_deg < gravity_deg && errors.velocity_mps < velocity_mps)) {
-      complaint_ = what + format(
-                              ": is called a success with gravity off by %.2f deg and velocity "
-                              "by %.3f m/s (%.0f deg and %.1f m/s are allowed)",
-                              errors.gravity_deg, errors.velocity_mps, gravity_deg, velocity_mps);
+      const double severity =
+          std::max(errors.gravity_deg / gravity_deg, errors.velocity_mps / velocity_mps);
+      complaints_.add(what,
+                      format("is called a success with gravity off by %.2f deg and velocity by "
+                             "%.3f m/s (%.0f deg and %.1f m/s are allowed)",
+                             errors.gravity_deg, errors.velocity_mps, gravity_deg, velocity_mps) +
+                          hintAtCause(result, window),
+                      severity);
       return;
     }
     ++right_;
@@ -68,7 +72,8 @@ class BadWindows {
   const Initializer& initializer_;
   int refused_ = 0, right_ = 0;
   double worst_gravity_ = 0.0, worst_velocity_ = 0.0;
-  std::string complaint_, last_refusal_;
+  Complaints complaints_;
+  std::string last_refusal_;
 };
 
 /** Windows with and without motion: methods for either get to see what they believe in. */

@@ -113,7 +113,8 @@ std::vector<ImuSample> exactImu(const SyntheticWindowOptions& options, const Mot
   std::vector<ImuSample> samples;
   Matrix3d R_WB = R_WB0;
   const Vector3d g_W(0, 0, -options.gravity_mps2);
-  const int count = static_cast<int>(std::llround(duration_s * options.imu_rate_hz)) + 1;
+  // To the end or just beyond it; what is off by rounding alone is no further sample.
+  const int count = static_cast<int>(std::ceil(duration_s * options.imu_rate_hz - 1e-6)) + 1;
   for (int i = 0; i < count; ++i) {
     const double t = i / options.imu_rate_hz;
     ImuSample s;

@@ -139,6 +139,10 @@ SuiteConfiguration loadSuiteConfiguration(const IniFile& ini,
   }
   if (wanted.empty()) throw PluginError("no initializer plugin was found; see `etalon plugins`");
   for (const std::string& name : wanted) {
+    if (name == kAutoInitializer)
+      throw ConfigError(
+          "'auto' is for replay alone, where one initializer hands over to another; name the "
+          "initializers themselves, e.g. static and eta");
     suite.initializers.push_back(reader.initializer(name));
     const std::string& chosen = suite.initializers.back().plugin.name;
     for (size_t i = 0; i + 1 < suite.initializers.size(); ++i)

@@ -22,6 +22,8 @@ struct ContractCheck {
   Verdict verdict = Verdict::kFailed;
   std::string detail;  ///< one sentence: what was found, against which bound
   double value = 0.0;  ///< the number behind it, unit as in the detail
+  /** Where several windows failed: what each did, the worst first; `detail` has that one. */
+  std::vector<std::string> failures = {};
 };
 
 /** Lower-case word as it stands in reports: "passed", "refused", "failed", "not_applicable". */
@@ -45,6 +47,8 @@ struct ContractOptions {
 struct ContractReport {
   std::vector<ContractCheck> checks;
   double milliseconds_per_call = 0.0;  ///< median of the plugin's own work; 0 if not measured
+  /** Why the suite stopped before its end, with the checks that hung; empty if it did not. */
+  std::string stopped;
 
   int count(ContractCheck::Verdict verdict) const;
   /** Whether no check failed. */
@@ -60,7 +64,7 @@ std::vector<ContractCheckDescription> contractChecks();
 /**
  * What every initializer promises, tried on synthetic windows with exact truth
  * (docs/writing-a-plugin.md says what and why). Knows no plugin by name. Deterministic but for the
- * time per call.
+ * time per call. After two checks that ran out of time the rest is not run.
  *
  * @param on_check called after each check, for those who want to show progress; may be empty
  * @throws ConfigError if `only` names a check that does not exist

@@ -7,17 +7,21 @@ namespace etalon {
 
 /** What a child process may use. */
 struct IsolationLimits {
-  double cpu_s = 60.0;     ///< processor time; rounded up to whole seconds
-  double waiting_s = 600;  ///< time on the clock, for what waits without computing
-  double memory_gib = 8;   ///< of addresses; beyond it `new` throws. Not with sanitizers
+  double cpu_s = 30.0;      ///< processor time; rounded up to whole seconds
+  double clock_s = 0.0;     ///< time on the clock, for what waits without computing; 0: twice cpu_s
+  double memory_gib = 2.0;  ///< of addresses, besides those that the caller has; beyond it `new`
+                            ///< throws. Not with sanitizers
+
+  double clockSeconds() const { return clock_s > 0.0 ? clock_s : 2.0 * cpu_s; }
 };
 
 /** How a function ended that ran in a process of its own. */
 struct IsolatedOutcome {
-  bool completed = false;  ///< the function returned
-  std::string output;      ///< what it returned, if completed
+  bool completed = false;    ///< the function returned
+  bool out_of_time = false;  ///< it was ended because it used up its processor or clock time
+  std::string output;        ///< what it returned, if completed
   /** Otherwise what happened instead, as the end of a sentence: "crashed with signal 11
-   * (Segmentation fault)", "used more than 60 s of processor time", "ended the process with exit
+   * (Segmentation fault)", "used more than 30 s of processor time", "ended the process with exit
    * code 0", "threw ...". */
   std::string failure;
 };

@@ -52,9 +52,16 @@ struct InitializationResult {
   ImuBias bias;
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m; may be empty
   /**
-   * Covariance of [b_g, b_a, gravity direction, v_WB of the last keyframe] (3 + 3 + 2 + 3 = 11),
-   * gravity direction as rotation about the body x and y axes of the world-aligned first keyframe
-   * (rad); empty where the method has none.
+   * 11 x 11 covariance of the errors, estimate less truth, in this order; empty where the method
+   * has none:
+   *   0..2   b_g, rad/s, in B
+   *   3..5   b_a, m/s^2, in B
+   *   6..7   tilt of the world, rad, about the x and y axes of W:
+   *          R_WB0 = Exp((tilt_x, tilt_y, 0)) R_WB0_true with B0 the body at the first keyframe
+   *   8..10  v_WB of the last keyframe, m/s, in W
+   * The yaw of W is free, so the true world is turned about its z until the first keyframe's
+   * attitudes differ by a horizontal rotation alone; the velocities are compared in that world
+   * (testing::estimationError() in the contract module).
    */
   Eigen::MatrixXd covariance;
   std::vector<StageTiming> timings;  ///< steady clock, the plugin's own work
