@@ -170,7 +170,9 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command->add_option("--jobs", arguments->jobs, "Threads")
       ->check(within(1, 1024, "a whole number from 1 to 1024"))
       ->capture_default_str();
-  command->add_option("--out", arguments->out, "Folder for the results")->capture_default_str();
+  command->add_option("--out", arguments->out, "Folder for the results")
+      ->check(checkOutputPath())
+      ->capture_default_str();
   command->add_option("--tracks", arguments->tracks,
                       "Folder for the cached tracks of the front end (default: OUT/tracks)");
   command

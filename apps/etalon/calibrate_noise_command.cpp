@@ -3,6 +3,7 @@
 #include <fstream>
 #include <memory>
 
+#include "checks.h"
 #include "commands.h"
 #include "configuration_options.h"
 #include "etalon/core/errors.h"
@@ -237,7 +238,8 @@ void addCalibrateNoiseCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_flag("--include-rest", arguments->include_rest,
                     "Also use windows at rest (slower than 0.1 m/s), which do not vibrate");
-  command->add_option("--out", arguments->out, "File for the INI lines (default: standard output)");
+  command->add_option("--out", arguments->out, "File for the INI lines (default: standard output)")
+      ->check(checkOutputPath());
   command->add_option("--tracks", arguments->tracks,
                       "Folder of cached tracks, that of a benchmark for instance (default: none)");
   command->add_option("--format", arguments->format, "How to print the table")

@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "checks.h"
 #include "commands.h"
 #include "etalon/evaluation/benchmark.h"
 #include "print_recording_errors.h"
@@ -39,15 +40,17 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
                          "Refuses parts of other "
                          "code, configuration or data, and slots that are missing or there twice.");
   command->add_option("DIR", arguments->folders, "Folders of the parts")->required();
-  command->add_option("--out", arguments->out, "Folder for the joined benchmark")->required();
+  command->add_option("--out", arguments->out, "Folder for the joined benchmark")
+      ->check(checkOutputPath())
+      ->required();
   command->add_flag("--overwrite", arguments->overwrite,
                     "Discard what another benchmark left in the folder");
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
       ->capture_default_str();
   command->footer(
-      "Exit codes: 0 done, 2 usage or parts that do not fit together, 3 a recording could not be "
-      "used by any part (the others are done).");
+      "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "
+      "not be used by any part (the others are done).");
   command->callback([arguments, exit_code] { *exit_code = merge(*arguments); });
 }
 

@@ -85,6 +85,17 @@ TEST(Usage, BenchSaysThatAutoIsForReplay) {
   EXPECT_THAT(result.err, HasSubstr("'auto' is for replay alone"));
 }
 
+TEST(Usage, RefusesAnOptionInPlaceOfAPath) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"bench", "."}, {"merge", "."}, {"calibrate-noise", "."}, {"replay", "."}};
+  for (std::vector<std::string> arguments : wrong) {
+    arguments.insert(arguments.end(), {"--out", "--help"});
+    const CommandResult result = runEtalon(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments.front();
+    EXPECT_THAT(result.err, HasSubstr("expected a path, found '--help'")) << arguments.front();
+  }
+}
+
 TEST(Usage, PrintsItsVersion) {
   const CommandResult result = runEtalon({"--version"});
   EXPECT_EQ(result.exit_code, 0);
