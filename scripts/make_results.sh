@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Runs the benchmarks of docs/results.md and writes that document from what they give.
 #
-#   scripts/make_results.sh OUT GROUP[:EVERY[:KEYFRAMES:RATES]]...
+#   scripts/make_results.sh OUT GROUP[:EVERY[:KEYFRAMES:RATES[:JOBS]]]...
 #
 # A GROUP is a folder of recordings (EuRoC folders or .rawlog files); its name becomes a chapter, and about.txt in it,
 # if there is one, says in the chapter how they were made. EVERY are the seconds from slot to slot (2.5), KEYFRAMES and
-# RATES the windows (10,5 and 4,10). For every group all initializers are tried; then, with config/paper.ini,
-# ORB-SLAM3's and ETA's on the papers' window. JOBS is the number of processes (2). Results stay in OUT/<group> and
-# OUT/<group>_paper; a second call goes on where the first one ended. Numbers that stand in docs/results.md all come
-# from there.
+# RATES the windows (10,5 and 4,10), JOBS the threads (2; run times are true to a quiet machine with 1 only). For every
+# group all initializers are tried; then, with config/paper.ini, ORB-SLAM3's and ETA's on the papers' window. Results
+# stay in OUT/<group> and OUT/<group>_paper; a second call goes on where the first one ended. Numbers that stand in
+# docs/results.md all come from there.
 # shellcheck disable=SC2016 # the backticks are Markdown's
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -18,7 +18,6 @@ initializers=eta,orbslam3_inertial_only,stereo_nec,drt,vins_alignment,joint_clos
 (($# >= 2)) || { sed -n '2,11p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 [[ -x $etalon ]] || { echo "make_results.sh: $etalon is missing; run scripts/build.sh" >&2; exit 2; }
 out=$1
-jobs=${JOBS:-2}
 shift
 mkdir -p "$out"
 document=$root/docs/results.md
@@ -113,13 +112,13 @@ cat >"$part" <<HEAD
 # Results
 
 Written by \`scripts/make_results.sh\`, whose commands stand above the tables; nothing here was typed by hand. What to make of it:
-[conclusions.md](conclusions.md). What the columns mean: [evaluation.md](evaluation.md). Run on $(date -u +%F) with --jobs $jobs on
-$(nproc) cores of $(sed -nE '0,/^model name/s/^model name[^:]*: //p' /proc/cpuinfo | tr -s ' '): run times are of slots that ran beside each other.
+[conclusions.md](conclusions.md). What the columns mean: [evaluation.md](evaluation.md). Run on $(date -u +%F) on
+$(nproc) cores of $(sed -nE '0,/^model name/s/^model name[^:]*: //p' /proc/cpuinfo | tr -s ' '); run times with more than one job are of slots that ran beside each other.
 HEAD
 
 for group in "$@"; do
-  IFS=: read -r group every keyframes rates <<<"$group"
-  every=${every:-2.5} keyframes=${keyframes:-10,5} rates=${rates:-4,10}
+  IFS=: read -r group every keyframes rates jobs <<<"$group"
+  every=${every:-2.5} keyframes=${keyframes:-10,5} rates=${rates:-4,10} jobs=${jobs:-2}
   name=$(basename "$group")
   recordings=()
   for recording in "$group"/*; do [[ $recording == */about.txt ]] || recordings+=("$recording"); done
