@@ -171,7 +171,7 @@ class TrajectoryPlot {
       case AlignmentType::kSim3:
         return "Sim(3)-aligned";
       case AlignmentType::kYawPosition:
-        return "yaw and position aligned";
+        return "yaw-aligned";
     }
     return "";
   }
