@@ -58,6 +58,12 @@ Outcome runOn(const SyntheticWindowOptions& options, const Initializer& initiali
   return runOn(makeSyntheticWindow(options), options, initializer);
 }
 
+SyntheticWindowOptions moving() {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kAggressive;
+  return options;
+}
+
 SyntheticWindowOptions noisyOptions(Motion motion, double outlier_share, const ImuBias& bias) {
   SyntheticWindowOptions options;
   options.motion = motion;
@@ -140,6 +146,42 @@ void expectAccurateAfterViBa(const Initializer& initializer) {
     EXPECT_LT(e.gyro_bias_rps, 3e-3);
     EXPECT_LT(e.gravity_deg, 1.5);
   }
+}
+
+void expectExactAtRestAndAtConstantVelocity(const Initializer& initializer) {
+  for (const Motion motion : {Motion::kStandstill, Motion::kConstantVelocity}) {
+    SCOPED_TRACE(toString(motion));
+    SyntheticWindowOptions options;
+    options.motion = motion;
+    options.bias.gyro = kBiases.gyro;
+    const Outcome o = runOn(options, initializer);
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    // The weak priors of the MAP (sigma 0.1 rad/s) pull the bias by a part in 1e4.
+    EXPECT_LT(o.errors.gyro_bias_rps, 1e-4);
+    EXPECT_LT(o.errors.rre_deg, 1e-3);
+    EXPECT_LT(o.errors.velocity_mps, 1e-3);
+    EXPECT_LT(o.errors.gravity_deg, 0.01);
+  }
+}
+
+void expectSurvivesThirtyPercentOutliers(const Initializer& initializer, Motion motion) {
+  SCOPED_TRACE(toString(motion));
+  // 16 % of observations are 30 % of the matches of two.
+  const Outcome o =
+      runOn(noisyOptions(motion, 0.16, {kBiases.gyro, {0.02, -0.01, 0.03}}), initializer);
+  ASSERT_TRUE(o.result.ok()) << o.result.reason;
+  // One draw, three times what these methods do on flights without outliers.
+  EXPECT_LT(o.errors.rre_deg, 0.05);
+  EXPECT_LT(o.errors.gyro_bias_rps, 4e-3);
+  EXPECT_LT(o.errors.velocity_mps, 0.05);
+  EXPECT_LT(o.errors.gravity_deg, 1.0);
+}
+
+void expectSameBits(const std::function<Initializer::Ptr()>& load) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.5;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  expectSameBits(load, options);
 }
 
 void expectSameBits(const std::function<Initializer::Ptr()>& load,

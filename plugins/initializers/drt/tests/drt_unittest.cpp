@@ -8,6 +8,7 @@ namespace etalon {
 namespace {
 
 using testing::Motion;
+using testing::moving;
 using testing::Outcome;
 using testing::runOn;
 using testing::SyntheticWindow;
@@ -16,12 +17,6 @@ using testing::WindowErrors;
 
 Initializer::Ptr load(const std::string& ini = "") {
   return testing::loadInitializer(ETALON_INITIALIZER, ini);
-}
-
-SyntheticWindowOptions moving() {
-  SyntheticWindowOptions options;
-  options.motion = Motion::kAggressive;
-  return options;
 }
 
 class DrtVariants : public ::testing::TestWithParam<const char*> {
@@ -48,19 +43,7 @@ TEST_P(DrtVariants, IsExactOnNoiseFreeDataAndFollowsAKnownBias) {
 }
 
 TEST_P(DrtVariants, IsExactAtRestAndAtConstantVelocityToo) {
-  const Initializer::Ptr initializer = loadIt();
-  for (const Motion motion : {Motion::kStandstill, Motion::kConstantVelocity}) {
-    SCOPED_TRACE(testing::toString(motion));
-    SyntheticWindowOptions options;
-    options.motion = motion;
-    options.bias.gyro = testing::kBiases.gyro;
-    const Outcome o = runOn(options, *initializer);
-    ASSERT_TRUE(o.result.ok()) << o.result.reason;
-    EXPECT_LT(o.errors.gyro_bias_rps, 1e-4);
-    EXPECT_LT(o.errors.rre_deg, 1e-3);
-    EXPECT_LT(o.errors.velocity_mps, 1e-3);
-    EXPECT_LT(o.errors.gravity_deg, 0.01);
-  }
+  testing::expectExactAtRestAndAtConstantVelocity(*loadIt());
 }
 
 TEST_P(DrtVariants, IsExactWhereTheAccelerometerBiasIsKnownAndFixed) {
@@ -81,27 +64,12 @@ TEST_P(DrtVariants, AFixedAccelerometerBiasGoesIntoGravity) {
 }
 
 TEST_P(DrtVariants, SurvivesNoiseAndThirtyPercentOutliers) {
-  const Initializer::Ptr initializer = loadIt();
-  for (const Motion motion : {Motion::kAggressive, Motion::kCircle}) {
-    SCOPED_TRACE(testing::toString(motion));
-    // Of observations: 30 % of the matches of two.
-    const Outcome o =
-        runOn(testing::noisyOptions(motion, 0.16, {testing::kBiases.gyro, {0.02, -0.01, 0.03}}),
-              *initializer);
-    ASSERT_TRUE(o.result.ok()) << o.result.reason;
-    // One draw, three times what these methods do on flights without outliers.
-    EXPECT_LT(o.errors.rre_deg, 0.05);
-    EXPECT_LT(o.errors.gyro_bias_rps, 4e-3);
-    EXPECT_LT(o.errors.velocity_mps, 0.05);
-    EXPECT_LT(o.errors.gravity_deg, 1.0);
-  }
+  for (const Motion motion : {Motion::kAggressive, Motion::kCircle})
+    testing::expectSurvivesThirtyPercentOutliers(*loadIt(), motion);
 }
 
 TEST_P(DrtVariants, GivesTheSameResultBitForBit) {
-  SyntheticWindowOptions options;
-  options.sigma_px = 0.5;
-  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-  testing::expectSameBits([] { return loadIt(); }, options);
+  testing::expectSameBits([] { return loadIt(); });
 }
 
 TEST_P(DrtVariants, RefusesTooFewTracksAndNoOverlapInWords) {

@@ -7,6 +7,7 @@ namespace etalon {
 namespace {
 
 using testing::Motion;
+using testing::moving;
 using testing::Outcome;
 using testing::runOn;
 using testing::SyntheticWindow;
@@ -16,12 +17,6 @@ const std::string kWithoutPriors = "prior_gyro_information = 0\nprior_accel_info
 
 Initializer::Ptr load(const std::string& ini = "") {
   return testing::loadInitializer(ETALON_INITIALIZER, ini);
-}
-
-SyntheticWindowOptions moving() {
-  SyntheticWindowOptions options;
-  options.motion = Motion::kAggressive;
-  return options;
 }
 
 TEST(Eta, IsExactOnNoiseFreeDataBeforeAndAfterViBa) {
@@ -80,10 +75,7 @@ TEST(Eta, GravityInheritsThePinnedAccelerometerBiasUntilViBaFreesIt) {
 }
 
 TEST(Eta, GivesTheSameResultBitForBit) {
-  SyntheticWindowOptions options;
-  options.sigma_px = 0.5;
-  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-  testing::expectSameBits([] { return load(); }, options);
+  testing::expectSameBits([] { return load(); });
 }
 
 TEST(Eta, RefusesTooFewTracksInWords) {

@@ -6,6 +6,7 @@ namespace etalon {
 namespace {
 
 using testing::Motion;
+using testing::moving;
 using testing::Outcome;
 using testing::runOn;
 using testing::SyntheticWindow;
@@ -15,12 +16,6 @@ const std::string kWithoutPriors = "prior_gyro_information = 0\nprior_accel_info
 
 Initializer::Ptr load(const std::string& ini = "") {
   return testing::loadInitializer(ETALON_INITIALIZER, ini);
-}
-
-SyntheticWindowOptions moving() {
-  SyntheticWindowOptions options;
-  options.motion = Motion::kAggressive;
-  return options;
 }
 
 TEST(OrbSlam3InertialOnly, IsExactOnNoiseFreeDataBeforeAndAfterViBa) {
@@ -82,10 +77,7 @@ TEST(OrbSlam3InertialOnly, PinsTheAccelerometerBiasAsPublished) {
 }
 
 TEST(OrbSlam3InertialOnly, GivesTheSameResultBitForBit) {
-  SyntheticWindowOptions options;
-  options.sigma_px = 0.5;
-  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-  testing::expectSameBits([] { return load(); }, options);
+  testing::expectSameBits([] { return load(); });
 }
 
 TEST(OrbSlam3InertialOnly, RefusesTooFewTracksInWords) {

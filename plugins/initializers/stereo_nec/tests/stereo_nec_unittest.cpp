@@ -10,6 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 using testing::Motion;
+using testing::moving;
 using testing::Outcome;
 using testing::runOn;
 using testing::SyntheticWindowOptions;
@@ -33,12 +34,6 @@ Initializer::Ptr load(const std::string& ini = "") {
   return testing::loadInitializer(ETALON_INITIALIZER, ini);
 }
 
-SyntheticWindowOptions moving() {
-  SyntheticWindowOptions options;
-  options.motion = Motion::kAggressive;
-  return options;
-}
-
 class StereoNecConfigurations : public ::testing::TestWithParam<Configuration> {
  protected:
   static Initializer::Ptr loadIt(const std::string& more = "") {
@@ -60,41 +55,16 @@ TEST_P(StereoNecConfigurations, IsExactOnNoiseFreeDataAndFollowsAKnownBias) {
 }
 
 TEST_P(StereoNecConfigurations, IsExactAtRestAndAtConstantVelocityToo) {
-  const Initializer::Ptr initializer = loadIt();
-  for (const Motion motion : {Motion::kStandstill, Motion::kConstantVelocity}) {
-    SCOPED_TRACE(testing::toString(motion));
-    SyntheticWindowOptions options;
-    options.motion = motion;
-    options.bias.gyro = testing::kBiases.gyro;
-    const Outcome o = runOn(options, *initializer);
-    ASSERT_TRUE(o.result.ok()) << o.result.reason;
-    // The weak priors of the MAP (sigma 0.1 rad/s) pull the bias by a part in 1e4.
-    EXPECT_LT(o.errors.gyro_bias_rps, 1e-4);
-    EXPECT_LT(o.errors.rre_deg, 1e-3);
-    EXPECT_LT(o.errors.velocity_mps, 1e-3);
-    EXPECT_LT(o.errors.gravity_deg, 0.01);
-  }
+  testing::expectExactAtRestAndAtConstantVelocity(*loadIt());
 }
 
 TEST_P(StereoNecConfigurations, SurvivesNoiseAndThirtyPercentOutliers) {
-  // Not on the circle, where stereo odometry gives up. 16 % of observations are 30 % of the matches
-  // of two.
-  const Outcome o = runOn(testing::noisyOptions(Motion::kAggressive, 0.16,
-                                                {testing::kBiases.gyro, {0.02, -0.01, 0.03}}),
-                          *loadIt());
-  ASSERT_TRUE(o.result.ok()) << o.result.reason;
-  // One draw, three times what these methods do on flights without outliers.
-  EXPECT_LT(o.errors.rre_deg, 0.05);
-  EXPECT_LT(o.errors.gyro_bias_rps, 4e-3);
-  EXPECT_LT(o.errors.velocity_mps, 0.05);
-  EXPECT_LT(o.errors.gravity_deg, 1.0);
+  // Not on the circle, where stereo odometry gives up.
+  testing::expectSurvivesThirtyPercentOutliers(*loadIt(), Motion::kAggressive);
 }
 
 TEST_P(StereoNecConfigurations, GivesTheSameResultBitForBit) {
-  SyntheticWindowOptions options;
-  options.sigma_px = 0.5;
-  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-  testing::expectSameBits([] { return loadIt(); }, options);
+  testing::expectSameBits([] { return loadIt(); });
 }
 
 TEST_P(StereoNecConfigurations, RefusesTooFewTracksAndNoOverlapInWords) {

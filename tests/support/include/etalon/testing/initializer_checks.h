@@ -32,6 +32,8 @@ Outcome runOn(const SyntheticWindow& window, const SyntheticWindowOptions& optio
               const Initializer& initializer);
 Outcome runOn(const SyntheticWindowOptions& options, const Initializer& initializer);
 
+/** Without noise and biases, in motion that tells everything from everything. */
+SyntheticWindowOptions moving();
 /** Half a pixel of noise, the IMU's data sheet, and outliers; the problem knows of the noise. */
 SyntheticWindowOptions noisyOptions(Motion motion, double outlier_share, const ImuBias& bias);
 /** No noise, the biases `bias`, and priors that do not pull on them. */
@@ -57,9 +59,16 @@ void expectExactWhereThePriorsAreTrue(const Initializer& initializer);
 /** Noise and 10 % outliers: accepted, and accurate after VI-BA. */
 void expectAccurateAfterViBa(const Initializer& initializer);
 
+/** Exact, but for what weak priors on b_g pull, where nothing accelerates: b_g is the only bias. */
+void expectExactAtRestAndAtConstantVelocity(const Initializer& initializer);
+/** Noise, and 30 % of the matches of two keyframes wrong: accurate all the same. */
+void expectSurvivesThirtyPercentOutliers(const Initializer& initializer, Motion motion);
+
 /** Two instances on two copies of a window, with VI-BA: the same bits. */
 void expectSameBits(const std::function<Initializer::Ptr()>& load,
                     const SyntheticWindowOptions& options);
+/** The same on a gentle window with noise. */
+void expectSameBits(const std::function<Initializer::Ptr()>& load);
 
 /** Five tracks a frame: refused in words, by the initializer and by the attempt as a whole.
  * @return the refusal */
