@@ -1,8 +1,8 @@
-// stereo_scale SRC [--truth TUM]
+// stereo_scale SRC [--truth TUM] [--from S] [--to S]
 //
 // Is stereo odometry too small or too large, and whose fault is it? SRC is a recording (EuRoC
-// folder or .rawlog; all of its stereo pairs are used) with ground truth, or with TUM in its place.
-// Prints
+// folder or .rawlog) with ground truth, or with TUM in its place; from S to S after the first
+// image. Prints
 //  - by window of ten keyframes at 4 Hz: the ground truth's extent (RMS distance from its middle);
 //    its scale against the odometry's, fitted both ways (a Sim(3) fit is pulled to small by the
 //    noise of the points that it scales, so that the two differ by what noise does); the standard
@@ -11,6 +11,9 @@
 //  - over all keyframes the scale, its standard error from leaving out a second at a time, which
 //    knows that neighbouring errors are alike; with the calibration as given, as the images want
 //    it, and with a free lever arm between the ground truth's body and the rig's;
+//  - the same from the IMU alone, against vision and against the truth: inertial-only MAP, whose
+//    cost is a parabola of the scale (biases and direction of gravity free, accelerometer's noise
+//    as a flying platform has it, its scale factor taken for exact);
 //  - what the images want of the calibration (rig_check.h).
 // A wrong baseline and a bias of the matching scale all windows alike.
 
@@ -31,6 +34,7 @@
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/odometry/stereo_odometry.h"
+#include "etalon/optimization/inertial_only_map.h"
 #include "rig_check.h"
 
 namespace {
@@ -41,29 +45,35 @@ using Points = std::vector<Eigen::Vector3d>;
 constexpr size_t kWindow = 10;       // keyframes
 constexpr int64_t kEveryFrames = 7;  // from a window's start to the next one's
 constexpr double kBlockSeconds = 1.0;
+constexpr double kGyroNoiseFactor = 1.5, kAccelNoiseFactor = 6.0;  // docs/noise.md
 
 /** Keyframes with their true positions. */
 struct Keyframes {
   std::vector<const TrackedFrame*> frames;
   std::vector<Eigen::Matrix3d> R_prev_cur;
+  std::vector<Preintegration> imu;  ///< between neighbours
   Points truth;
+  std::vector<SE3> T_WB;  ///< true
 };
 
 Keyframes keyframesFrom(const SequenceTracks& tracks, size_t first, size_t most) {
   Keyframes keyframes;
+  ImuNoiseDensities noise = tracks.calibration.imu.noise;
+  noise.gyro_noise_density *= kGyroNoiseFactor;
+  noise.accel_noise_density *= kAccelNoiseFactor;
   KeyframeSelector selector(KeyframeSelectorOptions{});
   for (size_t i = first; i < tracks.frames.size() && keyframes.frames.size() < most; ++i) {
     const TrackedFrame& frame = tracks.frames[i];
     const auto truth = tracks.ground_truth.at(frame.t);
     if (!truth || !selector.isKeyframe(frame.t)) continue;
-    if (!keyframes.frames.empty())
-      keyframes.R_prev_cur.push_back(
-          Preintegration(tracks.imu.between(keyframes.frames.back()->t, frame.t), ImuBias(),
-                         tracks.calibration.imu.noise)
-              .deltas()
-              .dR);
+    if (!keyframes.frames.empty()) {
+      keyframes.imu.emplace_back(tracks.imu.between(keyframes.frames.back()->t, frame.t), ImuBias(),
+                                 noise);
+      keyframes.R_prev_cur.push_back(keyframes.imu.back().deltas().dR);
+    }
     keyframes.frames.push_back(&frame);
     keyframes.truth.push_back(truth->T_WB.t);
+    keyframes.T_WB.push_back(truth->T_WB);
   }
   return keyframes;
 }
@@ -185,6 +195,23 @@ double visionsError(const SequenceTracks& tracks, const Keyframes& keyframes,
   return std::sqrt(variance / kParts);
 }
 
+/** Prints the scale of the IMU's motion against that of the poses. */
+void printInertialScale(const char* name, const std::vector<SE3>& T_VB,
+                        const std::vector<Preintegration>& imu) {
+  InertialOnlyOptions options;
+  options.prior_accel_information = 10.0;  // sigma 0.3 m/s^2: leaves the bias free
+  const auto cost = [&](double scale) {
+    std::vector<SE3> scaled = T_VB;
+    for (SE3& pose : scaled) pose.t *= scale;
+    return solveInertialOnlyMap(scaled, imu, options).cost;
+  };
+  constexpr double kStep = 0.02;
+  const double less = cost(1.0 - kStep), middle = cost(1.0), more = cost(1.0 + kStep);
+  const double curvature = (less + more - 2.0 * middle) / (kStep * kStep);
+  std::printf("scale of the IMU against %s: %.4f +- %.4f\n", name,
+              1.0 - (more - less) / (2.0 * kStep) / curvature, 1.0 / std::sqrt(curvature));
+}
+
 /** Mean and scatter of the windows' scales. */
 void printMean(const char* name, const std::vector<double>& scales) {
   double mean = 0.0, squares = 0.0;
@@ -243,17 +270,33 @@ void printScale(const char* name, const Keyframes& keyframes, const std::vector<
       fit.rms_mm);
 }
 
-void run(const std::string& source, const std::string& truth_path) {
-  const auto recording = openRecording(source);
+struct Arguments {
+  std::string source, truth;
+  double from_s = 0.0, to_s = 1e9;
+};
+
+SequenceTracks readTracks(const Arguments& arguments) {
+  const auto recording = openRecording(arguments.source);
   SequenceTracks tracks = trackSequence(*recording, {});
-  if (!truth_path.empty()) {
+  const auto outside = [&](const TrackedFrame& frame) {
+    const double after = secondsBetween(tracks.first_image, frame.t);
+    return after < arguments.from_s || after > arguments.to_s;
+  };
+  tracks.frames.erase(std::remove_if(tracks.frames.begin(), tracks.frames.end(), outside),
+                      tracks.frames.end());
+  if (!arguments.truth.empty()) {
     tracks.ground_truth = GroundTruth();
-    for (const StampedPose& pose : readTum(truth_path)) {
+    for (const StampedPose& pose : readTum(arguments.truth)) {
       tracks.ground_truth.states.push_back({});
       tracks.ground_truth.states.back().t = pose.t;
       tracks.ground_truth.states.back().T_WB = pose.T_WB;
     }
   }
+  return tracks;
+}
+
+void run(const Arguments& arguments) {
+  const SequenceTracks tracks = readTracks(arguments);
   const StereoOdometryOptions options;
   const Keyframes keyframes = keyframesFrom(tracks, 0, tracks.frames.size());
   const VisualSolution start =
@@ -264,6 +307,8 @@ void run(const std::string& source, const std::string& truth_path) {
               extent(keyframes.truth));
   printScale("calibration as given", keyframes, check.T_VB);
   printScale("as the images want it", keyframes, check.T_VB_corrected);
+  printInertialScale("vision, calibration as given", check.T_VB, keyframes.imu);
+  printInertialScale("the ground truth", keyframes.T_WB, keyframes.imu);
   std::printf(
       "corrections that the images want (residuals %.4f px rms, then %.4f; keyframes move by %.2f "
       "mm "
@@ -280,14 +325,23 @@ void run(const std::string& source, const std::string& truth_path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool with_truth = argc == 4 && std::strcmp(argv[2], "--truth") == 0;
-  if (argc != 2 && !with_truth) {
-    std::fprintf(stderr, "usage: stereo_scale SRC [--truth TUM]\n");
-    return 2;
-  }
+  Arguments arguments;
   cv::setNumThreads(1);
   try {
-    run(argv[1], with_truth ? argv[3] : "");
+    if (argc < 2 || argc % 2 != 0) throw ConfigError("takes a recording, then options with values");
+    arguments.source = argv[1];
+    for (int i = 2; i < argc; i += 2) {
+      const std::string option = argv[i];
+      if (option == "--truth")
+        arguments.truth = argv[i + 1];
+      else if (option == "--from")
+        arguments.from_s = std::stod(argv[i + 1]);
+      else if (option == "--to")
+        arguments.to_s = std::stod(argv[i + 1]);
+      else
+        throw ConfigError("knows no " + option);
+    }
+    run(arguments);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "stereo_scale: %s\n", e.what());
     return 3;
