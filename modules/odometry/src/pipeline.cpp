@@ -77,10 +77,8 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
 Pipeline::~Pipeline() = default;
 
 void Pipeline::add(const ImuSample& sample) {
-  ImuSample on_tick = sample;
-  on_tick.t = truncateToMrptTick(sample.t);
-  imu_.add(on_tick);
-  while (!waiting_.empty() && waiting_.front().t <= on_tick.t) {
+  imu_.add(sample);
+  while (!waiting_.empty() && waiting_.front().t <= sample.t) {
     const StereoFrame frame = std::move(waiting_.front());
     waiting_.pop_front();
     process(frame);
@@ -88,12 +86,10 @@ void Pipeline::add(const ImuSample& sample) {
 }
 
 void Pipeline::add(const StereoFrame& frame) {
-  StereoFrame on_tick = frame;
-  on_tick.t = truncateToMrptTick(frame.t);
-  if (!imu_.empty() && imu_.samples().back().t >= on_tick.t)
-    process(on_tick);
+  if (!imu_.empty() && imu_.samples().back().t >= frame.t)
+    process(frame);
   else
-    waiting_.push_back(on_tick);
+    waiting_.push_back(frame);
 }
 
 void Pipeline::finish() {

@@ -64,8 +64,7 @@ struct FrameTiming {
 
 /**
  * The stages tied together: measurements in, in time order; trajectory and initialization attempts
- * out. All stamps are cut to MRPT's tick of 100 ns on entry, so that a folder and the rawlog made
- * from it are the same input bit for bit.
+ * out. Stamps are those of the measurements, to the nanosecond.
  *
  * With an initializer for the start at rest: once that has started the odometry, the window goes
  * on; when the at-rest initializer refuses it with kTooMuchMotion, and enough of it is in motion,
