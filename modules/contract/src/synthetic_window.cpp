@@ -7,6 +7,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_noise.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/odometry/window_initialization.h"
 
 namespace etalon::testing {
@@ -324,15 +325,9 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
 
 Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
                                              const SyntheticWindow& window) {
-  const KeyframeState &truth = window.truth.front(), &estimate = result.states.front();
-  // q = swing * twist, the twist about z, the swing about a horizontal axis.
-  const Eigen::Quaterniond q(Matrix3d(estimate.T_WB.R * truth.T_WB.R.transpose()));
-  const Eigen::Quaterniond twist = Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
-  const Vector3d tilt = logSO3((q * twist.inverse()).toRotationMatrix());
-  Eigen::Matrix<double, 11, 1> error;
-  error << result.bias.gyro - window.bias.gyro, result.bias.accel - window.bias.accel,
-      tilt.head<2>(), result.states.back().v_WB - twist * window.truth.back().v_WB;
-  return error;
+  return etalon::estimationError(
+      result.states, result.bias,
+      {window.truth.front().T_WB.R, window.truth.back().v_WB, window.bias});
 }
 
 }  // namespace etalon::testing

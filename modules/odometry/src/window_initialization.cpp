@@ -18,6 +18,15 @@ std::vector<SE3> InitializationAttempt::poses() const {
   return poses;
 }
 
+void InitializationAttempt::dropEstimates() {
+  InitializationResult light;
+  light.status = init.ok() ? decision.status : init.status;
+  light.timings = std::move(init.timings);
+  init = std::move(light);
+  vi_ba = VisualInertialBaResult();
+  landmarks.clear();
+}
+
 double InitializationAttempt::sigmaGyroBias() const {
   Eigen::Vector3d variance;
   if (has_vi_ba && vi_ba.covariance.rows() >= 6)

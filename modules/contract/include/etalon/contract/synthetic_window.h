@@ -73,14 +73,7 @@ struct WindowErrors {
 WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& bias,
                       const SyntheticWindow& window);
 
-/**
- * Estimate less truth in the order of InitializationResult::covariance: b_g (rad/s), b_a (m/s^2),
- * tilt (rad), v_WB of the last keyframe (m/s).
- *
- * The yaw of the world is nobody's to know: the true world is turned about its z until the first
- * keyframe's attitudes differ by a horizontal rotation alone, R_WB0 = Exp((tilt_x, tilt_y, 0))
- * R_WB0_true; velocities are compared in that world.
- */
+/** Estimate less the window's truth, see estimationError() in the initialization module. */
 Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
                                              const SyntheticWindow& window);
 
