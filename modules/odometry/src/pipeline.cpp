@@ -42,6 +42,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
     options.declare(set);
     sets.push_back(set);
   };
+  declared("input", input);
   declared("imu_noise", imu_noise);
   declared("frontend", frontend);
   declared("odometry", window.odometry);
@@ -69,6 +70,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       options_(options),
       initializers_(std::move(initializers)),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
+      border_(calibration, options.input),
       tracker_(calibration, options.frontend),
       selector_(KeyframeSelectorOptions{options.keyframe_rate_hz}),
       odometry_(calibration, options.window.odometry),
@@ -77,45 +79,79 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
 Pipeline::~Pipeline() = default;
 
 void Pipeline::add(const ImuSample& sample) {
-  ImuSample on_tick = sample;
-  on_tick.t = truncateToMrptTick(sample.t);
-  imu_.add(on_tick);
-  while (!waiting_.empty() && waiting_.front().t <= on_tick.t) {
-    const StereoFrame frame = std::move(waiting_.front());
-    waiting_.pop_front();
-    process(frame);
-  }
+  border_.add(sample);
+  processAdmitted();
 }
 
 void Pipeline::add(const StereoFrame& frame) {
-  StereoFrame on_tick = frame;
-  on_tick.t = truncateToMrptTick(frame.t);
-  if (!imu_.empty() && imu_.samples().back().t >= on_tick.t)
-    process(on_tick);
-  else
-    waiting_.push_back(on_tick);
+  border_.add(frame);
+  processAdmitted();
 }
 
 void Pipeline::finish() {
-  for (const StereoFrame& frame : waiting_) process(frame);
-  waiting_.clear();
+  border_.finish();
+  processAdmitted();
+}
+
+void Pipeline::processAdmitted() {
+  while (const std::optional<AdmittedInput> input = border_.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*input)) {
+      process(*sample);
+    } else if (const auto* frame = std::get_if<StereoFrame>(&*input)) {
+      process(*frame);
+    } else {
+      imu_ = ImuBuffer();
+      odometry_.forgetVelocity();
+      restartWindow();
+    }
+  }
+}
+
+void Pipeline::process(const ImuSample& sample) {
+  imu_.add(sample);
+  // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
+  const TimeNs needed = sample.t - durationNs(options_.input.max_gap_s);
+  if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
+}
+
+/** Rotation of the body from t0 to t1 as the gyro saw it; identity where it saw nothing. */
+Eigen::Matrix3d Pipeline::rotationSince(TimeNs t0, TimeNs t1) const {
+  if (t0 >= t1 || !imu_.covers(t0, t1)) return Eigen::Matrix3d::Identity();
+  return Preintegration(imu_.between(t0, t1), bias_, noise_).deltas().dR;
+}
+
+/** After a time that nothing is known of, keyframes before it are of no use for an initialization.
+ */
+void Pipeline::restartWindow() {
+  window_frames_.clear();
+  window_keyframes_.clear();
+  selector_ = KeyframeSelector(KeyframeSelectorOptions{options_.keyframe_rate_hz});
 }
 
 void Pipeline::process(const StereoFrame& frame) {
   FrameTiming timing;
   Stopwatch watch;
-  Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
-  if (has_previous_frame_ && imu_.covers(previous_frame_, frame.t))
-    R_prev_cur = Preintegration(imu_.between(previous_frame_, frame.t), bias_, noise_).deltas().dR;
+  const TimeNs before = last_frame_.value_or(frame.t);
+  last_frame_ = frame.t;
+  const Eigen::Matrix3d R_prev_cur = rotationSince(tracked_at_.value_or(frame.t), frame.t);
+  if (repeated_images_.isRepeated(frame.left, frame.right, imu_.between(before, frame.t))) {
+    border_.count(InputFault::kFrameRepeatsImage, frame.t);
+    ++frames_not_located_;
+    trajectory_.push_back({frame.t, odometry_.predict(frame.t, R_prev_cur)});
+    timings_.push_back(timing);
+    return;
+  }
+  if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
+    restartWindow();
+  tracked_at_ = frame.t;
   const TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
+  repeated_images_.tracked(tracked);
   timing.frontend_ms = watch.lapMilliseconds();
 
   const bool keyframe = selector_.isKeyframe(frame.t);
   const StereoOdometry::FrameResult pose = odometry_.track(tracked, R_prev_cur, keyframe);
   if (!pose.located) ++frames_not_located_;
   trajectory_.push_back({frame.t, pose.T_VB});
-  previous_frame_ = frame.t;
-  has_previous_frame_ = true;
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (collecting()) {
@@ -154,8 +190,10 @@ void Pipeline::tryInitialize() {
   const InitializationProblem problem = windowProblem(options);
   if (waits_for_motion_ ? !isInMotion(problem) : initializers_.at_rest && startsAtRest(problem))
     return;
-  attempts_.push_back(attemptInitialization(problem, *initializers_.initializer, options));
-  if (initializers_.at_rest) attempts_.back().initializer = initializers_.name;
+  InitializationAttempt attempt =
+      attemptInitialization(problem, *initializers_.initializer, options);
+  if (initializers_.at_rest) attempt.initializer = initializers_.name;
+  keep(std::move(attempt));
   if (!attempts_.back().decision.accepted) return;
   if (waits_for_motion_)
     takeOver(attempts_.back());
@@ -163,10 +201,20 @@ void Pipeline::tryInitialize() {
     start(attempts_.back());
 }
 
+/** Adds the attempt, and lightens the one that now is too old to be kept whole. */
+void Pipeline::keep(InitializationAttempt attempt) {
+  attempts_.push_back(std::move(attempt));
+  if (attempts_.size() <= kDetailedAttempts) return;
+  InitializationAttempt& old = attempts_[attempts_.size() - 1 - kDetailedAttempts];
+  if (!old.decision.accepted) old.dropEstimates();
+}
+
 /** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
 bool Pipeline::startsAtRest(const InitializationProblem& problem) {
-  attempts_.push_back(attemptInitialization(problem, *initializers_.at_rest, options_.window));
-  attempts_.back().initializer = initializers_.at_rest_name;
+  InitializationAttempt attempt =
+      attemptInitialization(problem, *initializers_.at_rest, options_.window);
+  attempt.initializer = initializers_.at_rest_name;
+  keep(std::move(attempt));
   if (!attempts_.back().decision.accepted) return false;
   waits_for_motion_ = true;
   last_rest_ = attempts_.back().t;
@@ -192,7 +240,7 @@ bool Pipeline::isInMotion(const InitializationProblem& problem) {
   attempt.decision.reason = result.reason;
   attempt.decision.value = result.reason_value;
   attempt.init = std::move(result);
-  attempts_.push_back(std::move(attempt));
+  keep(std::move(attempt));
   return false;
 }
 

@@ -1,5 +1,7 @@
 #include "etalon/odometry/stereo_odometry.h"
 
+#include <algorithm>
+
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/optimization/pose_only.h"
@@ -20,6 +22,9 @@ void StereoOdometryOptions::declare(ParameterSet& parameters) {
   parameters.add("ba_rounds", &ba_rounds, {0, 10},
                  "Rounds of bundle adjustment at every keyframe of the running odometry; 0: none.");
   parameters.add("ba_iterations", &ba_iterations, {1, 200}, "Iterations of such a round, at most.");
+  parameters.add("max_prediction_s", &max_prediction_s, {0.0, 1e6},
+                 "Where no frame can be located, the last velocity is believed for this long, s; "
+                 "from then on the position stays.");
 }
 
 StereoOdometry::StereoOdometry(const StereoInertialCalibration& calibration,
@@ -29,7 +34,9 @@ StereoOdometry::StereoOdometry(const StereoInertialCalibration& calibration,
 }
 
 SE3 StereoOdometry::predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const {
-  return {T_VB_.R * R_prev_cur, T_VB_.t + v_VB_ * secondsBetween(t_, t)};
+  if (!started_) return T_VB_;
+  const double dt = std::min(secondsBetween(t_, t), options_.max_prediction_s);
+  return {T_VB_.R * R_prev_cur, T_VB_.t + v_VB_ * dt};
 }
 
 StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
@@ -100,8 +107,7 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
   }
   window_ = buildVisualWindow(calibration_, frames, options_.sigma_px);
   StartingLandmarks start = startingLandmarks(window_, landmarks_);
-  constexpr double kMinParallax = 0.01;  // rad
-  triangulateMissing(window_, poses, kMinParallax, &start);
+  triangulateMissing(window_, poses, &start);
   StereoBaResult result = solveStereoBa(window_, poses, start.positions, start.valid, options);
   for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
   T_VB_ = keyframes_.back().T_VB;

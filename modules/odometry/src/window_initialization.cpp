@@ -18,6 +18,15 @@ std::vector<SE3> InitializationAttempt::poses() const {
   return poses;
 }
 
+void InitializationAttempt::dropEstimates() {
+  InitializationResult light;
+  light.status = init.ok() ? decision.status : init.status;
+  light.timings = std::move(init.timings);
+  init = std::move(light);
+  vi_ba = VisualInertialBaResult();
+  landmarks.clear();
+}
+
 double InitializationAttempt::sigmaGyroBias() const {
   Eigen::Vector3d variance;
   if (has_vi_ba && vi_ba.covariance.rows() >= 6)
@@ -68,8 +77,7 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
     poses.push_back(s.T_WB);
   }
   StartingLandmarks start = startingLandmarks(window, result.landmarks);
-  constexpr double kMinParallax = 1e-3;  // rad
-  triangulateMissing(window, poses, kMinParallax, &start);
+  triangulateMissing(window, poses, &start);
   VisualInertialBaOptions vi_ba = options.vi_ba;
   vi_ba.prior_mean = options.priors.mean;
   vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;

@@ -4,39 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
 #include "etalon/core/so3.h"
-#include "etalon/simulation/euroc_rig.h"
-#include "etalon/simulation/imu_synthesis.h"
-#include "etalon/simulation/profile_trajectory.h"
-#include "etalon/simulation/room.h"
-#include "etalon/simulation/stereo_renderer.h"
+#include "scripted_flight.h"
 
 namespace etalon::pipeline_test {
-
-using Script = std::function<InitializationResult(const InitializationProblem&)>;
-
-/** Says what it is told to say. */
-class Scripted : public Initializer {
-  DEFINE_MRPT_OBJECT(Scripted, etalon::pipeline_test)
-
- public:
-  Scripted() = default;
-  explicit Scripted(Script script) : script_(std::move(script)) {}
-  void declareParameters(ParameterSet& /*parameters*/) override {}
-  bool needsVisualSolution() const override { return true; }
-
- protected:
-  InitializationResult solve(const InitializationProblem& problem) const override {
-    return script_(problem);
-  }
-
- private:
-  Script script_;
-};
-
-IMPLEMENTS_MRPT_OBJECT(Scripted, etalon::Initializer, etalon::pipeline_test)
 
 namespace {
 
@@ -45,47 +17,11 @@ using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr double kFrameRateHz = 10.0;  // every frame is a keyframe
-constexpr int kFirstFrame = 12;        // by then it flies
-constexpr int kFrames = 8;
 constexpr int kWindow = 3;  // keyframes
-
-/** A short flight, rendered once for all tests. */
-struct Flight {
-  Flight() : trajectory(options()), calibration(eurocCalibration()) {
-    const StereoRenderer renderer(makeRoom(trajectory), calibration);
-    for (int k = 0; k < kFrames; ++k) {
-      StereoFrame frame;
-      frame.t = stampAtRate(trajectory.start(), kFrameRateHz, kFirstFrame + k);
-      frame.left = renderer.render(0, trajectory, frame.t);
-      frame.right = renderer.render(1, trajectory, frame.t);
-      frames.push_back(frame);
-    }
-    imu = synthesizeImu(trajectory, frames.front().t, trajectory.end(),
-                        ImuSynthesisOptions::noiseFree())
-              .samples;
-  }
-
-  static ProfileOptions options() {
-    ProfileOptions o;
-    o.duration_s = (kFirstFrame + kFrames) / kFrameRateHz;
-    o.rest_s = 0.0;
-    return o;
-  }
-  SE3 truth(TimeNs t) const { return trajectory.at(t).T_WB; }
-
-  ProfileTrajectory trajectory;
-  StereoInertialCalibration calibration;
-  std::vector<StereoFrame> frames;
-  std::vector<ImuSample> imu;
-};
 
 class PipelineWithAuto : public ::testing::Test {
  protected:
-  static const Flight& flight() {
-    static const Flight flight;
-    return flight;
-  }
+  static const Flight& flight() { return Flight::instance(); }
 
   static PipelineOptions options() {
     PipelineOptions o;
@@ -161,6 +97,22 @@ class PipelineWithAuto : public ::testing::Test {
 
   static constexpr double kSigmaBias = 1e-4;  // rad/s
 };
+
+TEST_F(PipelineWithAuto, StampsStayAsTheyCame) {
+  Pipeline keeping = pipeline(options(), rests(), says(moves()));
+  std::vector<TimeNs> stamps;
+  for (const ImuSample& sample : flight().imu) keeping.add(sample);
+  for (StereoFrame frame : flight().frames) {
+    frame.t += 37;  // not on MRPT's tick of 100 ns
+    stamps.push_back(frame.t);
+    keeping.add(frame);
+  }
+  keeping.finish();
+  ASSERT_EQ(keeping.trajectory().size(), stamps.size());
+  for (size_t i = 0; i < stamps.size(); ++i) EXPECT_EQ(keeping.trajectory()[i].t, stamps[i]);
+  ASSERT_FALSE(keeping.attempts().empty());
+  EXPECT_EQ(keeping.attempts()[0].keyframes[0], stamps[0]);
+}
 
 TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   // The second world: turned by 40 degrees of yaw, tilted by 1 degree, moved.

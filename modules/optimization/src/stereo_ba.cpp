@@ -41,8 +41,8 @@ StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>&
   result.T_VB = T_VB;
   result.landmarks = landmarks;
   // First round: all but gross outliers (30 sigma), the kernel does the rest.
-  double sum =
-      relabelMeasurements(window, T_VB, landmarks, 900.0, &result.landmark_valid, &result.inlier);
+  double sum = relabelMeasurements(window, T_VB, landmarks, kGrossOutlier * kGrossOutlier,
+                                   &result.landmark_valid, &result.inlier);
   if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) return result;
   VisualProblem visual(window, T_VB, landmarks);
   for (int round = 0; round < options.rounds; ++round) {
@@ -53,7 +53,7 @@ StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>&
                  &summary);
     result.iterations += static_cast<int>(summary.iterations.size());
     result.T_VB = visual.poses();
-    result.landmarks = visual.landmarks();
+    result.landmarks = visual.positions();
     result.landmark_valid = landmark_valid;
     sum = relabelMeasurements(window, result.T_VB, result.landmarks, options.chi2_threshold,
                               &result.landmark_valid, &result.inlier);
@@ -63,11 +63,13 @@ StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>&
   result.rms_px_over_sigma = std::sqrt(sum / (2.0 * static_cast<double>(inliers)));
   if (options.compute_covariance && window.keyframe_count > 1) {
     const Eigen::Index n = 6 * window.keyframe_count;
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
-    addReducedVisualInformation(window, result.T_VB, result.landmarks, result.inlier,
-                                options.chi2_threshold, 6, &H);
+    NormalEquations equations(n);
+    visual.holdAtInfinity(result.inlier);
+    addReducedVisualInformation(window, result.T_VB, {visual.landmarks(), visual.held()},
+                                result.inlier, options.chi2_threshold, 6, &equations);
     result.covariance = truncationFactor(options.chi2_threshold, options.rounds) *
-                        inverseOrEmpty(H.bottomRightCorner(n - 6, n - 6));
+                        covarianceOrEmpty(equations.curvature.bottomRightCorner(n - 6, n - 6),
+                                          equations.score.bottomRightCorner(n - 6, n - 6));
   }
   return result;
 }

@@ -10,6 +10,8 @@
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_noise.h"
+#include "etalon/odometry/input_border.h"
+#include "etalon/odometry/repeated_images.h"
 #include "etalon/odometry/window_initialization.h"
 
 namespace etalon {
@@ -44,6 +46,7 @@ struct PipelineOptions {
   int keyframes = 10;               ///< in the initialization window
   double keyframe_rate_hz = 4.0;    ///< until initialised
   WindowOptions window;
+  InputOptions input;
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
   AutoOptions auto_initializer;
@@ -63,9 +66,13 @@ struct FrameTiming {
 };
 
 /**
- * The stages tied together: measurements in, in time order; trajectory and initialization attempts
- * out. All stamps are cut to MRPT's tick of 100 ns on entry, so that a folder and the rawlog made
- * from it are the same input bit for bit.
+ * The stages tied together: measurements in, trajectory and initialization attempts out. What is
+ * wrong with a measurement is recognised at the InputBorder, dropped or repaired, and counted; bad
+ * data never throw. Stamps stay those of the measurements, to the nanosecond.
+ *
+ * After a jump of the clock, or a gap that long, the trajectory goes on from the last pose, and a
+ * window of keyframes starts anew. A frame that repeats an image of the one before while the
+ * platform moves is not tracked: its pose is a prediction.
  *
  * With an initializer for the start at rest: once that has started the odometry, the window goes
  * on; when the at-rest initializer refuses it with kTooMuchMotion, and enough of it is in motion,
@@ -75,12 +82,14 @@ struct FrameTiming {
  */
 class Pipeline {
  public:
+  static constexpr size_t kDetailedAttempts = 40;  ///< ten seconds of keyframes
+
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
            PipelineInitializers initializers);
   ~Pipeline();
 
   void add(const ImuSample& sample);
-  /** Processed as soon as the IMU has reached its stamp. */
+  /** Processed as soon as the IMU has reached its stamp (see InputBorder). */
   void add(const StereoFrame& frame);
   /** Processes what still waits. */
   void finish();
@@ -88,13 +97,17 @@ class Pipeline {
   PipelineState state() const { return state_; }
   /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
   const Trajectory& trajectory() const { return trajectory_; }
-  /** Refusals of the at-rest initializer too, but those of a platform that began to move as it was
+  /** Of a refusal that is older than the last kDetailedAttempts, time, status, reason and timings
+   * are kept, estimates are not: a pipeline that never starts must not fill the memory. Refusals of
+   * the at-rest initializer are here too, but those of a platform that began to move as it was
    * waited for. */
   const std::vector<InitializationAttempt>& attempts() const { return attempts_; }
   /** One a processed frame. */
   const std::vector<FrameTiming>& timings() const { return timings_; }
   int keyframesCollected() const { return static_cast<int>(window_keyframes_.size()); }
   int framesNotLocated() const { return frames_not_located_; }
+  /** What was wrong with the measurements so far; empty if nothing. */
+  const InputFaultCounts& inputFaults() const { return border_.faults(); }
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
   TimeNs initializedAt() const { return initialized_at_; }
@@ -106,7 +119,12 @@ class Pipeline {
   bool waitsForMotion() const { return waits_for_motion_; }
 
  private:
+  void processAdmitted();
+  void process(const ImuSample& sample);
   void process(const StereoFrame& frame);
+  void restartWindow();
+  Eigen::Matrix3d rotationSince(TimeNs t0, TimeNs t1) const;
+  void keep(InitializationAttempt attempt);
   bool collecting() const { return state_ == PipelineState::kCollecting || waits_for_motion_; }
   InitializationProblem windowProblem(const WindowOptions& options) const;
   void tryInitialize();
@@ -122,15 +140,16 @@ class Pipeline {
   PipelineOptions options_;
   PipelineInitializers initializers_;
   ImuNoiseDensities noise_;
+  InputBorder border_;
+  RepeatedImages repeated_images_;
   StereoTracker tracker_;
   KeyframeSelector selector_;
   StereoOdometry odometry_;
   ImuBuffer imu_;
-  std::deque<StereoFrame> waiting_;
   std::deque<TrackedFrame> window_frames_;  ///< since the first keyframe of the window
   std::deque<TimeNs> window_keyframes_;
-  TimeNs previous_frame_ = 0;
-  bool has_previous_frame_ = false;
+  std::optional<TimeNs> tracked_at_;  ///< the last frame that the tracker saw
+  std::optional<TimeNs> last_frame_;  ///< the last frame of all
   PipelineState state_ = PipelineState::kCollecting;
   bool waits_for_motion_ = false;
   TimeNs initialized_at_ = 0;

@@ -21,6 +21,7 @@ struct StereoOdometryOptions {
   int window_keyframes = 10;
   int ba_rounds = 1;
   int ba_iterations = 5;
+  double max_prediction_s = 2.0;
 
   void declare(ParameterSet& parameters);
 };
@@ -46,6 +47,13 @@ class StereoOdometry {
    */
   FrameResult track(const TrackedFrame& frame, const Eigen::Matrix3d& R_prev_cur, bool keyframe);
 
+  /** The pose at `t`, not before the last frame's: turned as the gyro saw it, moved at the last
+   * known velocity for max_prediction_s at most. */
+  SE3 predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const;
+
+  /** Forgets the velocity: the time to the next frame is not known. */
+  void forgetVelocity() { v_VB_.setZero(); }
+
   /** Bundle adjustment over the window; the first keyframe is fixed. Updates poses and landmarks.
    */
   StereoBaResult bundleAdjust(const StereoBaOptions& options);
@@ -68,7 +76,6 @@ class StereoOdometry {
     TrackedFrame frame;
     SE3 T_VB;
   };
-  SE3 predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const;
   void addKeyframe(const TrackedFrame& frame);
   void triangulateNewLandmarks(const TrackedFrame& frame);
 

@@ -42,6 +42,8 @@ struct InitializationAttempt {
    * none. */
   std::vector<SE3> poses() const;
   const ImuBias& bias() const { return has_vi_ba ? vi_ba.bias : init.bias; }
+  /** Leaves time, keyframes, decision and timings. */
+  void dropEstimates();
   /** Of the worst axis, rad/s; infinite without covariance. */
   double sigmaGyroBias() const;
 };
