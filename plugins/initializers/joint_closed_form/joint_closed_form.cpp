@@ -7,8 +7,8 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/optimization/track_information.h"
 #include "joint_system.h"
-#include "track_information.h"
 
 namespace etalon::plugins {
 
@@ -215,6 +215,6 @@ IMPLEMENTS_MRPT_OBJECT(JointClosedForm, Initializer, etalon::plugins)
 
 }  // namespace etalon::plugins
 
-ETALON_REGISTER_INITIALIZER(JointClosedForm, etalon::plugins, "joint_closed_form", "1.0",
+ETALON_REGISTER_INITIALIZER(JointClosedForm, etalon::plugins, "joint_closed_form", "1.1",
                             "velocity, gravity and gyro bias from tracks and IMU at once "
                             "(Martinelli, Dong-Si and Mourikis, Kaiser)")

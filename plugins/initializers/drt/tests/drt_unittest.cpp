@@ -89,6 +89,24 @@ TEST(Drt, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
   testing::expectExactWhereThePriorsAreTrue(*load());
 }
 
+TEST(Drt, ErrsInProportionToThePixelNoise) {
+  // The linear solution alone: 0.0091 and 0.0269 m/s.
+  testing::expectErrsInProportionToThePixelNoise(*load());
+}
+
+TEST(Drt, ErrsAsItsCovarianceSays) {
+  // The gyro bias comes from the same pixels as the translations, and counts as independent.
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1);
+}
+
+TEST(Drt, ClaimsNoCovarianceWhereSomethingCountsAsExact) {
+  for (const char* ini : {"refine = no", "variant = loose", "accel_bias = mean"}) {
+    const Outcome o = runOn(testing::drawnOptions(Motion::kGentle, 1, 0.5), *load(ini));
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    EXPECT_EQ(o.result.covariance.size(), 0) << ini;
+  }
+}
+
 TEST(Drt, NeedsNoVisualSolution) {
   const Initializer::Ptr initializer = load();
   EXPECT_FALSE(initializer->needsVisualSolution());
