@@ -293,6 +293,18 @@ void expectRefusesTracksNoisierThanBelieved(const Initializer& initializer) {
   expectRefusedInWords(runOn(options, initializer).result);
 }
 
+void expectRefusesAnAccelerometerThatShowsNoGravity(const Initializer& initializer) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kStandstill;
+  SyntheticWindow window = makeSyntheticWindow(options);
+  std::vector<ImuSample> samples = window.imu.samples();
+  for (ImuSample& s : samples) s.accel *= 0.05;
+  window.imu = ImuBuffer(samples);
+  const InitializationResult result = runOn(window, options, initializer).result;
+  expectRefusal(result, InitializationStatus::kImplausible, "no direction for gravity");
+  EXPECT_NEAR(result.reason_value, 0.05 * 9.81, 1e-6);
+}
+
 void expectRefusesBrokenInput(const Initializer& initializer) {
   const SyntheticWindowOptions options;
   const SyntheticWindow window = makeSyntheticWindow(options);

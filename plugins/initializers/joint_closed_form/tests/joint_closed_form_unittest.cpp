@@ -188,6 +188,10 @@ TEST(JointClosedForm, RefusesWhatDoesNotComeToRestOrIsNotKnownWellEnough) {
   EXPECT_NEAR(share.reason_value, 0.9, 0.03);  // a tenth are outliers
 }
 
+TEST(JointClosedForm, RefusesAnAccelerometerThatShowsNoGravity) {
+  testing::expectRefusesAnAccelerometerThatShowsNoGravity(*load());
+}
+
 TEST(JointClosedForm, RefusesAnImuGapAndNonFiniteMeasurements) {
   testing::expectRefusesBrokenInput(*load());
 }

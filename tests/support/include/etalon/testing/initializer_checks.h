@@ -89,6 +89,8 @@ InitializationResult expectRefusesTooFewTracks(const Initializer& initializer);
 void expectRefusesTracksWithoutOverlap(const Initializer& initializer);
 /** 5 px of noise where 0.5 are believed: refused in words. */
 void expectRefusesTracksNoisierThanBelieved(const Initializer& initializer);
+/** At rest, an accelerometer that measures a twentieth of gravity: refused in words. */
+void expectRefusesAnAccelerometerThatShowsNoGravity(const Initializer& initializer);
 /** A gap of 0.2 s in the IMU, and a pixel that is not a number: refused with the status of each. */
 void expectRefusesBrokenInput(const Initializer& initializer);
 
