@@ -85,8 +85,7 @@ StereoBaResult adjust(const VisualWindow& window, const std::vector<SE3>& T_VB,
                       const std::map<LandmarkId, Eigen::Vector3d>& known,
                       const StereoBaOptions& options) {
   StartingLandmarks start = startingLandmarks(window, known);
-  constexpr double kMinParallax = 0.01;  // rad, as the odometry's
-  if (known.empty()) triangulateMissing(window, T_VB, kMinParallax, &start);
+  if (known.empty()) triangulateMissing(window, T_VB, &start);
   return solveStereoBa(window, T_VB, start.positions, start.valid, options);
 }
 
