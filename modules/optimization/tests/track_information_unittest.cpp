@@ -1,4 +1,4 @@
-#include "track_information.h"
+#include "etalon/optimization/track_information.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <Eigen/LU>
 
 #include "etalon/core/so3.h"
-#include "etalon/testing/initializer_checks.h"
+#include "etalon/testing/synthetic_window.h"
 
-namespace etalon::plugins {
+namespace etalon {
 namespace {
 
 using Eigen::Index;
@@ -291,4 +291,4 @@ TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
 }
 
 }  // namespace
-}  // namespace etalon::plugins
+}  // namespace etalon

@@ -1,4 +1,4 @@
-#include "track_information.h"
+#include "etalon/optimization/track_information.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 
 #include "etalon/core/so3.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
@@ -194,4 +194,4 @@ double TrackInformation::inlierShare(double max_chi2) const {
   return all > 0 ? static_cast<double>(inliers) / all : 0.0;
 }
 
-}  // namespace etalon::plugins
+}  // namespace etalon
