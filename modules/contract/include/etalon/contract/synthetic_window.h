@@ -22,6 +22,8 @@ struct SyntheticWindowOptions {
   int frames_per_keyframe = 5;
   double imu_rate_hz = 200.0;
   int landmarks = 250;  ///< seen per frame, about
+  /** Of all landmarks from the middle of the path, m; zero: the walls of a room, 3 m away. */
+  double landmark_distance_m = 0.0;
   ImuBias bias;         ///< added to the measurements
   /** Noise; zero means none. The IMU's are factors on the calibration's densities. */
   double sigma_px = 0.0;
