@@ -45,7 +45,7 @@ TEST(RigCheck, ARightCalibrationIsLeftAsItIs) {
 TEST(RigCheck, FindsATurnedCameraAndAWrongFocalLengthButKeepsTheBaseline) {
   const SyntheticWindow window = flight();
   StereoInertialCalibration believed = window.calibration;
-  constexpr double kTurned = 2.0, kLonger = 3.0;  // mrad about y; thousandths
+  constexpr double kTurned = 2.0, kLonger = 5.0;  // mrad about y; thousandths
   believed.cameras[1].T_BC.R =
       believed.cameras[1].T_BC.R * expSO3(Eigen::Vector3d(0.0, kTurned / 1e3, 0.0));
   believed.cameras[1].model.fu *= 1.0 + kLonger / 1e3;
