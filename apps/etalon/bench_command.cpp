@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "configuration_options.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/benchmark_tables.h"
@@ -30,6 +31,7 @@ struct Arguments {
   std::string out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
   ConfigurationOptions configuration;
   double every_s = 2.5;
+  double time_limit_s = kDefaultTimeLimitS;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool overwrite = false;
 };
@@ -73,7 +75,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
   for (const std::string& note : outcome.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
   for (const BenchmarkSequence& sequence : outcome.record.sequences) {
     for (const std::string& warning : sequence.warnings)
-      std::fprintf(stderr, "warning: %s\n", warning.c_str());
+      std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
   }
 }
 
@@ -93,6 +95,7 @@ int bench(const Arguments& arguments) {
     options.protocol.rates_hz = {configuration.pipeline.keyframe_rate_hz};
   options.protocol.vi_ba = arguments.vi_ba == "both";
   options.jobs = arguments.jobs;
+  options.time_limit_s = arguments.time_limit_s;
   options.overwrite = arguments.overwrite;
   options.versions = versions();
   options.stop = &stop_requested;
@@ -100,6 +103,10 @@ int bench(const Arguments& arguments) {
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
     line.update(p.done == p.total, [&p] { return describe(p); });
+  };
+  options.warn = [&line](const std::string& sentence) {
+    line.interrupt();
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
   cv::setNumThreads(1);  // the jobs are the threads
   std::signal(SIGINT, requestStop);
@@ -121,7 +128,9 @@ int bench(const Arguments& arguments) {
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record);
-  return printRecordingErrors(outcome.record) ? kDataErrorExit : kOk;
+  const bool lost = printLostSlots(outcome.record);
+  if (printRecordingErrors(outcome.record)) return kDataErrorExit;
+  return lost ? kPluginDied : kOk;
 }
 
 /** Checks every number of a list. */
@@ -167,9 +176,11 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->add_option("--vi-ba", arguments->vi_ba, "Stages: without and with VI-BA, or without only")
       ->check(CLI::IsMember({"both", "off"}))
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "Threads")
+  command->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the slots")
       ->check(within(1, 1024, "a whole number from 1 to 1024"))
       ->capture_default_str();
+  addTimeLimitOption(command, "Processor time that an initializer, with VI-BA, may use on a slot",
+                     &arguments->time_limit_s);
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();
@@ -190,7 +201,8 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command->footer(
       "Example: etalon bench /data/euroc/* --out results\n"
       "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "
-      "are done), 130 interrupted.");
+      "are done), 4 an initializer crashed, ended the process or used up its time (said at which "
+      "slot, and recorded there as crashed or time_limit; all else is done), 130 interrupted.");
   command->callback([arguments, exit_code] { *exit_code = bench(*arguments); });
 }
 

@@ -41,6 +41,14 @@ CLI::Validator checkOutputPath() {
           ""};
 }
 
+void addTimeLimitOption(CLI::App* command, const std::string& what, double* limit_s) {
+  command
+      ->add_option("--time-limit", *limit_s,
+                   what + ", s; after that, or after waiting that long, it is ended")
+      ->check(CLI::Range(0.01, 1e6, "seconds from 0.01 to 1e6"))
+      ->capture_default_str();
+}
+
 CLI::Validator checkWholeNumber() {
   return {[](const std::string& text) {
             std::uint64_t value = 0;

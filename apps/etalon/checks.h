@@ -12,6 +12,10 @@ CLI::Validator checkSeconds(bool not_negative);
 /** Accepts a path that does not look like an option: `--out --help` is no wish for a folder. */
 CLI::Validator checkOutputPath();
 
+/** Declares --time-limit, the processor time of one try of an initializer.
+ * @param what as the beginning of a sentence: "Processor time that an initializer may use" */
+void addTimeLimitOption(CLI::App* command, const std::string& what, double* limit_s);
+
 /** Accepts an integer from 0 to 2^64 - 1. */
 CLI::Validator checkWholeNumber();
 

@@ -5,9 +5,13 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <string>
+#include <utility>
 
+#include "etalon/core/printable.h"
 #include "etalon/evaluation/benchmark_slots.h"
+#include "read_summary.h"
 
 namespace etalon::app {
 
@@ -47,6 +51,17 @@ void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
   std::fflush(stdout);  // what follows on stderr follows in a common log, too
 }
 
+bool printLostSlots(const BenchmarkRecord& record) {
+  std::map<std::pair<std::string, std::string>, size_t> lost;  // by initializer and status
+  for (const SlotRecord& slot : record.slots)
+    if (slot.attempt.status == kStatusCrashed || slot.attempt.status == kStatusTimeLimit)
+      ++lost[{slot.initializer, slot.attempt.status}];
+  for (const auto& [what, count] : lost)
+    std::fprintf(stderr, "warning: %s: %s (%s)\n", what.first.c_str(),
+                 counted(count, "result").c_str(), what.second.c_str());
+  return !lost.empty();
+}
+
 void printShortfalls(const BenchmarkRecord& record) {
   for (const BenchmarkSequence& sequence : record.sequences)
     if (sequence.unreadable_images > 0)
@@ -54,7 +69,7 @@ void printShortfalls(const BenchmarkRecord& record) {
                    "warning: %s: %d of %d stereo pairs could not be read and were left out\n",
                    sequence.name.c_str(), sequence.unreadable_images, sequence.stereo_frames);
   for (const std::string& sentence : tooShort(record))
-    std::fprintf(stderr, "warning: %s\n", sentence.c_str());
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }
 
 }  // namespace etalon::app

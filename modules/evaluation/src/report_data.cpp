@@ -183,7 +183,7 @@ class SlotData {
     for (const StageTiming& timing : slot.attempt.timings)
       timings.push_back({timings_(timing.stage), rounded(timing.milliseconds)});
     const std::map<TimeNs, Eigen::Vector3d> reference = referenceOf(slot);
-    // Stamps are cut to 100 ns; a start is read in hundredths of a second.
+    // A start is read in hundredths of a second.
     const double start_ms = std::round(1e3 * start_s);
     slots_.push_back(Json::array(
         {sequence, window, slot.segment, rounded(1e-3 * start_ms + 0.0),
@@ -218,7 +218,8 @@ Json sequencesData(const BenchmarkRecord& record) {
   for (const BenchmarkSequence& s : record.sequences) {
     Json floors = Json::array();  // a window each, in the order of data.windows
     for (const auto& window : windowsOf(record))
-      floors.push_back(rounded(gyroFloor(record, window, s.name).median));
+      floors.push_back(
+          rounded(gyroFloor(record, window, s.name, &GyroWindowFloor::rre_deg).median));
     sequences.push_back({{"name", s.name},
                          {"duration_s", rounded(s.duration_s)},
                          {"has_ground_truth", s.has_ground_truth},

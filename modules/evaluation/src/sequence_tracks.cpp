@@ -53,12 +53,8 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
   SequenceTracks tracks;
   tracks.calibration = recording.calibration();
   tracks.ground_truth = recording.groundTruth();
-  if (!recording.imageStamps().empty())
-    tracks.first_image = truncateToMrptTick(recording.imageStamps().front());
-  for (ImuSample sample : recording.imuSamples()) {
-    sample.t = truncateToMrptTick(sample.t);
-    tracks.imu.add(sample);
-  }
+  if (!recording.imageStamps().empty()) tracks.first_image = recording.imageStamps().front();
+  for (const ImuSample& sample : recording.imuSamples()) tracks.imu.add(sample);
   return tracks;
 }
 
@@ -80,7 +76,7 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
       if (first_problem.empty()) first_problem = pair.problem;
       continue;
     }
-    const TimeNs t = truncateToMrptTick(pair.frame.t);
+    const TimeNs t = pair.frame.t;
     if (!tracks.imu.covers(t, t)) continue;
     Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
     if (previous)

@@ -1,6 +1,7 @@
 #include "stereo_matcher.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace etalon {
@@ -35,11 +36,35 @@ bool normalizedPatch(const cv::Mat& image, const cv::Point2f& centre, float* pat
   return true;
 }
 
+/** A box around what the image shows, in the plane z = 1; with strong distortion a wide one. */
+Eigen::AlignedBox2d normalizedBounds(const PinholeRadtan& camera) {
+  constexpr int kPointsASide = 20;
+  const Eigen::AlignedBox2d wide(Eigen::Vector2d(-10.0, -10.0), Eigen::Vector2d(10.0, 10.0));
+  Eigen::AlignedBox2d box;
+  for (int i = 0; i <= kPointsASide; ++i) {
+    const double u = camera.width * static_cast<double>(i) / kPointsASide;
+    const double v = camera.height * static_cast<double>(i) / kPointsASide;
+    for (const Eigen::Vector2d& pixel :
+         {Eigen::Vector2d(u, 0.0), Eigen::Vector2d(u, camera.height), Eigen::Vector2d(0.0, v),
+          Eigen::Vector2d(camera.width, v)}) {
+      const auto xy = camera.pixelToNormalized(pixel);
+      if (!xy) return wide;
+      box.extend(*xy);
+    }
+  }
+  // Between the points of the border, and for the rounding of the inverse.
+  const Eigen::Vector2d margin = 0.02 * box.sizes();
+  return {box.min() - margin, box.max() + margin};
+}
+
 }  // namespace
 
 StereoMatcher::StereoMatcher(const StereoInertialCalibration& calibration,
                              const StereoTrackerOptions& options)
-    : calibration_(calibration), options_(options), T_C1C0_(calibration.rightFromLeft()) {
+    : calibration_(calibration),
+      options_(options),
+      T_C1C0_(calibration.rightFromLeft()),
+      right_xy_(normalizedBounds(calibration.cameras[1].model)) {
   focal_ = 0.5 * (calibration.cameras[1].model.fu + calibration.cameras[1].model.fv);
 }
 
@@ -53,6 +78,28 @@ bool StereoMatcher::rightPixel(const Eigen::Vector2d& left_xy, double inverse_de
   return true;
 }
 
+std::pair<double, double> StereoMatcher::visibleInverseDepths(
+    const Eigen::Vector2d& left_xy) const {
+  const Eigen::Vector3d f = T_C1C0_.R * left_xy.homogeneous();
+  const Eigen::Vector3d& t = T_C1C0_.t;
+  double least = 0.0, most = 1.0 / options_.min_depth_m;
+  // Of p(rho) = f + rho t, every bound x >= x_min z etc. is linear: a + rho b >= 0.
+  const auto bound = [&least, &most](double a, double b) {
+    if (b > 0.0)
+      least = std::max(least, -a / b);
+    else if (b < 0.0)
+      most = std::min(most, -a / b);
+    else if (a < 0.0)
+      most = -1.0;
+  };
+  for (int i = 0; i < 2; ++i) {
+    bound(f[i] - right_xy_.min()[i] * f.z(), t[i] - right_xy_.min()[i] * t.z());
+    bound(right_xy_.max()[i] * f.z() - f[i], right_xy_.max()[i] * t.z() - t[i]);
+  }
+  bound(f.z(), t.z());
+  return {least, most};
+}
+
 double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
                                          const StereoQuery& query) const {
   constexpr int kCount = (2 * kSearchRadius + 1) * (2 * kSearchRadius + 1);
@@ -62,8 +109,10 @@ double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& rig
   const double step =
       kSearchStep * (1 << kSearchLevel) / (focal_ * calibration_.baseline());  // 1/m
   double best = -1.0, best_correlation = options_.min_correlation;
-  for (double inverse_depth = 0.0; inverse_depth <= 1.0 / options_.min_depth_m;
-       inverse_depth += step) {
+  // A step is about 2 px: however long the baseline, no more than the image is wide are in it.
+  const auto [least, most] = visibleInverseDepths(query.left_xy);
+  for (double inverse_depth = 0.0; inverse_depth <= most; inverse_depth += step) {
+    if (inverse_depth < least) continue;
     cv::Point2f pixel;
     if (!rightPixel(query.left_xy, inverse_depth, &pixel) ||
         !normalizedPatch(right, pixel * kScale, candidate))

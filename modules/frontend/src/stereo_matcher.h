@@ -3,7 +3,9 @@
 // From the left to the right image of a calibrated pair. Private to the module.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "anchor_patch.h"
@@ -44,6 +46,10 @@ class StereoMatcher {
                                  const cv::Mat& right_half,
                                  const std::vector<StereoQuery>& queries) const;
 
+  /** Inverse depths, 1/m, at which a left point may lie in the right image, between zero and that
+   * of min_depth_m; empty (first > second) if there are none. */
+  std::pair<double, double> visibleInverseDepths(const Eigen::Vector2d& left_xy) const;
+
  private:
   /** The right pixel of a left one at an inverse depth; false outside the image. */
   bool rightPixel(const Eigen::Vector2d& left_xy, double inverse_depth, cv::Point2f* right) const;
@@ -55,7 +61,8 @@ class StereoMatcher {
   const StereoInertialCalibration& calibration_;
   const StereoTrackerOptions& options_;
   SE3 T_C1C0_;
-  double focal_ = 0.0;  ///< mean focal length of the right camera, px
+  double focal_ = 0.0;            ///< mean focal length of the right camera, px
+  Eigen::AlignedBox2d right_xy_;  ///< around the right image, undistorted, normalised
 };
 
 }  // namespace etalon

@@ -63,6 +63,9 @@ const FaultText& textOf(InputFault fault) { return faultTexts()[static_cast<size
 /** Sums and differences of two such stamps stay inside TimeNs. */
 bool isPossible(TimeNs t) { return -kLastStamp <= t && t <= kLastStamp; }
 
+/** Whether a rawlog cannot tell two stamps apart. */
+bool inOneTick(TimeNs a, TimeNs b) { return truncateToMrptTick(a) == truncateToMrptTick(b); }
+
 }  // namespace
 
 void InputOptions::declare(ParameterSet& parameters) {
@@ -123,7 +126,6 @@ bool InputBorder::plausible(const ImuSample& sample) {
 }
 
 void InputBorder::add(ImuSample sample) {
-  sample.t = truncateToMrptTick(sample.t);
   if (!plausible(sample)) return;
   order(sample, &imu_,
         {InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp, InputFault::kImuFromThePast,
@@ -131,7 +133,6 @@ void InputBorder::add(ImuSample sample) {
 }
 
 void InputBorder::add(StereoFrame frame) {
-  frame.t = truncateToMrptTick(frame.t);
   const cv::Mat* const images[] = {&frame.left, &frame.right};
   for (size_t c = 0; c < 2; ++c)
     if (images[c]->type() != CV_8UC1 || images[c]->cols != widths_[c] ||
@@ -149,7 +150,7 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   if (!isPossible(t)) return count(faults.invalid, t);
   if (stream->held) {
     const TimeNs held = stream->held->t;
-    if (t == held) return count(faults.repeated, t);
+    if (inOneTick(t, held)) return count(faults.repeated, t);
     if (t > held) {
       pass(std::move(*stream->held));
       stream->last = held;
@@ -160,7 +161,7 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   }
   if (stream->last) {
     const double step_s = secondsBetween(*stream->last, t);
-    if (step_s == 0.0) return count(faults.repeated, t);
+    if (inOneTick(t, *stream->last)) return count(faults.repeated, t);
     if (step_s < 0.0) return count(faults.past, t, step_s);
     if (step_s > options_.max_gap_s) {
       stream->held = std::move(measurement);

@@ -198,7 +198,11 @@ void renderAll(const Flight& flight, const StereoRenderer& renderer, const Euroc
     }
   };
   std::vector<std::thread> pool;
-  for (size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+  try {
+    pool.reserve(threads);
+    for (size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+  } catch (const std::exception&) {  // no more threads, or no memory for them: these must do
+  }
   work();
   for (std::thread& thread : pool) thread.join();
   if (failure) std::rethrow_exception(failure);
@@ -219,7 +223,7 @@ SimulationSummary simulateRecording(const SimulationOptions& options) {
   if (options.noise_free) render.noise_gray = render.shot_noise = 0.0;
   const StereoRenderer renderer(room, options.calibration, render);
 
-  const EurocFolder folder(options.output, options.overwrite);
+  EurocFolder folder(options.output, options.overwrite);
   folder.writeCalibration(options.calibration,
                           "simulated by etalon, seed " + std::to_string(options.seed));
   if (options.imu_file.empty()) {
@@ -231,6 +235,7 @@ SimulationSummary simulateRecording(const SimulationOptions& options) {
   }
   folder.writeImageLists(flight.image_stamps);
   renderAll(flight, renderer, folder, options);
+  folder.complete();
 
   SimulationSummary summary;
   summary.stereo_frames = static_cast<int>(flight.image_stamps.size());

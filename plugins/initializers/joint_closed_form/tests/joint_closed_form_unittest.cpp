@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <cmath>
 #include <string>
 
 #include "etalon/testing/initializer_checks.h"
@@ -96,6 +98,48 @@ TEST(JointClosedForm, IsAccurateOnNoisyDataWithOutliers) {
     }
 }
 
+TEST(JointClosedForm, ErrsInProportionToThePixelNoise) {
+  // With derivatives at the measured direction: 0.0071 and 0.0248 m/s.
+  testing::expectErrsInProportionToThePixelNoise(*load());
+}
+
+TEST(JointClosedForm, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.05);
+}
+
+TEST(JointClosedForm, ClaimsNoCovarianceInTheFormsPublished) {
+  for (const char* ini : {"imu_noise = no", "accel_bias = prior"}) {
+    const Outcome o = runOn(testing::drawnOptions(Motion::kGentle, 1, 0.5), *load(ini));
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    EXPECT_EQ(o.result.covariance.size(), 0);
+  }
+}
+
+/** At rest b_a and tilt are one unknown; their sum and the vertical b_a are known. */
+TEST(JointClosedForm, AcceptsEveryStandstillAndSaysThatTiltIsTheAccelerometerBias) {
+  double sum = 0.0;
+  constexpr int kWindows = 40;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const SyntheticWindowOptions options =
+        testing::drawnOptions(Motion::kStandstill, seed, seed % 2 == 0 ? 0.05 : 0.5);
+    const Outcome o = runOn(testing::withoutBiasWalk(options), options, *load());
+    ASSERT_TRUE(o.result.ok()) << "seed " << seed << ": " << o.result.reason;
+    const Eigen::Vector2d tilt = testing::estimationError(o.result, o.window).segment<2>(6);
+    const Eigen::MatrixXd& P = o.result.covariance;
+    ASSERT_EQ(P.rows(), 11);
+    const Eigen::Matrix2d P_tilt = P.block<2, 2>(6, 6);
+    sum += tilt.dot(P_tilt.llt().solve(tilt)) / (2.0 * kWindows);
+    const double prior = options.priors.sigma_accel_mps2 / 9.81;
+    for (int axis = 0; axis < 2; ++axis)
+      EXPECT_NEAR(std::sqrt(P_tilt(axis, axis)), prior, 0.02 * prior);
+    // With b_a given the tilt is known 20 times better.
+    const Eigen::Matrix2d given =
+        P_tilt - P.block<2, 3>(6, 3) * P.block<3, 3>(3, 3).llt().solve(P.block<3, 2>(3, 6));
+    EXPECT_LT(std::sqrt(given.trace()), 0.05 * std::sqrt(P_tilt.trace()));
+  }
+  EXPECT_NEAR(sum, 1.0, 3.29 * std::sqrt(2.0 / (2.0 * kWindows)));
+}
+
 TEST(JointClosedForm, LeavesOutLandmarksThatTheRightCameraNeverSees) {
   const SyntheticWindowOptions options;
   SyntheticWindow window = testing::makeSyntheticWindow(options);
@@ -142,6 +186,10 @@ TEST(JointClosedForm, RefusesWhatDoesNotComeToRestOrIsNotKnownWellEnough) {
   const InitializationResult share = runOn(options, *load("min_inlier_share = 1")).result;
   testing::expectRefusal(share, InitializationStatus::kNotConverged, "agree with the solution");
   EXPECT_NEAR(share.reason_value, 0.9, 0.03);  // a tenth are outliers
+}
+
+TEST(JointClosedForm, RefusesAnAccelerometerThatShowsNoGravity) {
+  testing::expectRefusesAnAccelerometerThatShowsNoGravity(*load());
 }
 
 TEST(JointClosedForm, RefusesAnImuGapAndNonFiniteMeasurements) {
