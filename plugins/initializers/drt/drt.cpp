@@ -40,7 +40,8 @@ class Drt : public Initializer {
         "Rows of the constraint weighted by noise and residual, or by noise at the first "
         "solution alone.");
     parameters.add("passes", &passes_, {5, 100},
-                   "Linear solutions, at most; between two the rows are weighted anew.");
+                   "Linear solutions, at most; between two the rows are weighted anew. The "
+                   "refinement may take three times as many.");
     parameters.add("min_parallax_rad", &min_parallax_rad_, {1e-6, 1.0},
                    "A landmark whose views differ by a smaller angle is left out, rad.");
     parameters.add("min_landmarks", &min_landmarks_, {3, 100000},
@@ -94,7 +95,7 @@ class Drt : public Initializer {
     if (!refusal.reason.empty()) return refusal;
     ReprojectionRefinement refinement(problem, R_VB);
     const bool tight = variant_ == "tight";
-    if (refine_ && !refinement.refine(tight ? &imu : nullptr, passes_, &state))
+    if (refine_ && !refinement.refine(tight ? &imu : nullptr, 3 * passes_, &state))
       return InitializationResult::refusal(
           InitializationStatus::kNotConverged,
           "the reprojection errors of %.0f landmarks did not come to rest (in %.0f passes)",
