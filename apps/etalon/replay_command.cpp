@@ -9,6 +9,7 @@
 #include "configuration_options.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/datasets/recording_checks.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/run_results.h"
 #include "etalon/odometry/run_configuration.h"
@@ -23,7 +24,7 @@ namespace {
 struct Arguments {
   std::string source, out = "out/replay";
   ConfigurationOptions configuration;
-  double from_s = 0.0, to_s = 1e18;
+  double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
 };
 
 /** The live line: time in the recording, frames per second, state. */
@@ -85,9 +86,9 @@ class Replay {
     report(true);
   }
 
-  FinishedRun finished() {
-    return {source_,   configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-            versions()};
+  FinishedRun finished(double min_coverage) {
+    return {source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
+            versions(), min_coverage};
   }
 
   const Pipeline& pipeline() const { return pipeline_; }
@@ -127,11 +128,26 @@ class Replay {
 void printErrors(const StageRecord& stage) {
   if (!stage.errors) return;
   const SegmentErrors& e = *stage.errors;
-  std::printf(
-      "  %-6s RRE %.4f deg, ATE %.2f mm, velocity %.4f m/s, gravity %.2f deg, b_g %.5f "
-      "rad/s, b_a %.3f m/s^2\n",
-      stage.stage.c_str(), e.rre_deg, 1e3 * e.ate_m, e.velocity_mps, e.gravity_deg, e.gyro_bias_rps,
-      e.accel_bias_mps2);
+  std::string text;
+  const auto add = [&text](const char* name, double value, int decimals, const char* unit) {
+    if (std::isnan(value)) return;  // the ground truth does not have it
+    char error[80];
+    std::snprintf(error, sizeof error, "%s%s %.*f %s", text.empty() ? "" : ", ", name, decimals,
+                  value, unit);
+    text += error;
+  };
+  add("RRE", e.rre_deg, 4, "deg");
+  add("ATE", 1e3 * e.ate_m, 2, "mm");
+  add("velocity", e.velocity_mps, 4, "m/s");
+  add("gravity", e.gravity_deg, 2, "deg");
+  add("b_g", e.gyro_bias_rps, 5, "rad/s");
+  add("b_a", e.accel_bias_mps2, 3, "m/s^2");
+  const auto keyframes = static_cast<int>(stage.states.size());
+  if (text.empty()) text = "errors are not known";
+  if (e.keyframes < keyframes)
+    text += " (ground truth at " + std::to_string(e.keyframes) + " of " +
+            std::to_string(keyframes) + " keyframes)";
+  std::printf("  %-6s %s\n", stage.stage.c_str(), text.c_str());
 }
 
 /** Errors and times of an accepted attempt. */
@@ -166,6 +182,14 @@ void printAutoSummary(const RunRecord& record) {
   }
 }
 
+/** ", 9 of 100 frames": how much of the trajectory an error is of, if not all. */
+std::string partly(const RunRecord& record) {
+  if (!record.ground_truth || record.ground_truth->covered_frames == record.ground_truth->frames)
+    return "";
+  return ", " + std::to_string(record.ground_truth->covered_frames) + " of " +
+         std::to_string(record.ground_truth->frames) + " frames have ground truth";
+}
+
 void printSummary(const RunRecord& record, const std::vector<std::string>& files) {
   const AttemptRecord* attempt = record.acceptedAttempt();
   if (attempt && !record.at_rest_initializer.empty()) {
@@ -187,8 +211,8 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
               s.duration_s);
   if (!std::isnan(s.frame_median_ms)) std::printf(", %.1f ms a frame (median)", s.frame_median_ms);
   if (record.trajectory_errors)
-    std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned)",
-                record.trajectory_errors->position_m.rmse);
+    std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
+                record.trajectory_errors->position_m.rmse, partly(record).c_str());
   std::printf("\n");
   if (s.unpaired_left + s.unpaired_right > 0)
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
@@ -221,6 +245,8 @@ int replay(const Arguments& arguments) {
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
+  for (const std::string& warning : requireSoundRecording(arguments.source))
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration);
   std::exception_ptr failure;
@@ -235,7 +261,7 @@ int replay(const Arguments& arguments) {
     std::rethrow_exception(failure);
   }
   run.finish();
-  const FinishedRun finished = run.finished();
+  const FinishedRun finished = run.finished(arguments.min_coverage);
   const RunRecord record = makeRunRecord(finished);
   printSummary(record, writeRunResults(arguments.out, finished, record));
   if (failure) std::rethrow_exception(failure);
@@ -259,6 +285,12 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
   arguments->configuration.addOverrides(command);
+  command
+      ->add_option("--min-coverage", arguments->min_coverage,
+                   "Share of the frames, and of a window's keyframes, that must have ground truth; "
+                   "with less, errors are not given")
+      ->check(checkShare())
+      ->capture_default_str();
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();

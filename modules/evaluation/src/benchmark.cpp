@@ -7,10 +7,12 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/datasets/recording_checks.h"
 #include "etalon/evaluation/attempt_record.h"
 #include "etalon/evaluation/benchmark_slots.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/content_hash.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/evaluation/sequence_tracks.h"
 #include "files.h"
 #include "folder_lock.h"
@@ -124,6 +126,8 @@ class Benchmark {
         sequence.stereo_frames = static_cast<int>(recording->imageStamps().size());
         sequence.has_ground_truth = !recording->groundTruth().empty();
         sequence.warnings = recording->statistics().warnings;
+        for (std::string& warning : requireSoundRecording(source))
+          sequence.warnings.push_back(std::move(warning));
       } catch (const DataError& e) {
         sequence.error = e.what();
         recording.reset();
@@ -318,6 +322,7 @@ class Benchmark {
     outcome_.slots_missing = missing - outcome_.slots_tried;
     outcome_.interrupted = stopped() && outcome_.slots_missing > 0;
     sortSlots(&record_);
+    requireCoverage(&record_, options_.min_coverage);  // what is stored keeps all errors
     writeBenchmarkHead(options_.out, record_);
     if (!outcome_.interrupted) outcome_.files = writeBenchmarkResults(options_.out, record_);
     outcome_.record = std::move(record_);

@@ -5,6 +5,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "files.h"
 #include "folder_lock.h"
 #include "table_text.h"
@@ -190,6 +191,7 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   SlotStore store(out);
   for (const SlotRecord& slot : outcome.record.slots) store.append(slot);
   outcome.slots_found = outcome.record.slots.size();
+  requireCoverage(&outcome.record, kMinCoverage);
   outcome.files = writeBenchmarkResults(out, outcome.record);
   return outcome;
 }

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "etalon/imu/imu_limits.h"
+
 namespace etalon {
 
 namespace {
@@ -115,9 +117,9 @@ bool InputBorder::plausible(const ImuSample& sample) {
     count(InputFault::kImuNotFinite, sample.t);
     return false;
   }
+  if (isMeasurement(sample, options_.max_gyro_rps, options_.max_accel_mps2)) return true;
   const double gyro = sample.gyro.cwiseAbs().maxCoeff();
   const double accel = sample.accel.cwiseAbs().maxCoeff();
-  if (gyro <= options_.max_gyro_rps && accel <= options_.max_accel_mps2) return true;
   count(InputFault::kImuTooLarge, sample.t, gyro > options_.max_gyro_rps ? gyro : accel);
   return false;
 }

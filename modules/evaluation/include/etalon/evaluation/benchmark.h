@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "etalon/evaluation/benchmark_record.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/odometry/run_configuration.h"
 
 namespace etalon {
@@ -26,9 +27,10 @@ struct BenchmarkOptions {
   std::string out;                   ///< the benchmark's folder (benchmark_store.h)
   std::string tracks;                ///< folder of the cached tracks; empty: `out`/tracks
   BenchmarkProtocol protocol;
-  int jobs = 1;               ///< threads
-  int shard = 1, shards = 1;  ///< part `shard` of `shards`, from 1
-  bool overwrite = false;     ///< begin anew: discard the slots in `out`
+  int jobs = 1;                        ///< threads
+  int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
+  double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
+  bool overwrite = false;              ///< begin anew: discard the slots in `out`
   std::map<std::string, std::string> versions;
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
   /** Becomes true when the benchmark shall stop; may be null. */
