@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "configuration_options.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/benchmark_tables.h"
@@ -30,6 +31,7 @@ struct Arguments {
   std::string out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
   ConfigurationOptions configuration;
   double every_s = 2.5, min_coverage = kMinCoverage;
+  double time_limit_s = kDefaultTimeLimitS;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool overwrite = false;
 };
@@ -94,6 +96,7 @@ int bench(const Arguments& arguments) {
   options.protocol.vi_ba = arguments.vi_ba == "both";
   options.min_coverage = arguments.min_coverage;
   options.jobs = arguments.jobs;
+  options.time_limit_s = arguments.time_limit_s;
   options.overwrite = arguments.overwrite;
   options.versions = versions();
   options.stop = &stop_requested;
@@ -101,6 +104,10 @@ int bench(const Arguments& arguments) {
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
     line.update(p.done == p.total, [&p] { return describe(p); });
+  };
+  options.warn = [&line](const std::string& sentence) {
+    line.interrupt();
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
   cv::setNumThreads(1);  // the jobs are the threads
   std::signal(SIGINT, requestStop);
@@ -122,7 +129,9 @@ int bench(const Arguments& arguments) {
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record, arguments.min_coverage);
-  return printRecordingErrors(outcome.record) ? kDataErrorExit : kOk;
+  const bool lost = printLostSlots(outcome.record);
+  if (printRecordingErrors(outcome.record)) return kDataErrorExit;
+  return lost ? kPluginDied : kOk;
 }
 
 /** Checks every number of a list. */
@@ -174,9 +183,10 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
                    "errors are not given")
       ->check(checkShare())
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "Threads")
+  command->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the slots")
       ->check(within(1, 1024, "a whole number from 1 to 1024"))
       ->capture_default_str();
+  addTimeLimitOption(command, "on a slot", &arguments->time_limit_s);
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();
@@ -197,7 +207,8 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command->footer(
       "Example: etalon bench /data/euroc/* --out results\n"
       "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "
-      "are done), 130 interrupted.");
+      "are done), 4 an initializer crashed, ended the process or used up its time (said at which "
+      "slot, and recorded there as crashed or time_limit; all else is done), 130 interrupted.");
   command->callback([arguments, exit_code] { *exit_code = bench(*arguments); });
 }
 

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 
 #include "checks.h"
 #include "commands.h"
 #include "configuration_options.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/evaluation/benchmark_slots.h"
 #include "etalon/evaluation/comparison_table.h"
@@ -182,13 +182,6 @@ std::vector<std::string> commentOf(const Arguments& arguments,
   return comment;
 }
 
-void write(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.flush();
-  if (!file) throw DataError(path, 0, "cannot be written");
-}
-
 int calibrateNoise(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const RunConfiguration configuration =
@@ -218,7 +211,7 @@ int calibrateNoise(const Arguments& arguments) {
   if (arguments.out.empty())
     std::printf("\n%s", ini.c_str());
   else
-    write(arguments.out, ini);
+    writeFile(arguments.out, ini);
   return kOk;
 }
 

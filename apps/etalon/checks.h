@@ -15,6 +15,10 @@ CLI::Validator checkShare();
 /** Accepts a path that does not look like an option: `--out --help` is no wish for a folder. */
 CLI::Validator checkOutputPath();
 
+/** Declares --time-limit, the processor time of one try of an initializer.
+ * @param where "on a slot" */
+void addTimeLimitOption(CLI::App* command, const std::string& where, double* limit_s);
+
 /** Accepts an integer from 0 to 2^64 - 1. */
 CLI::Validator checkWholeNumber();
 

@@ -11,6 +11,7 @@ enum ExitCode : int {
   kUsageError = 2,      ///< usage or configuration
   kDataErrorExit = 3,   ///< data
   kCannotBeLoaded = 3,  ///< plugins, check-plugin: the plugin named cannot be found or loaded
+  kPluginDied = 4,      ///< replay, bench: a plugin crashed, ended the process or used up its time
   kInterrupted = 130,   ///< Ctrl-C, as shells have it
 };
 

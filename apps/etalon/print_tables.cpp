@@ -5,9 +5,12 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "etalon/evaluation/benchmark_slots.h"
+#include "read_summary.h"
 
 namespace etalon::app {
 
@@ -45,6 +48,17 @@ void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
       if (table.headline || !text)
         std::printf("\n%s", toString(table, format, textStyle()).c_str());
   std::fflush(stdout);  // what follows on stderr follows in a common log, too
+}
+
+bool printLostSlots(const BenchmarkRecord& record) {
+  std::map<std::pair<std::string, std::string>, size_t> lost;  // by initializer and status
+  for (const SlotRecord& slot : record.slots)
+    if (slot.attempt.status == kStatusCrashed || slot.attempt.status == kStatusTimeLimit)
+      ++lost[{slot.initializer, slot.attempt.status}];
+  for (const auto& [what, count] : lost)
+    std::fprintf(stderr, "warning: %s: %s (%s)\n", what.first.c_str(),
+                 counted(count, "result").c_str(), what.second.c_str());
+  return !lost.empty();
 }
 
 void printShortfalls(const BenchmarkRecord& record, double min_coverage) {

@@ -17,6 +17,10 @@ TextStyle textStyle(bool bold = false);
  * document. */
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
 
+/** Says on stderr in how many slots an initializer crashed or used up its time; whether there are
+ * any. */
+bool printLostSlots(const BenchmarkRecord& record);
+
 /** What a benchmark left out, to stderr: unreadable images, recordings too short for a window,
  * windows without enough ground truth. */
 void printShortfalls(const BenchmarkRecord& record, double min_coverage);

@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "configuration_options.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/recording_checks.h"
 #include "etalon/datasets/sensor_source.h"
@@ -227,15 +228,6 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
   for (const std::string& file : files) std::printf("  %s\n", file.c_str());
 }
 
-/** Before the run: what cannot be written should not show after minutes of work.
- * @return whether it was not there before */
-bool makeFolder(const std::string& path) {
-  std::error_code error;
-  const bool made = std::filesystem::create_directories(path, error);
-  if (error) throw DataError(path, 0, "cannot be made: " + error.message());
-  return made;
-}
-
 int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
@@ -247,6 +239,7 @@ int replay(const Arguments& arguments) {
   const auto source = openSource(arguments.source, source_options);
   for (const std::string& warning : requireSoundRecording(arguments.source))
     std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  // What cannot be written should not show after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration);
   std::exception_ptr failure;

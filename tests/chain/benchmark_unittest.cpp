@@ -301,6 +301,17 @@ TEST_F(BenchmarkTest, ChangedImagesAreTrackedAnew) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out("copies")), fs::directory_iterator()), 2);
 }
 
+TEST_F(BenchmarkTest, SlotsBeginAtTheSensorsStamps) {
+  const RecordingCopy copy(kStandstill);
+  for (const char* camera : {"cam0/data.csv", "cam1/data.csv"}) copy.shiftStamps(camera, 37);
+  ASSERT_EQ(runEtalon({"bench", copy.path(), "--initializers", "static", "--every", "1",
+                       "--keyframes", "4", "--out", out("x")})
+                .exit_code,
+            0);
+  const std::string csv = readText(out("x") + "/segments.csv");
+  EXPECT_THAT(csv, HasSubstr(",0," + stampsOf(copy.file("cam0/data.csv")).front() + ",4,4,static"));
+}
+
 TEST_F(BenchmarkTest, ARecordingThatCannotBeReadDoesNotSpoilTheOthers) {
   const RecordingCopy broken(kFlight);
   broken.write(broken.file("imu0/data.csv"), "#\n1,2,3\n");

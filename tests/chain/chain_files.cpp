@@ -41,13 +41,20 @@ double largestDistance(const std::vector<TumLine>& a, const std::vector<TumLine>
   if (a.size() != b.size()) throw std::runtime_error("trajectories of different length");
   double largest = 0.0;
   for (size_t i = 0; i < a.size(); ++i) {
-    // A rawlog cuts stamps to 100 ns; a double of the seconds since 1970 holds 0.2 us.
-    if (std::abs(std::stod(a[i].stamp) - std::stod(b[i].stamp)) > 1e-6)
+    if (a[i].stamp != b[i].stamp)
       throw std::runtime_error("different stamps: " + a[i].stamp + ", " + b[i].stamp);
     const auto &p = a[i].pose, &q = b[i].pose;
     largest = std::max(largest, std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
   }
   return largest;
+}
+
+std::vector<std::string> stampsOf(const std::string& csv) {
+  std::istringstream text(readText(csv));
+  std::vector<std::string> stamps;
+  for (std::string line; std::getline(text, line);)
+    if (!line.empty() && line[0] != '#') stamps.push_back(line.substr(0, line.find(',')));
+  return stamps;
 }
 
 nlohmann::json acceptedAttempt(const nlohmann::json& run) {
@@ -90,6 +97,18 @@ std::string RecordingCopy::image(int camera, int index) const {
 void RecordingCopy::write(const std::string& path, const std::string& content) const {
   fs::remove(path);  // were it a link, the original would be written
   std::ofstream(path, std::ios::binary) << content;
+}
+
+void RecordingCopy::shiftStamps(const std::string& name, long long ns) const {
+  std::istringstream text(readText(file(name)));
+  std::string shifted;
+  for (std::string line; std::getline(text, line);) {
+    const size_t comma = line.find(',');
+    if (!line.empty() && line[0] != '#')
+      line = std::to_string(std::stoll(line.substr(0, comma)) + ns) + line.substr(comma);
+    shifted += line + "\n";
+  }
+  write(file(name), shifted);
 }
 
 void RecordingCopy::replace(const std::string& name, const std::string& from,

@@ -29,8 +29,11 @@ struct TumLine {
 std::vector<TumLine> readTum(const std::string& path);
 
 /** Longest distance between positions of two trajectories' poses at the same place in the list, m;
- * throws if they differ in length, or by more than 1 us in a stamp. */
+ * throws if they differ in length or in a stamp. */
 double largestDistance(const std::vector<TumLine>& a, const std::vector<TumLine>& b);
+
+/** The first column of a recording's data.csv, as written, ns. */
+std::vector<std::string> stampsOf(const std::string& csv);
 
 /** The attempt of initialization.json with status success, null if there is none. */
 nlohmann::json acceptedAttempt(const nlohmann::json& run);
@@ -51,6 +54,8 @@ class RecordingCopy {
   std::string image(int camera, int index) const;
   /** Replaces the file, or the link to it. */
   void write(const std::string& path, const std::string& content) const;
+  /** Adds `ns` to the first column of a data.csv; the images keep their names. */
+  void shiftStamps(const std::string& name, long long ns) const;
   /** Replaces the first occurrence of `from`, which must be there. */
   void replace(const std::string& name, const std::string& from, const std::string& to) const;
 

@@ -7,6 +7,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_noise.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/odometry/window_initialization.h"
 
 namespace etalon::testing {
@@ -142,10 +143,11 @@ State propagated(const State& s, const Preintegration& p, double gravity) {
   return next;
 }
 
-/** Landmarks on the walls of a room around the path, dense enough that a frame sees about the
- * number wanted. */
-std::vector<Vector3d> makeLandmarks(const std::vector<State>& states, int per_frame,
-                                    std::mt19937* rng) {
+/** Landmarks on the walls of a room around the path or on a sphere, dense enough that a frame sees
+ * about the number wanted. */
+std::vector<Vector3d> makeLandmarks(const std::vector<State>& states,
+                                    const SyntheticWindowOptions& options, std::mt19937* rng) {
+  const int count = 12 * options.landmarks;  // the camera sees about a twelfth of the walls
   Vector3d lo = states[0].T_WB.t, hi = lo;
   for (const State& s : states) {
     lo = lo.cwiseMin(s.T_WB.t);
@@ -155,7 +157,16 @@ std::vector<Vector3d> makeLandmarks(const std::vector<State>& states, int per_fr
   hi.array() += 3.0;
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   std::vector<Vector3d> points;
-  for (int i = 0; i < 12 * per_frame; ++i) {  // the camera sees about a twelfth of the walls
+  if (options.landmark_distance_m > 0.0) {
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < count; ++i) {
+      Vector3d direction;
+      for (int a = 0; a < 3; ++a) direction[a] = normal(*rng);
+      points.emplace_back(0.5 * (lo + hi) + options.landmark_distance_m * direction.normalized());
+    }
+    return points;
+  }
+  for (int i = 0; i < count; ++i) {
     Vector3d p;
     for (int a = 0; a < 3; ++a) p[a] = lo[a] + (hi[a] - lo[a]) * unit(*rng);
     const int axis = std::min(2, static_cast<int>(3.0 * unit(*rng)));
@@ -257,7 +268,7 @@ SyntheticWindow makeSyntheticWindow(const SyntheticWindowOptions& options) {
         states.back(), Preintegration(exact.between(stamps[j - 1], stamps[j]), ImuBias(), noise),
         options.gravity_mps2));
   }
-  window.landmarks = makeLandmarks(states, options.landmarks, &rng);
+  window.landmarks = makeLandmarks(states, options, &rng);
   moveWorld(SE3(expSO3(Vector3d(0, 0, options.world_yaw_rad)), options.world_origin), &states,
             &window.landmarks);
   addNoise(options, noise, &rng, &samples);
@@ -324,15 +335,9 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
 
 Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
                                              const SyntheticWindow& window) {
-  const KeyframeState &truth = window.truth.front(), &estimate = result.states.front();
-  // q = swing * twist, the twist about z, the swing about a horizontal axis.
-  const Eigen::Quaterniond q(Matrix3d(estimate.T_WB.R * truth.T_WB.R.transpose()));
-  const Eigen::Quaterniond twist = Eigen::Quaterniond(q.w(), 0.0, 0.0, q.z()).normalized();
-  const Vector3d tilt = logSO3((q * twist.inverse()).toRotationMatrix());
-  Eigen::Matrix<double, 11, 1> error;
-  error << result.bias.gyro - window.bias.gyro, result.bias.accel - window.bias.accel,
-      tilt.head<2>(), result.states.back().v_WB - twist * window.truth.back().v_WB;
-  return error;
+  return etalon::estimationError(
+      result.states, result.bias,
+      {window.truth.front().T_WB.R, window.truth.back().v_WB, window.bias});
 }
 
 }  // namespace etalon::testing

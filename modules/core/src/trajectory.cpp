@@ -2,14 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/tum_file.h"
 
@@ -48,20 +47,20 @@ void writeTum(const std::string& path, const Trajectory& trajectory) {
 }
 
 void writeTum(const std::string& path, const Trajectory& trajectory, const std::string& frames) {
-  std::FILE* file = std::fopen(path.c_str(), "w");
-  if (!file) throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
-  std::fprintf(file, "# %s: timestamp[s] x y z[m] qx qy qz qw\n", frames.c_str());
+  OutputFile file(path);
+  file.stream() << "# " << frames << ": timestamp[s] x y z[m] qx qy qz qw\n";
+  std::vector<char> row(3000);  // nine numbers of at most 309 digits before the point
   for (const StampedPose& pose : trajectory) {
     const Eigen::Quaterniond q = Eigen::Quaterniond(pose.T_WB.R).normalized();
     const Eigen::Vector3d& p = pose.T_WB.t;
-    std::fprintf(file, "%lld.%09lld %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
-                 static_cast<long long>(pose.t / kNanosecondsPerSecond),
-                 static_cast<long long>(pose.t % kNanosecondsPerSecond), p.x(), p.y(), p.z(), q.x(),
-                 q.y(), q.z(), q.w());
+    std::snprintf(row.data(), row.size(), "%lld.%09lld %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
+                  static_cast<long long>(pose.t / kNanosecondsPerSecond),
+                  static_cast<long long>(pose.t % kNanosecondsPerSecond), p.x(), p.y(), p.z(),
+                  q.x(), q.y(), q.z(), q.w());
+    file.stream() << row.data();
   }
-  const bool failed = std::ferror(file) != 0;
-  if (std::fclose(file) != 0 || failed)
-    throw DataError(path, 0, "could not be written completely (disk full?)");
+  if (!file.stream()) file.fail();
+  file.putInPlace();
 }
 
 /** Decimal seconds to nanoseconds without passing through a double. */

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "etalon/evaluation/segment_metrics.h"
+
 namespace etalon {
 
 using Json = nlohmann::ordered_json;
@@ -44,6 +46,7 @@ Json errorsJson(const SegmentErrors& e) {
   json["scale_error"] = numberJson(e.scale_error);
   json["ate_yaw_m"] = numberJson(e.ate_yaw_m);
   json["gravity_corrected_deg"] = numberJson(e.gravity_corrected_deg);
+  for (const SegmentMetric& metric : neesMetrics()) json[metric.key] = numberJson(e.*metric.error);
   return json;
 }
 
@@ -60,6 +63,8 @@ SegmentErrors errorsFromJson(const JsonReader& json) {
   if (json.has("ate_yaw_m")) e.ate_yaw_m = json.at("ate_yaw_m").number();
   if (json.has("gravity_corrected_deg"))
     e.gravity_corrected_deg = json.at("gravity_corrected_deg").number();
+  for (const SegmentMetric& metric : neesMetrics())
+    if (json.has(metric.key)) e.*metric.error = json.at(metric.key).number();
   return e;
 }
 

@@ -1,5 +1,7 @@
 #include "etalon/evaluation/attempt_record.h"
 
+#include "etalon/evaluation/consistency.h"
+
 namespace etalon {
 namespace {
 
@@ -16,10 +18,12 @@ struct Truth {
 };
 
 StageRecord makeStage(const std::string& name, std::vector<KeyframeState> states,
-                      const ImuBias& bias, double gravity_mps2, const Truth& truth) {
+                      const ImuBias& bias, const Eigen::MatrixXd& claimed_covariance,
+                      double gravity_mps2, const Truth& truth) {
   StageRecord stage = StageRecord::fromStates(name, std::move(states), bias, gravity_mps2);
-  const SegmentErrors errors =
+  SegmentErrors errors =
       evaluateSegment(stage.states, bias, truth.ground_truth, truth.gravity_direction_G);
+  setNees(stage.states, bias, truth.ground_truth, claimed_covariance, &errors);
   if (errors.keyframes > 0) stage.errors = errors;
   return stage;
 }
@@ -45,8 +49,8 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   for (const StageTiming& timing : attempt.init.timings) record.timings.push_back(timing);
 
   if (attempt.init.ok()) {
-    StageRecord stage =
-        makeStage(kStageInit, attempt.init.states, attempt.init.bias, gravity_mps2, truth);
+    StageRecord stage = makeStage(kStageInit, attempt.init.states, attempt.init.bias,
+                                  attempt.init.covariance, gravity_mps2, truth);
     if (attempt.init.covariance.size() > 0) {
       stage.covariance = attempt.init.covariance;
       stage.covariance_order = kInitCovarianceOrder;
@@ -58,8 +62,8 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
     for (size_t k = 0; k < attempt.keyframes.size(); ++k)
       states.push_back(
           {attempt.keyframes[k], attempt.vi_ba.states[k].T_WB, attempt.vi_ba.states[k].v_WB});
-    StageRecord stage =
-        makeStage(kStageViBa, std::move(states), attempt.vi_ba.bias, gravity_mps2, truth);
+    StageRecord stage = makeStage(kStageViBa, std::move(states), attempt.vi_ba.bias,
+                                  claimedCovariance(attempt.vi_ba), gravity_mps2, truth);
     if (attempt.vi_ba.covariance.size() > 0) {
       stage.covariance = attempt.vi_ba.covariance;
       stage.covariance_order = kViBaCovarianceOrder;

@@ -6,17 +6,18 @@
 #include <set>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/folder_lock.h"
+#include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/recording_checks.h"
-#include "etalon/evaluation/attempt_record.h"
 #include "etalon/evaluation/benchmark_slots.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/content_hash.h"
 #include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/evaluation/sequence_tracks.h"
-#include "files.h"
-#include "folder_lock.h"
+#include "isolated_work.h"
 #include "parallel.h"
+#include "slot_trial.h"
 
 namespace etalon {
 namespace {
@@ -270,48 +271,44 @@ class Benchmark {
                                 [this](const Task& task) { return !tracks_[task.sequence]; }),
                  tasks_.end());
     ProgressReport progress(options_, BenchmarkProgress::Stage::kSlots, tasks_.size());
-    const ImuNoiseOptions& factors = configuration_.pipeline.imu_noise;
-    inParallel(options_.jobs, tasks_.size(), [&](size_t i) {
-      if (stopped()) return;
-      const Task& task = tasks_[i];
-      const SequenceTracks& tracks = *tracks_[task.sequence];
-      const InitializationProblem problem =
-          slotProblem(tracks, options_.protocol.every_s, task.window, task.segment,
-                      factors.apply(tracks.calibration.imu.noise), window_options_);
-      std::vector<TimeNs> keyframes;
-      for (int k = 0; k < problem.keyframeCount(); ++k) keyframes.push_back(problem.keyframe(k).t);
-      const double gyro_rre_deg = gyroWindowRreDeg(tracks.ground_truth, tracks.imu, keyframes);
-      for (const size_t k : task.initializers) {
-        SlotRecord slot = trySlot(task, k, problem);
-        slot.gyro_rre_deg = gyro_rre_deg;
-        keep(std::move(slot));
-      }
-      progress.add(1);
-    });
+    IsolatedWork work;
+    work.items = tasks_.size();
+    work.parts = [this](size_t i) { return tasks_[i].initializers.size(); };
+    work.run = [this](size_t i, size_t first, const DoPart& do_part) {
+      const SlotTrial trial = trialOf(tasks_[i]);
+      for (size_t part = first; part < tasks_[i].initializers.size(); ++part)
+        do_part(part, [&] { return slotToText(trial.tryWith(initializerOf(i, part))); });
+    };
+    work.finished = [this](size_t i, size_t, const std::string& text) {
+      store_.append(record_.sequences[tasks_[i].sequence].name, text);
+      keep(slotFromText(text));
+    };
+    work.died = [this](size_t i, size_t part, const std::string& how, bool out_of_time) {
+      SlotRecord slot = trialOf(tasks_[i]).lost(
+          initializerOf(i, part).plugin.name, out_of_time ? kStatusTimeLimit : kStatusCrashed, how);
+      if (options_.warn) options_.warn(slotKey(slot) + ": " + how);
+      store_.append(slot);
+      keep(std::move(slot));
+    };
+    work.item_done = [&progress](size_t) { progress.add(1); };
+    work.stopped = [this] { return stopped(); };
+    runIsolatedWork(options_.jobs, options_.time_limit_s, work);
   }
 
-  SlotRecord trySlot(const Task& task, size_t k, const InitializationProblem& problem) const {
-    SlotRecord slot = emptySlot(task, k);
-    const GroundTruth& truth = tracks_[task.sequence]->ground_truth;
-    const InitializationAttempt attempt = attemptInitialization(
-        problem, *configuration_.initializers[k].initializer, window_options_);
-    slot.attempt =
-        makeAttemptRecord(attempt, window_options_.gravity_mps2, truth,
-                          record_.sequences[task.sequence].floor.foundGravityDirection());
-    for (StageRecord& stage : slot.attempt.stages) {
-      stage.covariance.resize(0, 0);
-      stage.covariance_order.clear();
-    }
-    if (problem.keyframeCount() > 0) slot.t0 = problem.keyframe(0).t;
-    for (int i = 0; i < problem.keyframeCount(); ++i)
-      if (const auto state = truth.at(problem.keyframe(i).t)) slot.truth.push_back(*state);
-    if (attempt.has_vi_ba && attempt.vi_ba.noise.gyro.dof > 0.0) slot.noise = attempt.vi_ba.noise;
-    return slot;
+  const ConfiguredInitializer& initializerOf(size_t task, size_t part) const {
+    return configuration_.initializers[tasks_[task].initializers[part]];
+  }
+
+  SlotTrial trialOf(const Task& task) const {
+    return {emptySlot(task, 0),
+            *tracks_[task.sequence],
+            record_.sequences[task.sequence].floor,
+            options_.protocol.every_s,
+            configuration_.pipeline.imu_noise,
+            window_options_};
   }
 
   void keep(SlotRecord slot) {
-    store_.append(slot);
-    const std::lock_guard<std::mutex> lock(mutex_);
     record_.slots.push_back(std::move(slot));
     ++outcome_.slots_tried;
   }
@@ -340,7 +337,7 @@ class Benchmark {
   std::set<std::string> finished_;                           ///< slotKey()s
   std::set<size_t> needed_;                                  ///< sequences of this shard
   std::vector<Task> tasks_;
-  std::mutex mutex_;  ///< of record_.slots and outcome_ while threads run
+  std::mutex mutex_;  ///< of outcome_ while threads run
 };
 
 }  // namespace

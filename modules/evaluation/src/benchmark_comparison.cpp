@@ -15,8 +15,6 @@
 namespace etalon {
 namespace {
 
-constexpr int kSuccessDecimals = 1;  ///< of a rate in percent, where it is printed
-
 using SlotKey = std::tuple<std::string, int, double, TimeNs>;
 
 /** A figure of one initializer by slot; nothing where it has none. */
@@ -45,26 +43,69 @@ bool inWindow(const SlotKey& key, const std::pair<int, double>& window) {
   return std::get<1>(key) == window.first && std::get<2>(key) == window.second;
 }
 
+/** The pairs of one recording, in the order of time. */
+struct Pairs {
+  PairedCluster values;
+  std::vector<TimeNs> starts;  ///< of the windows
+
+  /** The most windows that overlap with one of them and begin with it or later, itself included. */
+  size_t overlapping(double window_s) const {
+    constexpr double kShare = 0.99;  // of a window; two that meet in a keyframe are apart
+    size_t most = 1, last = 0;
+    for (size_t first = 0; first < starts.size(); ++first) {
+      while (last < starts.size() &&
+             secondsBetween(starts[first], starts[last]) < kShare * window_s)
+        ++last;
+      most = std::max(most, last - first);
+    }
+    return most;
+  }
+};
+
+double differenceOf(const PairedCluster& cluster, bool rate) {
+  std::vector<double> differences;
+  for (size_t i = 0; i < cluster.a.size(); ++i) differences.push_back(cluster.a[i] - cluster.b[i]);
+  const FigureSummary summary = summaryOf(differences);
+  return rate ? summary.mean : summary.median;
+}
+
 PairedComparison compareFigures(const Figures& a, const Figures& b,
                                 const std::pair<int, double>& window, bool rate,
+                                const std::vector<std::string>& sequences,
                                 const BootstrapOptions& options) {
   PairedComparison comparison;
   std::vector<double> paired_a, paired_b;
+  std::map<std::string, Pairs> by_sequence;
   for (const auto& [key, value] : a) {
     if (!inWindow(key, window)) continue;
     ++comparison.count_a;
-    if (const auto other = b.find(key); other != b.end()) {
-      paired_a.push_back(value);
-      paired_b.push_back(other->second);
-    }
+    const auto other = b.find(key);
+    if (other == b.end()) continue;
+    Pairs& pairs = by_sequence[std::get<0>(key)];
+    pairs.values.a.push_back(value);
+    pairs.values.b.push_back(other->second);
+    pairs.starts.push_back(std::get<3>(key));
+    paired_a.push_back(value);
+    paired_b.push_back(other->second);
   }
   for (const auto& [key, value] : b)
     if (inWindow(key, window)) ++comparison.count_b;
   const FigureSummary summary_a = summaryOf(paired_a), summary_b = summaryOf(paired_b);
   comparison.value_a = rate ? summary_a.mean : summary_a.median;
   comparison.value_b = rate ? summary_b.mean : summary_b.median;
-  comparison.interval = pairedBootstrap(
-      paired_a, paired_b, rate ? PairedStatistic::kMean : PairedStatistic::kMedian, options);
+  std::vector<PairedCluster> clusters;
+  for (const std::string& sequence : sequences) {
+    const auto pairs = by_sequence.find(sequence);
+    if (pairs == by_sequence.end()) continue;
+    clusters.push_back(pairs->second.values);
+    clusters.back().block = pairs->second.overlapping((window.first - 1) / window.second);
+    comparison.apart += static_cast<int>((clusters.back().a.size() + clusters.back().block - 1) /
+                                         clusters.back().block);
+    comparison.by_recording.push_back({sequence, static_cast<int>(clusters.back().a.size()),
+                                       differenceOf(clusters.back(), rate)});
+  }
+  comparison.interval =
+      pairedBootstrap(clusters, rate ? PairedStatistic::kMean : PairedStatistic::kMedian, options);
   return comparison;
 }
 
@@ -81,25 +122,6 @@ void checkContent(const std::vector<std::pair<std::string, BenchmarkRecord>>& be
                           "' is another recording than that of '" + known->second.second +
                           "'; expected the same data on both sides");
     }
-}
-
-/** A figure in the unit of its title, rounded as in the other tables. */
-std::string shownValue(const std::string& figure, double value) {
-  if (!std::isfinite(value)) return "-";
-  const bool rate = figure == kSuccessRate;
-  char text[352];
-  std::snprintf(text, sizeof text, "%.*f", rate ? kSuccessDecimals : segmentMetric(figure).decimals,
-                value * (rate ? 100.0 : segmentMetric(figure).factor));
-  return text;
-}
-
-/** The same for a difference, which may be too small for those decimals. */
-std::string shownDifference(const std::string& figure, double value) {
-  if (!std::isfinite(value)) return "-";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3g",
-                value * (figure == kSuccessRate ? 100.0 : segmentMetric(figure).factor));
-  return text;
 }
 
 }  // namespace
@@ -159,11 +181,12 @@ double PairedComparison::smallestRelevantDifference() const {
 }
 
 std::string PairedComparison::verdict() const {
-  if (interval.pairs < kMinPairs) return "too few pairs";
+  if (apart < kMinPairs) return "too few pairs";
   if (!interval.significant()) return "no significant difference";
   if (std::abs(interval.difference) < smallestRelevantDifference()) return "no relevant difference";
   const bool a_is_less = interval.high < 0.0;
-  return (a_is_less == (figure != kSuccessRate) ? a : b) + " is better";
+  return (a_is_less == (figure != kSuccessRate) ? a : b) + " is better" +
+         (interval.clusters == 1 ? ", this recording alone" : "");
 }
 
 std::vector<std::string> comparedFigures() {
@@ -180,14 +203,16 @@ std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const
   for (const std::string& figure : figures)
     if (std::find(known.begin(), known.end(), figure) == known.end())
       throw ConfigError("metric '" + figure + "': expected one of " + joined(known));
+  const std::vector<std::string> sequences = sequencesOf(record);
   std::vector<PairedComparison> comparisons;
   for (const std::pair<int, double>& window : windowsOf(record))
     for (const std::string& stage : stagesOf(record)) {
       const std::vector<std::optional<bool>> success = judgedSuccess(record, stage);
       for (const std::string& figure : figures) {
-        PairedComparison comparison = compareFigures(figuresOf(record, success, a, stage, figure),
-                                                     figuresOf(record, success, b, stage, figure),
-                                                     window, figure == kSuccessRate, options);
+        PairedComparison comparison =
+            compareFigures(figuresOf(record, success, a, stage, figure),
+                           figuresOf(record, success, b, stage, figure), window,
+                           figure == kSuccessRate, sequences, options);
         comparison.a = a;
         comparison.b = b;
         comparison.keyframes = window.first;
@@ -198,81 +223,6 @@ std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const
       }
     }
   return comparisons;
-}
-
-TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
-                            const BootstrapOptions& options, bool group_in_title) {
-  // One table holds figures of several units: for people they are texts, for programs numbers.
-  std::vector<Table::Column> columns = {{"a", "A", false, 0, 1.0, group_in_title},
-                                        {"b", "B", false, 0, 1.0, group_in_title},
-                                        {"keyframes", "keyframes", true, 0, 1.0, group_in_title},
-                                        {"rate_hz", "rate [Hz]", true, 0, 1.0, group_in_title},
-                                        {"stage", "stage"},
-                                        {"figure", "figure", false, 0, 1.0, true},
-                                        {"title", "figure", false, 0, 1.0, false, "", true},
-                                        {"slots_a", "slots A", true, 0},
-                                        {"slots_b", "slots B", true, 0},
-                                        {"pairs", "pairs", true, 0}};
-  for (const auto& [key, title] : {std::pair("value_a", "A"),
-                                   {"value_b", "B"},
-                                   {"difference", "A - B"},
-                                   {"low", "from"},
-                                   {"high", "to"}}) {
-    columns.push_back({key, title, true, 6, 1.0, true});
-    columns.push_back({std::string(key) + "_text", title, false, 0, 1.0, false, "", true});
-  }
-  columns.push_back({"smallest_relevant_difference", "relevant from", true, 6, 1.0, true});
-  columns.push_back({"verdict", "verdict"});
-  Table table(columns);
-  for (const PairedComparison& c : comparisons) {
-    const bool rate = c.figure == kSuccessRate;
-    table.addRow();
-    table.setText("a", c.a);
-    table.setText("b", c.b);
-    table.setNumber("keyframes", c.keyframes);
-    table.setNumber("rate_hz", c.rate_hz);
-    table.setText("stage", c.stage);
-    table.setText("figure", c.figure);
-    table.setText("title", rate ? "success [%]" : segmentMetric(c.figure).title);
-    table.setNumber("slots_a", c.count_a);
-    table.setNumber("slots_b", c.count_b);
-    table.setNumber("pairs", c.interval.pairs);
-    for (const auto& [key, value] : {std::pair("value_a", c.value_a), {"value_b", c.value_b}}) {
-      table.setNumber(key, value);
-      table.setText(std::string(key) + "_text", shownValue(c.figure, value));
-    }
-    for (const auto& [key, value] : {std::pair("difference", c.interval.difference),
-                                     {"low", c.interval.low},
-                                     {"high", c.interval.high}}) {
-      table.setNumber(key, value);
-      table.setText(std::string(key) + "_text", shownDifference(c.figure, value));
-    }
-    table.setNumber("smallest_relevant_difference", c.smallestRelevantDifference());
-    PairedComparison named = c;
-    if (group_in_title) {
-      named.a = "A";
-      named.b = "B";
-    }
-    table.setText("verdict", named.verdict());
-  }
-  char note[900];
-  std::snprintf(note, sizeof note,
-                "On the slots that both have. Errors: medians over the slots where both give a "
-                "value, and the median of the differences; success: rates over all slots that can "
-                "be judged, refused ones included. Interval: %g %%, paired percentile bootstrap, "
-                "%d resamples, seed %llu. Not relevant: a difference below %g %% of the smaller "
-                "median, or below the last digit of the tables. %zu comparisons were made, without "
-                "a correction for their number: where nothing differs, %.0f %% of them look "
-                "significant.",
-                100.0 * options.confidence, options.resamples,
-                static_cast<unsigned long long>(options.seed), 100.0 * kRelevantShare,
-                comparisons.size(), 100.0 * (1.0 - options.confidence));
-  std::string title = "Paired comparison";
-  if (group_in_title && !comparisons.empty()) {
-    const PairedComparison& c = comparisons.front();
-    title += ", " + windowText({c.keyframes, c.rate_hz}) + ", A = " + c.a + ", B = " + c.b;
-  }
-  return {"comparison", title, note, std::move(table), true};
 }
 
 }  // namespace etalon

@@ -3,11 +3,11 @@
 #include <set>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/folder_lock.h"
+#include "etalon/core/output_file.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/ground_truth_coverage.h"
-#include "files.h"
-#include "folder_lock.h"
 #include "table_text.h"
 
 namespace etalon {
@@ -186,13 +186,17 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   outcome.record = merger.finish();
   makeFolder(out);
   const FolderLock lock(out);
-  discardBenchmark(out);
-  writeBenchmarkHead(out, outcome.record);
-  SlotStore store(out);
+  OutputFiles output(out);
+  const std::string folder = output.path("");
+  writeBenchmarkHead(folder, outcome.record);
+  SlotStore store(folder);
   for (const SlotRecord& slot : outcome.record.slots) store.append(slot);
   outcome.slots_found = outcome.record.slots.size();
   requireCoverage(&outcome.record, kMinCoverage);
-  outcome.files = writeBenchmarkResults(out, outcome.record);
+  for (const std::string& file : writeBenchmarkResults(folder, outcome.record))
+    outcome.files.push_back((fs::path(out) / fs::path(file).filename()).string());
+  discardBenchmark(out);
+  output.putInPlace();
   return outcome;
 }
 

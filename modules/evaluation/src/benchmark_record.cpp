@@ -1,5 +1,6 @@
 #include "etalon/evaluation/benchmark_record.h"
 
+#include "etalon/evaluation/segment_metrics.h"
 #include "table_text.h"
 
 namespace etalon {
@@ -38,7 +39,9 @@ std::vector<SegmentRow> segmentRows(const BenchmarkRecord& record) {
 std::string segmentsCsv(const std::vector<SegmentRow>& rows) {
   std::string csv =
       "sequence,segment,t0_ns,keyframes,rate_hz,initializer,stage,status,reason,rre_deg,ate_m,"
-      "gravity_deg,velocity_mps,gyro_bias_rps,accel_bias_mps2,scale_error,runtime_ms\n";
+      "gravity_deg,velocity_mps,gyro_bias_rps,accel_bias_mps2,scale_error";
+  for (const SegmentMetric& metric : neesMetrics()) csv += "," + metric.key;
+  csv += ",runtime_ms\n";
   for (const SegmentRow& row : rows) {
     const SegmentErrors& e = row.errors;
     csv += csvField(row.sequence) + "," + std::to_string(row.segment) + "," +
@@ -46,9 +49,10 @@ std::string segmentsCsv(const std::vector<SegmentRow>& rows) {
            csvNumber(row.rate_hz) + "," + csvField(row.initializer) + "," + row.stage + "," +
            row.status + "," + csvField(row.reason);
     for (const double value : {e.rre_deg, e.ate_m, e.gravity_deg, e.velocity_mps, e.gyro_bias_rps,
-                               e.accel_bias_mps2, e.scale_error, row.runtime_ms})
+                               e.accel_bias_mps2, e.scale_error})
       csv += "," + csvNumber(value);
-    csv += "\n";
+    for (const SegmentMetric& metric : neesMetrics()) csv += "," + csvNumber(e.*metric.error);
+    csv += "," + csvNumber(row.runtime_ms) + "\n";
   }
   return csv;
 }

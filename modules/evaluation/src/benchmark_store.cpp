@@ -9,10 +9,10 @@
 
 #include "benchmark_json.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/evaluation/benchmark_slots.h"
 #include "etalon/evaluation/benchmark_summary.h"
 #include "etalon/evaluation/report.h"
-#include "files.h"
 
 namespace etalon {
 namespace {
@@ -73,24 +73,28 @@ BenchmarkRecord readBenchmark(const std::string& folder) {
 
 void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record) {
   makeFolder(pathIn(folder, "slots"));
-  writeText(pathIn(folder, kHeadName),
+  OutputFiles output(folder);
+  writeFile(output.path(kHeadName),
             benchmarkHeadJson(record).dump(1, ' ', false, ReplaceInvalid::replace) + "\n");
   std::string config = record.config;
   for (const BenchmarkInitializer& initializer : record.initializers)
     config += initializer.config + "\n";
-  writeText(pathIn(folder, "config.ini"), config);
+  writeFile(output.path("config.ini"), config);
+  output.putInPlace();
 }
 
 std::vector<std::string> writeBenchmarkResults(const std::string& folder,
                                                const BenchmarkRecord& record) {
+  OutputFiles output(folder);
   std::vector<std::string> paths;
   const auto write = [&](const char* name, const std::string& text) {
     paths.push_back(pathIn(folder, name));
-    writeText(paths.back(), text);
+    writeFile(output.path(name), text);
   };
   write(kSegmentsName, segmentsCsv(segmentRows(record)));
   write(kSummaryName, summaryCsv(record));
   write(kReportName, benchmarkReportHtml(record));
+  output.putInPlace();
   return paths;
 }
 
@@ -164,6 +168,16 @@ std::vector<std::string> missingSlots(const BenchmarkRecord& record) {
   return missing;
 }
 
+std::string slotToText(const SlotRecord& slot) {
+  return slotJson(slot).dump(-1, ' ', false, ReplaceInvalid::replace);
+}
+
+SlotRecord slotFromText(const std::string& text) {
+  constexpr char kName[] = "a slot";
+  const nlohmann::json json = parseJson(text, kName, 0);
+  return slotFromJson(JsonReader(json, kName));
+}
+
 SlotStore::SlotStore(std::string folder) : folder_(std::move(folder)) {}
 
 std::string SlotStore::path(const std::string& sequence) const {
@@ -189,15 +203,14 @@ std::vector<SlotRecord> SlotStore::read(const std::string& sequence) {
   return slots;
 }
 
-void SlotStore::append(const SlotRecord& slot) {
-  const std::string line = slotJson(slot).dump(-1, ' ', false, ReplaceInvalid::replace) + "\n";
-  const std::lock_guard<std::mutex> lock(mutex_);
-  std::ofstream& file = files_[slot.sequence];
-  if (!file.is_open()) file.open(path(slot.sequence), std::ios::binary | std::ios::app);
-  file << line << std::flush;
+void SlotStore::append(const SlotRecord& slot) { append(slot.sequence, slotToText(slot)); }
+
+void SlotStore::append(const std::string& sequence, const std::string& slot_text) {
+  std::ofstream& file = files_[sequence];
+  if (!file.is_open()) file.open(path(sequence), std::ios::binary | std::ios::app);
+  file << slot_text + "\n" << std::flush;
   if (!file)
-    throw DataError(path(slot.sequence), 0,
-                    std::string("cannot be written: ") + std::strerror(errno));
+    throw DataError(path(sequence), 0, std::string("cannot be written: ") + std::strerror(errno));
 }
 
 }  // namespace etalon

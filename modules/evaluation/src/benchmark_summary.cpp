@@ -35,6 +35,18 @@ std::set<std::string> sequencesWithVelocities(const BenchmarkRecord& record) {
   return names;
 }
 
+/** Of the slots with an estimate, in the order of `metrics`. */
+std::vector<FigureSummary> summaries(const std::vector<SegmentErrors>& estimates,
+                                     const std::vector<SegmentMetric>& metrics) {
+  std::vector<FigureSummary> summaries;
+  for (const SegmentMetric& metric : metrics) {
+    std::vector<double> values;
+    for (const SegmentErrors& errors : estimates) values.push_back(errors.*metric.error);
+    summaries.push_back(summaryOf(values));
+  }
+  return summaries;
+}
+
 /** A slot of a summary and whether it succeeded. */
 struct Judged {
   const SlotRecord* slot;
@@ -44,8 +56,7 @@ struct Judged {
 SummaryRow summarizeSlots(const std::vector<Judged>& slots, const std::string& stage) {
   SummaryRow row;
   row.stage = stage;
-  const std::vector<SegmentMetric> metrics = segmentMetrics();
-  std::vector<std::vector<double>> errors(metrics.size());
+  std::vector<SegmentErrors> estimates;
   std::vector<double> runtime, visual_odometry;
   for (const auto& [slot, success] : slots) {
     const SegmentRow segment = segmentRow(*slot, stage);
@@ -56,9 +67,7 @@ SummaryRow summarizeSlots(const std::vector<Judged>& slots, const std::string& s
     if (segment.status == kStatusSuccess) ++row.accepted;
     if (success.value_or(false)) ++row.successes;
     if (success && estimate && segment.errors.success().value_or(false)) ++row.good_estimates;
-    if (estimate)
-      for (size_t m = 0; m < metrics.size(); ++m)
-        errors[m].push_back(segment.errors.*metrics[m].error);
+    if (estimate) estimates.push_back(segment.errors);
     runtime.push_back(segment.runtime_ms);
     visual_odometry.push_back(slot->attempt.milliseconds(kTimingVisualOdometry));
   }
@@ -66,7 +75,8 @@ SummaryRow summarizeSlots(const std::vector<Judged>& slots, const std::string& s
     row.success_rate = static_cast<double>(row.successes) / row.judged;
     row.good_estimate_rate = static_cast<double>(row.good_estimates) / row.judged;
   }
-  for (const std::vector<double>& values : errors) row.errors.push_back(summaryOf(values));
+  row.errors = summaries(estimates, segmentMetrics());
+  row.nees = summaries(estimates, neesMetrics());
   row.runtime_ms = summaryOf(runtime);
   row.visual_odometry_ms = summaryOf(visual_odometry);
   return row;
@@ -196,6 +206,7 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
       "accepted,successes,success_rate";
   for (const SegmentMetric& metric : segmentMetrics()) csv += figureNames(metric.key);
   csv += ",good_estimates,good_estimate_rate";
+  for (const SegmentMetric& metric : neesMetrics()) csv += figureNames(metric.key);
   csv += figureNames("runtime_ms") + figureNames("visual_odometry_ms") + "\n";
   for (const SummaryRow& row : rows) {
     csv += csvField(row.sequence) + "," + std::to_string(row.keyframes) + "," +
@@ -207,6 +218,7 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
     csv += "," + csvNumber(row.success_rate);
     for (const FigureSummary& error : row.errors) csv += figures(error);
     csv += "," + std::to_string(row.good_estimates) + "," + csvNumber(row.good_estimate_rate);
+    for (const FigureSummary& nees : row.nees) csv += figures(nees);
     csv += figures(row.runtime_ms) + figures(row.visual_odometry_ms) + "\n";
   }
   return csv;

@@ -196,6 +196,30 @@ TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<Summar
       window, "runtime_ms", "median", true);
 }
 
+/** Tilt and velocity; a recording's ground truth does not tell the biases as well as the IMU's
+ * noise would ask for. */
+constexpr size_t kPrintedNees = 2;
+
+/** Whether the errors are as large as the estimates' covariances say. @param index in neesMetrics()
+ */
+TitledTable neesTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                      const Window& window, size_t index) {
+  const SegmentMetric metric = neesMetrics()[index];
+  Layout layout;
+  layout.decimals = metric.decimals;
+  layout.mark_best = false;
+  Table table = papersLayout(
+      record, summary, window, layout,
+      [index](const SummaryRow& row) { return row.nees[index].mean; }, nothingMore);
+  return described(
+      {metric.key + "_mean" + windowId(window), metric.title + ", mean, " + windowText(window),
+       "Squared error over the covariance that the estimate claims, a degree of freedom: 1 where "
+       "errors are as large as predicted, 4 where they are twice as large. Over the slots with a "
+       "covariance; the ground truth's own error counts as the estimate's.",
+       std::move(table), false, ""},
+      window, metric.key, "mean", false);
+}
+
 }  // namespace
 
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -257,6 +281,8 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
       for (const SummaryStatistic statistic :
            {SummaryStatistic::kMean, SummaryStatistic::kMedian, SummaryStatistic::kP90})
         tables.push_back(errorTable(record, summary, window, metric, statistic));
+    for (size_t m = 0; m < kPrintedNees; ++m)
+      tables.push_back(neesTable(record, summary, window, m));
     tables.push_back(runtimeTable(record, summary, window));
     tables.push_back(runtimePartsTable(record, window));
     if (std::optional<TitledTable> noise = noiseTable(record, window))

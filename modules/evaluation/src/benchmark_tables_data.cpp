@@ -84,6 +84,8 @@ std::string lines(const SummaryRow& row) {
                     line("refusals", "count", label, row.count, row.count - row.accepted);
   const std::vector<SegmentMetric> metrics = segmentMetrics();
   for (size_t m = 0; m < metrics.size(); ++m) csv += lines(metrics[m].key, label, row.errors[m]);
+  const std::vector<SegmentMetric> nees = neesMetrics();
+  for (size_t m = 0; m < nees.size(); ++m) csv += lines(nees[m].key, label, row.nees[m]);
   return csv + lines("runtime_ms", label, row.runtime_ms) +
          lines("visual_odometry_ms", label, row.visual_odometry_ms);
 }

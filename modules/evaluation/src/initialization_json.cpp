@@ -1,13 +1,12 @@
 #include "etalon/evaluation/initialization_json.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include "attempt_json.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "json_reader.h"
 
 namespace etalon {
@@ -217,11 +216,7 @@ RunRecord runRecordFromJson(const std::string& json, const std::string& name) {
 }
 
 void writeInitializationJson(const std::string& path, const RunRecord& record) {
-  std::ofstream out(path, std::ios::binary);
-  if (!out) throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
-  out << toJson(record);
-  out.close();
-  if (!out) throw DataError(path, 0, "could not be written completely (disk full?)");
+  writeFile(path, toJson(record));
 }
 
 RunRecord readInitializationJson(const std::string& path) {

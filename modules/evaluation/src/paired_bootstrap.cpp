@@ -25,37 +25,64 @@ double statisticOf(std::vector<double>* values, PairedStatistic statistic) {
   return std::accumulate(values->begin(), values->end(), 0.0) / static_cast<double>(values->size());
 }
 
-void check(const std::vector<double>& a, const std::vector<double>& b,
-           const BootstrapOptions& options) {
-  if (a.size() != b.size())
-    throw ConfigError("paired bootstrap: expected as many values on both sides, got " +
-                      std::to_string(a.size()) + " and " + std::to_string(b.size()));
-  for (const std::vector<double>* values : {&a, &b})
-    if (!std::all_of(values->begin(), values->end(), [](double v) { return std::isfinite(v); }))
-      throw ConfigError("paired bootstrap: expected finite values");
+void check(const std::vector<PairedCluster>& clusters, const BootstrapOptions& options) {
+  for (const PairedCluster& cluster : clusters) {
+    if (cluster.a.size() != cluster.b.size())
+      throw ConfigError("paired bootstrap: expected as many values on both sides, got " +
+                        std::to_string(cluster.a.size()) + " and " +
+                        std::to_string(cluster.b.size()));
+    for (const std::vector<double>* values : {&cluster.a, &cluster.b})
+      if (!std::all_of(values->begin(), values->end(), [](double v) { return std::isfinite(v); }))
+        throw ConfigError("paired bootstrap: expected finite values");
+    if (cluster.block < 1) throw ConfigError("paired bootstrap: expected blocks of at least 1");
+  }
   if (options.resamples < 1 || !(options.confidence > 0.0 && options.confidence < 1.0))
     throw ConfigError(
         "paired bootstrap: expected at least one resample and a confidence between 0 and 1");
 }
 
+/** What is drawn from: the differences of a cluster. */
+struct Cluster {
+  std::vector<double> differences;
+  size_t block = 1;
+};
+
+/** Appends as many differences of the cluster as it has, block by block. */
+void draw(const Cluster& cluster, std::mt19937_64* generator, std::vector<double>* drawn) {
+  const size_t n = cluster.differences.size();
+  for (size_t count = 0; count < n;) {
+    const size_t first = (*generator)() % n;
+    for (size_t k = 0; k < cluster.block && count < n; ++k, ++count)
+      drawn->push_back(cluster.differences[(first + k) % n]);
+  }
+}
+
 }  // namespace
 
-BootstrapInterval pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b,
+BootstrapInterval pairedBootstrap(const std::vector<PairedCluster>& clusters,
                                   PairedStatistic statistic, const BootstrapOptions& options) {
-  check(a, b, options);
+  check(clusters, options);
+  std::vector<Cluster> there;
+  std::vector<double> drawn;
+  for (const PairedCluster& cluster : clusters) {
+    if (cluster.a.empty()) continue;
+    there.push_back({{}, cluster.block});
+    for (size_t i = 0; i < cluster.a.size(); ++i)
+      there.back().differences.push_back(cluster.a[i] - cluster.b[i]);
+    drawn.insert(drawn.end(), there.back().differences.begin(), there.back().differences.end());
+  }
   BootstrapInterval interval;
-  interval.pairs = static_cast<int>(a.size());
-  if (a.empty()) return interval;
-
-  std::vector<double> differences(a.size()), drawn(a.size());
-  for (size_t i = 0; i < a.size(); ++i) differences[i] = a[i] - b[i];
-  drawn = differences;
+  interval.pairs = static_cast<int>(drawn.size());
+  interval.clusters = static_cast<int>(there.size());
+  if (drawn.empty()) return interval;
   interval.difference = statisticOf(&drawn, statistic);
 
   std::mt19937_64 generator(options.seed);
   std::vector<double> resampled;
   for (int r = 0; r < options.resamples; ++r) {
-    for (double& value : drawn) value = differences[generator() % differences.size()];
+    drawn.clear();
+    for (size_t c = 0; c < there.size(); ++c)
+      draw(there[generator() % there.size()], &generator, &drawn);
     resampled.push_back(statisticOf(&drawn, statistic));
   }
   const double tail = 0.5 * (1.0 - options.confidence);

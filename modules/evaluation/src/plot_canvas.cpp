@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 
 namespace etalon {
 namespace {
@@ -119,12 +122,14 @@ void PlotCanvas::verticalText(cv::Point2d at, const std::string& text, double si
 void PlotCanvas::writePng(const std::string& path) const {
   cv::Mat small;
   cv::resize(image_, small, image_.size() / kOversampling, 0, 0, cv::INTER_AREA);
-  bool written = false;
+  std::vector<unsigned char> png;
+  bool encoded = false;
   try {
-    written = cv::imwrite(path, small);
+    encoded = cv::imencode(std::filesystem::path(path).extension().string(), small, png);
   } catch (const cv::Exception&) {  // an extension that OpenCV does not know
   }
-  if (!written) throw DataError(path, 0, "cannot be written; expected the path of a new .png file");
+  if (!encoded) throw DataError(path, 0, "cannot be written; expected the path of a new .png file");
+  writeFile(path, std::string(png.begin(), png.end()));
 }
 
 Ticks::Ticks(double low, double high, int at_most) {

@@ -183,7 +183,7 @@ class SlotData {
     for (const StageTiming& timing : slot.attempt.timings)
       timings.push_back({timings_(timing.stage), rounded(timing.milliseconds)});
     const std::map<TimeNs, Eigen::Vector3d> reference = referenceOf(slot);
-    // Stamps are cut to 100 ns; a start is read in hundredths of a second.
+    // A start is read in hundredths of a second.
     const double start_ms = std::round(1e3 * start_s);
     slots_.push_back(Json::array(
         {sequence, window, slot.segment, rounded(1e-3 * start_ms + 0.0),

@@ -3,11 +3,11 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/core/tum_file.h"
 #include "etalon/evaluation/attempt_record.h"
 #include "etalon/evaluation/plot.h"
 #include "etalon/evaluation/report.h"
-#include "files.h"
 #include "median.h"
 
 namespace etalon {
@@ -104,13 +104,11 @@ RunRecord makeRunRecord(const FinishedRun& run) {
 
 std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
                                          const RunRecord& record) {
-  makeFolder(folder);
-  const auto path = [&folder](const char* name) {
-    return (std::filesystem::path(folder) / name).string();
-  };
-  std::vector<std::string> files = {path("trajectory.tum"), path("initialization.json"),
-                                    path(kRunLogName),      path("trajectory.png"),
-                                    path("report.html"),    path("config.ini")};
+  const std::vector<std::string> names = {"trajectory.tum", "initialization.json", kRunLogName,
+                                          "trajectory.png", "report.html",         "config.ini"};
+  OutputFiles output(folder);
+  std::vector<std::string> files;
+  for (const std::string& name : names) files.push_back(output.path(name));
   writeTum(files[0], run.pipeline.trajectory(),
            record.initialized_at ? "T_WB" : kTumFramesNeverInitialised);
   writeInitializationJson(files[1], record);
@@ -126,8 +124,11 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   plot.initialized_at = record.initialized_at;
   plot.alignment = rotationAlignment(record);
   drawTrajectoryPlot(files[3], run.pipeline.trajectory(), run.source.groundTruth(), plot);
-  writeText(files[4], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
-  writeText(files[5], run.configuration.effective_ini);
+  writeFile(files[4], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
+  writeFile(files[5], run.configuration.effective_ini);
+  output.putInPlace();
+  for (size_t i = 0; i < names.size(); ++i)
+    files[i] = (std::filesystem::path(folder) / names[i]).string();
   return files;
 }
 

@@ -25,6 +25,16 @@ std::vector<SegmentMetric> segmentMetrics() {
   };
 }
 
+std::vector<SegmentMetric> neesMetrics() {
+  using E = SegmentErrors;
+  return {
+      {"tilt_nees", "tilt", "NEES of tilt", &E::tilt_nees, 2},
+      {"velocity_nees", "velocity of the last keyframe", "NEES of velocity", &E::velocity_nees, 2},
+      {"gyro_bias_nees", "gyroscope bias", "NEES of gyro bias", &E::gyro_bias_nees, 2},
+      {"accel_bias_nees", "accelerometer bias", "NEES of accel bias", &E::accel_bias_nees, 2},
+  };
+}
+
 SegmentMetric segmentMetric(const std::string& key) {
   std::string known;
   for (const SegmentMetric& metric : segmentMetrics()) {

@@ -55,12 +55,9 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
   SequenceTracks tracks;
   tracks.calibration = recording.calibration();
   tracks.ground_truth = recording.groundTruth();
-  if (!recording.imageStamps().empty())
-    tracks.first_image = truncateToMrptTick(recording.imageStamps().front());
-  for (ImuSample sample : recording.imuSamples()) {
-    sample.t = truncateToMrptTick(sample.t);
+  if (!recording.imageStamps().empty()) tracks.first_image = recording.imageStamps().front();
+  for (const ImuSample& sample : recording.imuSamples())
     if (isMeasurement(sample)) tracks.imu.add(sample);
-  }
   return tracks;
 }
 
@@ -83,7 +80,7 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
       if (first_problem.empty()) first_problem = pair.problem;
       continue;
     }
-    const TimeNs t = truncateToMrptTick(pair.frame.t);
+    const TimeNs t = pair.frame.t;
     if (!tracks.imu.covers(t, t)) continue;
     const std::vector<ImuSample> since_last = tracks.imu.between(last.value_or(t), t);
     last = t;

@@ -1,4 +1,3 @@
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <cstdint>
@@ -8,8 +7,8 @@
 #include <sstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/evaluation/sequence_tracks.h"
-#include "files.h"
 
 // The file: 8 bytes magic, uint32 version, 32 characters key, payload, uint64 XXH3 of all before
 // it. Payload: int32 unreadable images, double median milliseconds, uint64 frames, and for each
@@ -154,16 +153,7 @@ void writeTracks(const std::string& path, const std::string& key, const Sequence
   writer.put<XXH64_hash_t>(XXH3_64bits(writer.bytes().data(), writer.bytes().size()));
 
   // Several processes may share the folder: each writes a file of its own, the last one stays.
-  const std::string temporary = path + "." + std::to_string(getpid()) + ".part";
-  std::ofstream file(temporary, std::ios::binary);
-  file.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(temporary, path, error);
-  if (!file || error) {
-    std::filesystem::remove(temporary, error);
-    throw DataError(path, 0, "cannot be written; is the disk full?");
-  }
+  writeFile(path, writer.bytes());
 }
 
 SequenceTracks loadOrTrack(RecordedSource& recording, const std::string& recording_hash,

@@ -16,6 +16,7 @@ using ::testing::ElementsAre;
 using testing::exampleBenchmark;
 using testing::exampleSlot;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 PairedComparison find(const std::vector<PairedComparison>& comparisons, const std::string& stage,
                       const std::string& figure) {
@@ -67,13 +68,82 @@ TEST(PairedComparison, SaysWhichIsBetterOrThatNoneIs) {
     return comparePaired(record, a, b, {"gravity_deg"}).front().verdict();
   };
   // The spread of a window's gravity is 0.35 deg; that of the difference is 0.07.
-  EXPECT_EQ(verdict(manySlots(40, 0.1), "a", "b"), "a is better");
-  EXPECT_EQ(verdict(manySlots(40, 0.1), "b", "a"), "a is better");
+  EXPECT_EQ(verdict(manySlots(40, 0.1), "a", "b"), "a is better, this recording alone");
+  EXPECT_EQ(verdict(manySlots(40, 0.1), "b", "a"), "a is better, this recording alone");
   EXPECT_EQ(verdict(manySlots(40, 0.0), "a", "b"), "no significant difference");
   // More success is better, less error is: every window of b fails from 2 deg on.
   const BenchmarkRecord failing = manySlots(40, 2.0);
-  EXPECT_EQ(comparePaired(failing, "b", "a", {kSuccessRate}).front().verdict(), "a is better");
-  EXPECT_EQ(comparePaired(failing, "a", "b", {kSuccessRate}).front().verdict(), "a is better");
+  EXPECT_EQ(comparePaired(failing, "b", "a", {kSuccessRate}).front().verdict(),
+            "a is better, this recording alone");
+  EXPECT_EQ(comparePaired(failing, "a", "b", {kSuccessRate}).front().verdict(),
+            "a is better, this recording alone");
+}
+
+/** Recordings of 30 slots, `every_ns` from slot to slot; b's gravity is off by so many degrees
+ * more.
+ */
+BenchmarkRecord recordings(const std::vector<double>& more, TimeNs every_ns = 2'500'000'000) {
+  BenchmarkRecord record;
+  for (size_t r = 0; r < more.size(); ++r)
+    for (int segment = 0; segment < 30; ++segment) {
+      const double wobble = 0.1 * std::sin(3.0 * segment + static_cast<double>(r));
+      const std::string name = "V" + std::to_string(r);
+      record.slots.push_back(exampleSlot(name, segment, "a", {true, true, 1.0 + wobble}));
+      record.slots.push_back(exampleSlot(name, segment, "b", {true, true, 1.0 + more[r]}));
+      for (size_t i = record.slots.size() - 2; i < record.slots.size(); ++i)
+        record.slots[i].t0 = every_ns * segment;
+    }
+  return record;
+}
+
+TEST(PairedComparison, ARecordingCountsAsOneNotAsItsSlots) {
+  const auto compared = [](const BenchmarkRecord& record) {
+    return comparePaired(record, "a", "b", {"gravity_deg"}).front();
+  };
+  // Of 180 slots 120 say that b is worse, of six recordings four.
+  const PairedComparison mixed = compared(recordings({0.3, -0.2, 0.3, 0.3, -0.2, 0.3}));
+  EXPECT_EQ(mixed.interval.pairs, 180);
+  EXPECT_EQ(mixed.interval.clusters, 6);
+  EXPECT_EQ(mixed.verdict(), "no significant difference");
+  ASSERT_EQ(mixed.by_recording.size(), 6u);
+  EXPECT_EQ(mixed.by_recording[1].sequence, "V1");
+  EXPECT_EQ(mixed.by_recording[1].pairs, 30);
+  EXPECT_NEAR(mixed.by_recording[0].difference, -0.3, 0.03);
+  EXPECT_NEAR(mixed.by_recording[1].difference, 0.2, 0.03);
+  EXPECT_EQ(compared(recordings({0.3, 0.2, 0.3, 0.3, 0.2, 0.3})).verdict(), "a is better");
+  EXPECT_EQ(compared(recordings({0.3})).verdict(), "a is better, this recording alone");
+}
+
+TEST(PairedComparison, OverlappingWindowsAreNotIndependent) {
+  // Windows of 2.25 s: at 2.5 s apart, at 2.25 s with a keyframe in common, at 0.25 s nine overlap.
+  const auto width = [](TimeNs every_ns) {
+    const PairedComparison c =
+        comparePaired(recordings({0.0}, every_ns), "a", "b", {"gravity_deg"}).front();
+    return c.interval.high - c.interval.low;
+  };
+  EXPECT_EQ(width(2'500'000'000), width(2'250'000'000));
+  EXPECT_NE(width(2'500'000'000), width(250'000'000));
+  // 30 windows of which nine overlap are four that do not.
+  const PairedComparison few =
+      comparePaired(recordings({0.3}, 250'000'000), "a", "b", {"gravity_deg"}).front();
+  EXPECT_EQ(few.interval.pairs, 30);
+  EXPECT_EQ(few.apart, 4);
+  EXPECT_EQ(few.verdict(), "too few pairs");
+}
+
+TEST(ComparisonTable, SaysForWhichRecordingsItHolds) {
+  const BootstrapOptions options;
+  const auto table = [&](const std::vector<double>& more) {
+    return comparisonTable(comparePaired(recordings(more), "a", "b", {"gravity_deg"}), options);
+  };
+  EXPECT_THAT(table({0.3}).note, HasSubstr("hold for this flight alone"));
+  EXPECT_THAT(table({0.3, 0.3}).note, HasSubstr("There are 2 recordings: too few"));
+  const TitledTable many = table({0.3, 0.2, 0.3, 0.2, 0.3, 0.2});
+  EXPECT_THAT(many.note, Not(HasSubstr("too few")));
+  EXPECT_THAT(many.table.toString(TableFormat::kText), HasSubstr("A - B by recording"));
+  const auto json = nlohmann::json::parse(many.table.toString(TableFormat::kJson));
+  EXPECT_EQ(json[0]["recordings"], 6);
+  EXPECT_NEAR(json[0]["difference_V1"], -0.2, 0.03);
 }
 
 TEST(PairedComparison, ATinyDifferenceIsNotRelevantHoweverSureItIs) {
@@ -92,7 +162,7 @@ TEST(PairedComparison, ATinyDifferenceIsNotRelevantHoweverSureItIs) {
   // 1 % of the smaller median, which is about 1 deg.
   EXPECT_DOUBLE_EQ(tiny.smallestRelevantDifference(), 0.01 * tiny.value_a);
   EXPECT_EQ(compared(0.005).front().verdict(), "no relevant difference");
-  EXPECT_EQ(compared(0.02).front().verdict(), "a is better");
+  EXPECT_EQ(compared(0.02).front().verdict(), "a is better, this recording alone");
 
   PairedComparison small;  // the median is so small that the last digit decides
   small.figure = "rre_deg";
@@ -148,11 +218,13 @@ TEST(ComparisonTable, TextsForPeopleAndNumbersForPrograms) {
   const BootstrapOptions options;
   const TitledTable table = comparisonTable(
       comparePaired(manySlots(40, 0.1), "a", "b", {kSuccessRate, "ate_m"}, options), options);
-  EXPECT_THAT(table.note, HasSubstr("95 %, paired percentile bootstrap, 10000 resamples, seed 1"));
+  EXPECT_THAT(table.note,
+              HasSubstr("95 %, paired percentile bootstrap of recordings and their slots, 10000 "
+                        "resamples, seed 1"));
   EXPECT_THAT(table.note, HasSubstr("4 comparisons were made, without a correction"));
   const std::string text = table.table.toString(TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("ATE [mm]"));
-  EXPECT_THAT(text, HasSubstr("a is better"));
+  EXPECT_THAT(text, HasSubstr("a is better, this recording alone"));
   const auto json = nlohmann::json::parse(table.table.toString(TableFormat::kJson));
   ASSERT_EQ(json.size(), 4u);
   EXPECT_EQ(json[1]["figure"], "ate_m");

@@ -18,6 +18,9 @@ InitializationResult alignWithGravity(const InitializationProblem& problem,
     state.v_WB = R_WV * estimate.v_VB[k];
     result.states.push_back(state);
   }
+  if (estimate.errors)
+    result.covariance =
+        estimate.errors->covariance(R_WV, result.states.back().v_WB, problem.gravityMagnitude());
   for (const auto& [id, p_V] : estimate.landmarks) result.landmarks[id] = T_WV * p_V;
   return result;
 }

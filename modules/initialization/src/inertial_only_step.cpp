@@ -38,7 +38,8 @@ InertialOnlyStep refused(InitializationStatus status, const char* format, double
 
 InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
                                        const InertialOnlyStepOptions& options,
-                                       const std::optional<GyroBiasMeasurement>& gyro_bias) {
+                                       const std::optional<GyroBiasMeasurement>& gyro_bias,
+                                       const Eigen::Matrix3d& gyro_bias_covariance) {
   const VisualSolution& visual = problem.visualSolution();
   if (static_cast<int>(visual.landmarks.size()) < options.min_landmarks)
     return refused(InitializationStatus::kTooFewTracks,
@@ -79,6 +80,8 @@ InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
     return refused(InitializationStatus::kIllConditioned,
                    "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted",
                    sigma_gravity_deg, options.max_sigma_gravity_deg);
+  step.errors = inertialOnlyErrors(problem, step.preintegrations, map_options, step.map,
+                                   gyro_bias_covariance);
   step.ok = true;
   return step;
 }

@@ -37,7 +37,8 @@ namespace {
 
 /** Fills poses and landmarks of `step->estimate`, or its refusal. */
 bool estimateTranslations(const InitializationProblem& problem, const std::vector<SE3>& T_VB,
-                          const TranslationStepOptions& options, TranslationStep* step) {
+                          const TranslationStepOptions& options, TranslationStep* step,
+                          Eigen::MatrixXd* position_by_rotation) {
   const VisualWindow window =
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
   const StartingLandmarks start = startingLandmarks(window, problem.visualSolution().landmarks);
@@ -55,10 +56,37 @@ bool estimateTranslations(const InitializationProblem& problem, const std::vecto
         InitializationResult::refusal(InitializationStatus::kTooFewTracks, text, ba.fewest_inliers);
     return false;
   }
+  *position_by_rotation = ba.position_by_rotation;
   step->estimate.T_VB = ba.T_VB;
   for (size_t l = 0; l < window.landmark_ids.size(); ++l)
     if (start.valid[l]) step->estimate.landmarks[window.landmark_ids[l]] = ba.landmarks[l];
   return true;
+}
+
+/**
+ * Errors of the poses after the step, 6(N-1) rows: the rotations have the gyro's noise and what b_g
+ * is off; the positions, which stereo odometry has found best at its own rotations, move with the
+ * rotations that replace them.
+ */
+Eigen::MatrixXd poseErrors(const std::vector<Preintegration>& preintegrations,
+                           const Eigen::MatrixXd& position_by_rotation, const StateErrors& errors) {
+  using Eigen::Index;
+  using Eigen::MatrixXd;
+  const Index n = static_cast<Index>(preintegrations.size());
+  const MatrixXd imu = errors.sources.imu();
+  MatrixXd poses = errors.sources.poses();
+  MatrixXd moved(3 * n, poses.cols());  // from the rotations of stereo odometry
+  MatrixXd rotation = MatrixXd::Zero(3, poses.cols());
+  for (Index k = 0; k < n; ++k) {
+    const Preintegration& p = preintegrations[static_cast<size_t>(k)];
+    rotation = p.deltas().dR.transpose() * rotation + p.dR_dbg() * errors.map.topRows<3>() +
+               imu.middleRows<3>(9 * k);
+    moved.middleRows<3>(3 * k) = rotation - poses.middleRows<3>(6 * k);
+    poses.middleRows<3>(6 * k) = rotation;
+  }
+  const MatrixXd positions = position_by_rotation * moved;
+  for (Index k = 0; k < n; ++k) poses.middleRows<3>(6 * k + 3) += positions.middleRows<3>(3 * k);
+  return poses;
 }
 
 }  // namespace
@@ -66,7 +94,8 @@ bool estimateTranslations(const InitializationProblem& problem, const std::vecto
 TranslationStep solveTranslationStep(const InitializationProblem& problem,
                                      const std::vector<Preintegration>& preintegrations,
                                      const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
-                                     const TranslationStepOptions& options) {
+                                     const TranslationStepOptions& options,
+                                     const std::optional<StateErrors>& bias_errors) {
   Stopwatch watch;
   std::vector<SE3> T_VB = problem.visualSolution().T_VB;
   const std::vector<Eigen::Matrix3d> rotations =
@@ -75,7 +104,8 @@ TranslationStep solveTranslationStep(const InitializationProblem& problem,
 
   TranslationStep step;
   step.estimate.bias = bias;
-  if (!estimateTranslations(problem, T_VB, options, &step)) return step;
+  Eigen::MatrixXd position_by_rotation;
+  if (!estimateTranslations(problem, T_VB, options, &step, &position_by_rotation)) return step;
   step.translation_ms = watch.lapMilliseconds();
 
   const LinearAlignmentResult alignment = alignVelocitiesAndGravity(
@@ -88,6 +118,12 @@ TranslationStep solveTranslationStep(const InitializationProblem& problem,
   }
   step.estimate.v_VB = alignment.v_VB;
   step.estimate.g_V = alignment.g_V;
+  if (bias_errors) {
+    StateErrors errors = *bias_errors;
+    if (alignErrors(step.estimate.T_VB, preintegrations, bias, {}, alignment.g_V,
+                    poseErrors(preintegrations, position_by_rotation, errors), &errors))
+      step.estimate.errors = errors;
+  }
   step.alignment_ms = watch.lapMilliseconds();
   step.ok = true;
   return step;

@@ -41,7 +41,7 @@ const std::vector<FaultText>& faultTexts() {
       {F::kFrameUnusable, "frame_unusable", "stereo frame",
        "dropped: an image is missing, not 8-bit gray or not of the calibrated size", nullptr},
       {F::kFrameRepeatedStamp, "frame_repeated_stamp", "stereo frame",
-       "dropped: the stamp is that of the frame before", nullptr},
+       "dropped: the stamp is that of the frame before, to 0.1 ms", nullptr},
       {F::kFrameFromThePast, "frame_from_the_past", "stereo frame",
        "dropped: earlier than the frame before", " s"},
       {F::kFrameStampAlone, "frame_stamp_alone", "stereo frame",
@@ -64,6 +64,13 @@ const FaultText& textOf(InputFault fault) { return faultTexts()[static_cast<size
 
 /** Sums and differences of two such stamps stay inside TimeNs. */
 bool isPossible(TimeNs t) { return -kLastStamp <= t && t <= kLastStamp; }
+
+/** Whether a rawlog cannot tell two stamps apart. */
+bool inOneTick(TimeNs a, TimeNs b) { return truncateToMrptTick(a) == truncateToMrptTick(b); }
+
+/** No camera has 10,000 images a second: two that are this near are one, and the velocity between
+ * them would be noise divided by nothing. */
+constexpr TimeNs kShortestFrameStep = 100'000;
 
 }  // namespace
 
@@ -125,22 +132,20 @@ bool InputBorder::plausible(const ImuSample& sample) {
 }
 
 void InputBorder::add(ImuSample sample) {
-  sample.t = truncateToMrptTick(sample.t);
   if (!plausible(sample)) return;
   order(sample, &imu_,
-        {InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp, InputFault::kImuFromThePast,
-         InputFault::kImuStampAlone});
+        {kMrptTickNs, InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp,
+         InputFault::kImuFromThePast, InputFault::kImuStampAlone});
 }
 
 void InputBorder::add(StereoFrame frame) {
-  frame.t = truncateToMrptTick(frame.t);
   const cv::Mat* const images[] = {&frame.left, &frame.right};
   for (size_t c = 0; c < 2; ++c)
     if (images[c]->type() != CV_8UC1 || images[c]->cols != widths_[c] ||
         images[c]->rows != heights_[c])
       return count(InputFault::kFrameUnusable, frame.t);
   order(std::move(frame), &frames_,
-        {InputFault::kFrameInvalidStamp, InputFault::kFrameRepeatedStamp,
+        {kShortestFrameStep, InputFault::kFrameInvalidStamp, InputFault::kFrameRepeatedStamp,
          InputFault::kFrameFromThePast, InputFault::kFrameStampAlone});
 }
 
@@ -151,7 +156,8 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   if (!isPossible(t)) return count(faults.invalid, t);
   if (stream->held) {
     const TimeNs held = stream->held->t;
-    if (t == held) return count(faults.repeated, t);
+    if (inOneTick(t, held) || (t > held && t - held < faults.shortest_step))
+      return count(faults.repeated, t);
     if (t > held) {
       pass(std::move(*stream->held));
       stream->last = held;
@@ -162,7 +168,9 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   }
   if (stream->last) {
     const double step_s = secondsBetween(*stream->last, t);
-    if (step_s == 0.0) return count(faults.repeated, t);
+    if (inOneTick(t, *stream->last) ||
+        (t > *stream->last && t - *stream->last < faults.shortest_step))
+      return count(faults.repeated, t);
     if (step_s < 0.0) return count(faults.past, t, step_s);
     if (step_s > options_.max_gap_s) {
       stream->held = std::move(measurement);

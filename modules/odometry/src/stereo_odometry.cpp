@@ -107,8 +107,7 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
   }
   window_ = buildVisualWindow(calibration_, frames, options_.sigma_px);
   StartingLandmarks start = startingLandmarks(window_, landmarks_);
-  constexpr double kMinParallax = 0.01;  // rad
-  triangulateMissing(window_, poses, kMinParallax, &start);
+  triangulateMissing(window_, poses, &start);
   StereoBaResult result = solveStereoBa(window_, poses, start.positions, start.valid, options);
   for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
   T_VB_ = keyframes_.back().T_VB;

@@ -77,8 +77,7 @@ VisualInertialBaResult refine(const InitializationProblem& problem,
     poses.push_back(s.T_WB);
   }
   StartingLandmarks start = startingLandmarks(window, result.landmarks);
-  constexpr double kMinParallax = 1e-3;  // rad
-  triangulateMissing(window, poses, kMinParallax, &start);
+  triangulateMissing(window, poses, &start);
   VisualInertialBaOptions vi_ba = options.vi_ba;
   vi_ba.prior_mean = options.priors.mean;
   vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;

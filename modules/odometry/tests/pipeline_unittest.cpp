@@ -98,6 +98,22 @@ class PipelineWithAuto : public ::testing::Test {
   static constexpr double kSigmaBias = 1e-4;  // rad/s
 };
 
+TEST_F(PipelineWithAuto, StampsStayAsTheyCame) {
+  Pipeline keeping = pipeline(options(), rests(), says(moves()));
+  std::vector<TimeNs> stamps;
+  for (const ImuSample& sample : flight().imu) keeping.add(sample);
+  for (StereoFrame frame : flight().frames) {
+    frame.t += 37;  // not on MRPT's tick of 100 ns
+    stamps.push_back(frame.t);
+    keeping.add(frame);
+  }
+  keeping.finish();
+  ASSERT_EQ(keeping.trajectory().size(), stamps.size());
+  for (size_t i = 0; i < stamps.size(); ++i) EXPECT_EQ(keeping.trajectory()[i].t, stamps[i]);
+  ASSERT_FALSE(keeping.attempts().empty());
+  EXPECT_EQ(keeping.attempts()[0].keyframes[0], stamps[0]);
+}
+
 TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   // The second world: turned by 40 degrees of yaw, tilted by 1 degree, moved.
   const SE3 T_AW(expSO3(Vector3d(0, 0, -40 * kDegree)) * expSO3(Vector3d(kDegree, 0, 0)),

@@ -59,10 +59,14 @@ bool ReprojectionCost::Evaluate(double const* const* parameters, double* residua
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 3> J_landmark;
   const bool derive = jacobians != nullptr;
-  if (!reprojectionResidual(T_CB_, measurement_, fromBlock(parameters[0]),
-                            Map<const Vector3d>(parameters[1]), &r, derive ? &J_pose : nullptr,
-                            derive ? &J_landmark : nullptr))
-    return false;
+  InverseDepthLandmark landmark = landmark_;
+  landmark.parameters = Map<const Vector3d>(parameters[1]);
+  if (!reprojectionResidual(T_CB_, measurement_, fromBlock(parameters[0]), landmark, &r,
+                            derive ? &J_pose : nullptr, derive ? &J_landmark : nullptr)) {
+    r = {kGrossOutlier, 0.0};
+    J_pose.setZero();
+    J_landmark.setZero();
+  }
   Map<Eigen::Vector2d>{residuals} = r;
   if (!derive) return true;
   if (jacobians[0]) {
@@ -70,7 +74,10 @@ bool ReprojectionCost::Evaluate(double const* const* parameters, double* residua
     J.leftCols<6>() = J_pose;
     J.col(6).setZero();
   }
-  if (jacobians[1]) Map<RowMajor<2, 3>>{jacobians[1]} = J_landmark;
+  if (jacobians[1]) {
+    if (held_) J_landmark.col(2).setZero();
+    Map<RowMajor<2, 3>>{jacobians[1]} = J_landmark;
+  }
   return true;
 }
 

@@ -13,6 +13,9 @@
 
 namespace etalon {
 
+/** Norm of a whitened pixel residual beyond which a measurement is wrong, whatever the poses. */
+constexpr double kGrossOutlier = 30.0;
+
 /** A pose as Ceres sees it: quaternion (x, y, z, w), position. */
 using PoseBlock = std::array<double, 7>;
 
@@ -34,17 +37,24 @@ class PoseManifold : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-/** reprojectionResidual with blocks (pose 7, landmark 3). */
+/**
+ * reprojectionResidual with blocks (pose 7, landmark's (a, b, rho) 3). A landmark behind the camera
+ * counts as a gross outlier that nothing moves, so that it costs its own residual and not the step.
+ */
 class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
  public:
-  ReprojectionCost(const SE3& T_CB, const ReprojectionMeasurement& measurement)
-      : T_CB_(T_CB), measurement_(measurement) {}
+  /** @param landmark gives origin and axes; @param held where true, rho is a constant */
+  ReprojectionCost(const SE3& T_CB, const ReprojectionMeasurement& measurement,
+                   const InverseDepthLandmark& landmark, const char& held)
+      : T_CB_(T_CB), measurement_(measurement), landmark_(landmark), held_(held) {}
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   const SE3& T_CB_;
   const ReprojectionMeasurement& measurement_;
+  const InverseDepthLandmark& landmark_;
+  const char& held_;
 };
 
 /** Whitened preintegrationResidual with blocks (pose_i 7, v_i 3, pose_j 7, v_j 3, [b_g, b_a] 6);

@@ -91,7 +91,51 @@ class InertialOnlyProblem {
     return cost;
   }
 
+  InertialOnlyResponse response(const State& s) const {
+    using Eigen::Index;
+    const Index n = static_cast<Index>(preintegrations_.size());
+    InertialOnlyResponse out;
+    out.residuals_by_poses = Eigen::MatrixXd::Zero(9 * n, 6 * n);
+    Eigen::MatrixXd AtW = Eigen::MatrixXd::Zero(size(), 9 * n);
+    for (Index k = 0; k < n; ++k) {
+      const auto i = static_cast<size_t>(k);
+      PreintegrationJacobians J;
+      preintegrationResidual(preintegrations_[i], T_VB_[i], s.v_VB[i], T_VB_[i + 1], s.v_VB[i + 1],
+                             s.bias, s.g_V, &J);
+      const Eigen::Matrix<double, 9, 9>& L = sqrt_information_[i];
+      const Eigen::Matrix<double, 14, 9> weighted = columns(s, J).transpose() * L.transpose() * L;
+      AtW.block<8, 9>(0, 9 * k) = weighted.topRows<8>();
+      AtW.block<6, 9>(kVelocity + 3 * k, 9 * k) = weighted.bottomRows<6>();
+      out.residuals_by_poses.block<9, 6>(9 * k, 6 * k) = J.pose_j;
+      if (k > 0) out.residuals_by_poses.block<9, 6>(9 * k, 6 * (k - 1)) = J.pose_i;
+    }
+    Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(size(), 6), gyro = prior.leftCols(3);
+    prior.diagonal() << Eigen::Vector3d::Constant(options_.prior_gyro_information),
+        Eigen::Vector3d::Constant(options_.prior_accel_information);
+    if (options_.gyro_bias) gyro.topRows<3>() = options_.gyro_bias->information;
+    Eigen::MatrixXd H;
+    Eigen::VectorXd b;
+    evaluate(s, &H, &b);
+    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+    if (!factor.isPositive()) return {};
+    out.by_residuals = -factor.solve(AtW);
+    out.by_prior_mean = factor.solve(prior);
+    out.by_gyro_bias = factor.solve(gyro);
+    return out;
+  }
+
  private:
+  /** Columns: [b_g, b_a, gravity (2)] and [v_k, v_k+1], neighbours in the state. */
+  Eigen::Matrix<double, 9, 14> columns(const State& s, const PreintegrationJacobians& J) const {
+    Eigen::Matrix<double, 9, 14> A;
+    A.leftCols<3>() = J.bias_gyro;
+    A.middleCols<3>(3) = J.bias_accel;
+    A.middleCols<2>(6) = options_.gravity_mps2 * J.gravity * tangentBasis(s.g_V);
+    A.middleCols<3>(8) = J.velocity_i;
+    A.rightCols<3>() = J.velocity_j;
+    return A;
+  }
+
   double addPair(const State& s, size_t k, Eigen::MatrixXd* H, Eigen::VectorXd* b) const {
     PreintegrationJacobians J;
     Eigen::Matrix<double, 9, 1> r =
@@ -100,14 +144,7 @@ class InertialOnlyProblem {
     const Eigen::Matrix<double, 9, 9>& L = sqrt_information_[k];
     r = L * r;
     if (H) {
-      // Columns: [b_g, b_a, gravity (2)] and [v_k, v_k+1], neighbours in the state.
-      Eigen::Matrix<double, 9, 14> A;
-      A.leftCols<3>() = J.bias_gyro;
-      A.middleCols<3>(3) = J.bias_accel;
-      A.middleCols<2>(6) = options_.gravity_mps2 * J.gravity * tangentBasis(s.g_V);
-      A.middleCols<3>(8) = J.velocity_i;
-      A.rightCols<3>() = J.velocity_j;
-      A = L * A;
+      const Eigen::Matrix<double, 9, 14> A = L * columns(s, J);
       const Eigen::Matrix<double, 14, 14> AtA = A.transpose() * A;
       const Eigen::Matrix<double, 14, 1> Atr = A.transpose() * r;
       const Eigen::Index v = kVelocity + 3 * static_cast<Eigen::Index>(k);
@@ -143,6 +180,14 @@ void fillCovariance(const Eigen::MatrixXd& H, InertialOnlyResult* result) {
 }
 
 }  // namespace
+
+InertialOnlyResponse inertialOnlyResponse(const std::vector<SE3>& T_VB,
+                                          const std::vector<Preintegration>& preintegrations,
+                                          const InertialOnlyOptions& options,
+                                          const InertialOnlyResult& result) {
+  return InertialOnlyProblem(T_VB, preintegrations, options)
+      .response({result.bias, result.g_V, result.v_VB});
+}
 
 InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
                                         const std::vector<Preintegration>& preintegrations,

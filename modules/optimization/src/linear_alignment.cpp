@@ -92,13 +92,10 @@ MatrixXd poseJacobian(const std::vector<SE3>& T_VB,
   return J;
 }
 
-/** Rows of all pairs whitened by the covariance of IMU and poses together. */
-bool addJointly(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
-                const std::vector<Preintegration::Deltas>& deltas, const MatrixXd& pose_covariance,
-                NormalEquations* equations) {
-  const MatrixXd J = poseJacobian(T_VB, deltas);
-  MatrixXd noise = J * pose_covariance * J.transpose();
-  Rows rows{MatrixXd::Zero(J.rows(), equations->H.rows()), VectorXd(J.rows())};
+Rows allRows(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
+             const std::vector<Preintegration::Deltas>& deltas) {
+  const Index n = offset(deltas.size(), 6);
+  Rows rows{MatrixXd::Zero(n, offset(T_VB.size(), 3) + 3), VectorXd(n)};
   for (size_t k = 0; k < deltas.size(); ++k) {
     Eigen::Matrix<double, 6, 9> A;
     Eigen::Matrix<double, 6, 1> y;
@@ -107,9 +104,29 @@ bool addJointly(const std::vector<SE3>& T_VB, const std::vector<Preintegration>&
     rows.A.block<6, 6>(row, offset(k, 3)) = A.leftCols<6>();
     rows.A.block<6, 3>(row, rows.A.cols() - 3) = A.rightCols<3>();
     rows.y.segment<6>(row) = y;
-    noise.block<6, 6>(row, row) += positionVelocityCovariance(preintegrations[k]);
   }
-  const Eigen::LLT<MatrixXd> factor(noise);
+  return rows;
+}
+
+/** What the rows are whitened by: the covariance of the IMU, and of the poses if it is given. */
+MatrixXd rowCovariance(const std::vector<Preintegration>& preintegrations,
+                       const MatrixXd& rows_by_poses, const MatrixXd& pose_covariance) {
+  const Index n = rows_by_poses.rows();
+  MatrixXd noise = MatrixXd::Zero(n, n);
+  if (pose_covariance.rows() == n)
+    noise = rows_by_poses * pose_covariance * rows_by_poses.transpose();
+  for (size_t k = 0; k < preintegrations.size(); ++k)
+    noise.block<6, 6>(offset(k, 6), offset(k, 6)) += positionVelocityCovariance(preintegrations[k]);
+  return noise;
+}
+
+/** Rows of all pairs whitened by the covariance of IMU and poses together. */
+bool addJointly(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
+                const std::vector<Preintegration::Deltas>& deltas, const MatrixXd& pose_covariance,
+                NormalEquations* equations) {
+  Rows rows = allRows(T_VB, preintegrations, deltas);
+  const Eigen::LLT<MatrixXd> factor(
+      rowCovariance(preintegrations, poseJacobian(T_VB, deltas), pose_covariance));
   if (factor.info() != Eigen::Success) return false;
   factor.matrixL().solveInPlace(rows.A);
   factor.matrixL().solveInPlace(rows.y);
@@ -180,6 +197,34 @@ LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
   NormalEquations equations(T_VB.size());
   if (!fill(T_VB, preintegrations, bias, {}, &equations)) return {};
   return unpack(refineOnTangentPlane(equations.H, equations.b, gravity_mps2, g_seed), equations);
+}
+
+LinearAlignmentResponse linearAlignmentResponse(const std::vector<SE3>& T_VB,
+                                                const std::vector<Preintegration>& preintegrations,
+                                                const ImuBias& bias,
+                                                const LinearAlignmentOptions& options,
+                                                const Vector3d& g_V) {
+  std::vector<Preintegration::Deltas> deltas;
+  for (const Preintegration& p : preintegrations) deltas.push_back(p.corrected(bias));
+  LinearAlignmentResponse response;
+  response.rows_by_poses = poseJacobian(T_VB, deltas);
+  // Gravity moves in the tangent plane alone.
+  const Index velocities = offset(T_VB.size(), 3);
+  MatrixXd basis = MatrixXd::Zero(velocities + 3, velocities + 2);
+  basis.topLeftCorner(velocities, velocities).setIdentity();
+  basis.bottomRightCorner<3, 2>() = tangentBasis(g_V);
+  const MatrixXd A = allRows(T_VB, preintegrations, deltas).A * basis;
+  MatrixXd AtW = A.transpose();
+  if (options.weighted) {
+    const Eigen::LLT<MatrixXd> noise(
+        rowCovariance(preintegrations, response.rows_by_poses, options.pose_covariance));
+    if (noise.info() != Eigen::Success) return {};
+    AtW = noise.solve(A).transpose();
+  }
+  const Eigen::LDLT<MatrixXd> factor(AtW * A);
+  if (!factor.isPositive()) return {};
+  response.by_rows = basis * factor.solve(AtW);
+  return response;
 }
 
 }  // namespace etalon

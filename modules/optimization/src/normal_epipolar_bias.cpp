@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "epipolar_bias_covariance.h"
 #include "etalon/core/so3.h"
 #include "etalon/optimization/normal_epipolar.h"
 
@@ -24,24 +25,8 @@ constexpr double kConverged = 2e-5;        // rad/s, a fifth of what the gyro's 
 
 struct Bearing {
   LandmarkId id;
+  int observation;  ///< number of the observation in the window
   Vector3d f;
-};
-
-struct Match {
-  Vector3d f_i, f_j;
-  double residual = 0.0;  ///< in standard deviations
-};
-
-/** One camera at two keyframes. */
-struct Pair {
-  int i = 0, j = 0, camera = 0;
-  std::vector<Match> matches;
-  EpipolarMoments moments;
-  Matrix3d N = Matrix3d::Identity();
-  double certainty = 1.0;
-  double factor = 1.0;  ///< from the pair's cost to squared standard deviations
-  double sigma = 1.0;   ///< robust, of the residuals
-  Vector3d direction = Vector3d::UnitZ();
 };
 
 struct Linearization {
@@ -56,21 +41,22 @@ struct Linearization {
  */
 enum class Weights { kStart, kCauchy, kTukey };
 
-/** Bearings of a keyframe in a camera, in increasing order of id. */
-std::vector<Bearing> bearingsOf(const PinholeRadtan& camera, int index, const TrackedFrame& frame) {
+/** Bearings of a keyframe in a camera, in increasing order of id; they go on counting. */
+std::vector<Bearing> bearingsOf(const PinholeRadtan& camera, int index, const TrackedFrame& frame,
+                                int* observations) {
   std::vector<Bearing> bearings;
   for (const Observation& o : frame.observations) {
     if (index == 1 && !o.has_right) continue;
     if (const auto xy = camera.pixelToNormalized(index == 0 ? o.left : o.right))
-      bearings.push_back({o.id, xy->homogeneous().normalized()});
+      bearings.push_back({o.id, (*observations)++, xy->homogeneous().normalized()});
   }
   return bearings;
 }
 
-std::vector<Match> matchesOf(const std::vector<Bearing>& a, const std::vector<Bearing>& b) {
-  std::vector<Match> matches;
+std::vector<EpipolarMatch> matchesOf(const std::vector<Bearing>& a, const std::vector<Bearing>& b) {
+  std::vector<EpipolarMatch> matches;
   for (size_t i = 0, j = 0; i < a.size() && j < b.size();) {
-    if (a[i].id == b[j].id) matches.push_back({a[i].f, b[j].f, 0.0});
+    if (a[i].id == b[j].id) matches.push_back({a[i].observation, b[j].observation, a[i].f, b[j].f});
     const bool first = a[i].id <= b[j].id, second = b[j].id <= a[i].id;
     if (first) ++i;
     if (second) ++j;
@@ -79,7 +65,7 @@ std::vector<Match> matchesOf(const std::vector<Bearing>& a, const std::vector<Be
 }
 
 /** Keeps at most `count`, evenly among them. */
-void thin(size_t count, std::vector<Match>* matches) {
+void thin(size_t count, std::vector<EpipolarMatch>* matches) {
   if (matches->size() <= count) return;
   for (size_t k = 0; k < count; ++k) (*matches)[k] = (*matches)[k * matches->size() / count];
   matches->resize(count);
@@ -113,7 +99,7 @@ class Estimator {
             const std::vector<const TrackedFrame*>& keyframes,
             const std::vector<Preintegration>& preintegrations,
             const NormalEpipolarBiasOptions& options)
-      : options_(options), preintegrations_(preintegrations) {
+      : calibration_(calibration), options_(options), preintegrations_(preintegrations) {
     for (size_t c = 0; c < 2; ++c) {
       R_BC_[c] = calibration.cameras[c].T_BC.R;
       const PinholeRadtan& model = calibration.cameras[c].model;
@@ -138,43 +124,46 @@ class Estimator {
   double noise(int span) const;
   /** Of a pair of neighbours, in the camera that sees more. */
   int fewestMatches() const { return fewest_matches_; }
-  /** Of an observation in the sum: how many times the matches between neighbours are counted. */
-  double repetition() const;
+  /** Information and covariance at the weights and directions that the schedule has left. */
+  void fillCovariance(const Vector3d& b_g, Matrix3d* information, Matrix3d* covariance);
   void describe(NormalEpipolarBias* result) const;
 
  private:
   void collectPairs(const StereoInertialCalibration& calibration,
                     const std::vector<const TrackedFrame*>& keyframes);
   void integrateRotations(const Vector3d& b_g, int span);
-  Matrix3d rotation(const Pair& pair) const {
+  Matrix3d rotation(const EpipolarPair& pair) const {
     const Matrix3d& R_BC = R_BC_[static_cast<size_t>(pair.camera)];
     return R_BC.transpose() * relative(pair).R * R_BC;
   }
-  EpipolarCost costOf(const Pair& pair, const Matrix3d& R) const {
+  EpipolarCost costOf(const EpipolarPair& pair, const Matrix3d& R) const {
     return rotation_only_ ? rotationOnlyCost(pair.moments, R, pair.N)
                           : smallestEigenvalueCost(pair.moments, R, pair.N);
   }
-  void fillResiduals(Pair* pair, const Matrix3d& R, bool rotation_only) const;
-  void fillMoments(Pair* pair, const Matrix3d& R, Weights weights) const;
+  void fillResiduals(EpipolarPair* pair, const Matrix3d& R, bool rotation_only) const;
+  void fillMoments(EpipolarPair* pair, const Matrix3d& R, Weights weights) const;
   Vector3d round(const Vector3d& start, int span, Weights weights);
 
   struct Relative {
     Matrix3d R;       // R_BiBj
     Matrix3d dR_dbg;  // R(b_g + d) = R Exp(dR_dbg d)
   };
-  const Relative& relative(const Pair& pair) const {
-    return relative_[static_cast<size_t>(pair.i) * (preintegrations_.size() + 1) +
-                     static_cast<size_t>(pair.j)];
+  const Relative& relative(int i, int j) const {
+    return relative_[static_cast<size_t>(i) * (preintegrations_.size() + 1) +
+                     static_cast<size_t>(j)];
   }
+  const Relative& relative(const EpipolarPair& pair) const { return relative(pair.i, pair.j); }
 
+  const StereoInertialCalibration& calibration_;
   const NormalEpipolarBiasOptions& options_;
   std::vector<Preintegration> preintegrations_;
   std::array<Matrix3d, 2> R_BC_;
   std::array<double, 2> sigma_rad_{};
-  std::vector<Pair> pairs_;  ///< by increasing span
+  std::vector<EpipolarPair> pairs_;  ///< by increasing span
   std::vector<Relative> relative_;
   bool rotation_only_ = false;
   int fewest_matches_ = 0;
+  int observations_ = 0;
   int iterations_ = 0;
 };
 
@@ -186,11 +175,11 @@ void Estimator::collectPairs(const StereoInertialCalibration& calibration,
   for (int camera = 0; camera < (options_.both_cameras ? 2 : 1); ++camera) {
     std::vector<std::vector<Bearing>> bearings;
     for (const TrackedFrame* frame : keyframes)
-      bearings.push_back(
-          bearingsOf(calibration.cameras[static_cast<size_t>(camera)].model, camera, *frame));
+      bearings.push_back(bearingsOf(calibration.cameras[static_cast<size_t>(camera)].model, camera,
+                                    *frame, &observations_));
     for (int i = 0; i < n; ++i)
       for (int j = i + 1; j < (options_.all_pairs ? n : std::min(n, i + 2)); ++j) {
-        Pair pair;
+        EpipolarPair pair;
         pair.i = i;
         pair.j = j;
         pair.camera = camera;
@@ -205,8 +194,9 @@ void Estimator::collectPairs(const StereoInertialCalibration& calibration,
       }
   }
   fewest_matches_ = *std::min_element(neighbours.begin(), neighbours.end());
-  std::stable_sort(pairs_.begin(), pairs_.end(),
-                   [](const Pair& a, const Pair& b) { return a.j - a.i < b.j - b.i; });
+  std::stable_sort(pairs_.begin(), pairs_.end(), [](const EpipolarPair& a, const EpipolarPair& b) {
+    return a.j - a.i < b.j - b.i;
+  });
 }
 
 void Estimator::integrateRotations(const Vector3d& b_g, int span) {
@@ -227,14 +217,14 @@ void Estimator::integrateRotations(const Vector3d& b_g, int span) {
   }
 }
 
-void Estimator::fillResiduals(Pair* pair, const Matrix3d& R, bool rotation_only) const {
+void Estimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R, bool rotation_only) const {
   const double sigma = sigma_rad_[static_cast<size_t>(pair->camera)];
   // Rayleigh's median, so that the robust standard deviation is one here as well.
   const double rotation_scale = 1.0 / (kMedianToSigma * 1.17741 * std::sqrt(2.0) * sigma);
   const Vector3d& t = pair->direction;
   std::vector<double> sizes;
   sizes.reserve(pair->matches.size());
-  for (Match& match : pair->matches) {
+  for (EpipolarMatch& match : pair->matches) {
     const Vector3d g = R * match.f_j;
     const Vector3d n = match.f_i.cross(g);
     const double a = t.dot(match.f_i), b = t.dot(g);
@@ -248,10 +238,10 @@ void Estimator::fillResiduals(Pair* pair, const Matrix3d& R, bool rotation_only)
 }
 
 bool Estimator::atRest() {
-  const Pair& longest = pairs_.back();
+  const EpipolarPair& longest = pairs_.back();
   const int middle = (longest.i + longest.j) / 2;
   constexpr double kNoise = 1.5;  // a movement of the noise's size is noticed
-  return std::all_of(pairs_.begin(), pairs_.end(), [&](Pair& pair) {
+  return std::all_of(pairs_.begin(), pairs_.end(), [&](EpipolarPair& pair) {
     const bool looked_at = (pair.i == longest.i && (pair.j == longest.j || pair.j == middle)) ||
                            (pair.i == middle && pair.j == longest.j);
     if (!looked_at) return true;
@@ -263,7 +253,7 @@ bool Estimator::atRest() {
 Linearization Estimator::linearize(const Vector3d& b_g, int span, bool with_derivatives) {
   integrateRotations(b_g, span);
   Linearization sum;
-  for (Pair& pair : pairs_) {
+  for (EpipolarPair& pair : pairs_) {
     if (pair.j - pair.i > span) break;
     const EpipolarCost cost = costOf(pair, rotation(pair));
     pair.direction = cost.direction;
@@ -277,10 +267,10 @@ Linearization Estimator::linearize(const Vector3d& b_g, int span, bool with_deri
   return sum;
 }
 
-void Estimator::fillMoments(Pair* pair, const Matrix3d& R, Weights weights) const {
+void Estimator::fillMoments(EpipolarPair* pair, const Matrix3d& R, Weights weights) const {
   const double sigma = sigma_rad_[static_cast<size_t>(pair->camera)];
   pair->moments.clear();
-  for (const Match& match : pair->matches) {
+  for (EpipolarMatch& match : pair->matches) {
     double w = 0.0;
     if (weights != Weights::kTukey) {
       const double width = weights == Weights::kStart ? 1.0 : kCauchyWidth;
@@ -290,6 +280,7 @@ void Estimator::fillMoments(Pair* pair, const Matrix3d& R, Weights weights) cons
       const double x = match.residual / (kTukeyWidth * std::max(1.0, pair->sigma));
       w = std::abs(x) < 1.0 ? (1.0 - x * x) * (1.0 - x * x) : 0.0;
     }
+    match.weight = w;
     if (w > 0.0) pair->moments.add(match.f_i, match.f_j, w);
   }
   if (options_.noise_weighted || rotation_only_) {
@@ -306,7 +297,7 @@ void Estimator::fillMoments(Pair* pair, const Matrix3d& R, Weights weights) cons
 
 void Estimator::reweight(const Vector3d& b_g, int span, Weights weights) {
   integrateRotations(b_g, span);
-  for (Pair& pair : pairs_) {
+  for (EpipolarPair& pair : pairs_) {
     if (pair.j - pair.i > span) break;
     const Matrix3d R = rotation(pair);
     fillResiduals(&pair, R, rotation_only_ || weights == Weights::kStart);
@@ -364,25 +355,16 @@ Vector3d Estimator::solve(const Vector3d& seed) {
 
 double Estimator::noise(int span) const {
   std::vector<double> sigmas;
-  for (const Pair& pair : pairs_)
+  for (const EpipolarPair& pair : pairs_)
     if (pair.j - pair.i <= span) sigmas.push_back(pair.sigma);
   return median(&sigmas);
 }
 
-double Estimator::repetition() const {
-  double all = 0.0, neighbours = 0.0;
-  for (const Pair& pair : pairs_) {
-    all += static_cast<double>(pair.matches.size());
-    if (pair.j - pair.i == 1) neighbours += static_cast<double>(pair.matches.size());
-  }
-  return std::max(1.0, all / std::max(1.0, neighbours));
-}
-
 void Estimator::describe(NormalEpipolarBias* result) const {
   int inliers = 0;
-  for (const Pair& pair : pairs_) {
+  for (const EpipolarPair& pair : pairs_) {
     result->matches += static_cast<int>(pair.matches.size());
-    for (const Match& match : pair.matches)
+    for (const EpipolarMatch& match : pair.matches)
       inliers += std::abs(match.residual) < kInlier * std::max(1.0, pair.sigma);
   }
   result->pairs = static_cast<int>(pairs_.size());
@@ -391,23 +373,35 @@ void Estimator::describe(NormalEpipolarBias* result) const {
   result->iterations = iterations_;
 }
 
-/** Covariance at the weights and directions that the schedule has left. */
-NormalEpipolarStatus fillCovariance(const std::vector<Preintegration>& preintegrations,
-                                    Estimator* estimator, NormalEpipolarBias* result) {
-  const Linearization at = estimator->linearize(result->gyro, estimator->longestSpan());
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(0.5 * at.hessian);
-  if (!result->gyro.allFinite() || !eigen.eigenvalues().allFinite())
+void Estimator::fillCovariance(const Vector3d& b_g, Matrix3d* information, Matrix3d* covariance) {
+  linearize(b_g, longestSpan());
+  const double sigma_px = options_.sigma_px * std::max(1.0, noise(longestSpan()));
+  EpipolarBiasCovariance sum(calibration_, sigma_px, preintegrations_.size(),
+                             static_cast<size_t>(observations_));
+  for (const EpipolarPair& pair : pairs_) {
+    const Matrix3d R_CB = R_BC_[static_cast<size_t>(pair.camera)].transpose();
+    std::vector<Matrix3d> by_interval;
+    for (int k = pair.i + 1; k < pair.j; ++k)
+      by_interval.emplace_back(R_CB * relative(k, pair.j).R.transpose());
+    by_interval.push_back(R_CB);
+    sum.add(pair, rotation(pair), R_CB * relative(pair).dR_dbg, by_interval, rotation_only_);
+  }
+  std::vector<Matrix3d> gyro_noise;
+  for (const Preintegration& p : preintegrations_)
+    gyro_noise.emplace_back(p.covariance().topLeftCorner<3, 3>());
+  *information = sum.information();
+  *covariance = sum.covariance(gyro_noise);
+}
+
+NormalEpipolarStatus fillCovariance(Estimator* estimator, NormalEpipolarBias* result) {
+  Matrix3d information;
+  estimator->fillCovariance(result->gyro, &information, &result->covariance);
+  if (!result->gyro.allFinite() || !information.allFinite())
     return NormalEpipolarStatus::kNotConverged;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(information, Eigen::EigenvaluesOnly);
   constexpr double kLeastInformation = 1e-12;  // relative
   if (!(eigen.eigenvalues()(0) > kLeastInformation * eigen.eigenvalues()(2)))
     return NormalEpipolarStatus::kIllConditioned;
-  const double gyro_density = preintegrations.front().noise().gyro_noise_density;
-  const double duration_s =
-      secondsBetween(preintegrations.front().start(), preintegrations.back().end());
-  result->covariance = estimator->repetition() * eigen.eigenvectors() *
-                       eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                       eigen.eigenvectors().transpose();
-  result->covariance.diagonal().array() += gyro_density * gyro_density / duration_s;
   return NormalEpipolarStatus::kOk;
 }
 
@@ -435,7 +429,7 @@ NormalEpipolarBias estimateGyroBias(const StereoInertialCalibration& calibration
     found.fewest_matches = estimator.fewestMatches();
     found.noise = estimator.noise(estimator.longestSpan());
     estimator.describe(&found);
-    found.status = fillCovariance(preintegrations, &estimator, &found);
+    found.status = fillCovariance(&estimator, &found);
     const bool better =
         start == 0 || (found.status == NormalEpipolarStatus::kOk &&
                        (result.status != NormalEpipolarStatus::kOk || found.noise < result.noise));

@@ -51,7 +51,7 @@ double addInertial(const std::vector<InertialResidual>& inertial, const Eigen::M
 /** Residuals of the pixels. */
 struct VisualResiduals {
   double clipped = 0.0;  ///< sum over all of min(squared residual, bound)
-  int all = 0, inliers = 0, landmarks = 0;
+  int all = 0, inliers = 0;
 };
 
 /** Of every landmark that has inliers. */
@@ -74,7 +74,6 @@ VisualResiduals collectVisual(const SolvedWindow& solved) {
     }
     visual.all += static_cast<int>(last - first);
     visual.inliers += inliers;
-    ++visual.landmarks;
   }
   return visual;
 }
@@ -117,7 +116,7 @@ NoiseCheck checkNoise(const SolvedWindow& solved, const std::vector<InertialResi
 
   // The leverages sum to the number of parameters.
   const VisualResiduals visual = collectVisual(solved);
-  const double parameters = static_cast<double>(covariance.rows()) + 3.0 * visual.landmarks;
+  const double parameters = static_cast<double>(covariance.rows() + solved.landmark_unknowns);
   const double dof = 2.0 * visual.inliers - (parameters - leverage);
   if (!(dof > 0.0)) return {};
   // Of a pair's two numbers the fit leaves the same share everywhere, to good approximation.

@@ -28,6 +28,7 @@ struct SolvedWindow {
   std::vector<SE3> T_WB;
   const std::vector<Eigen::Vector3d>& landmarks;
   const std::vector<char>& inlier;  ///< one a measurement
+  int landmark_unknowns;            ///< of the landmarks that have inliers
   double chi2_pixel;                ///< those below it are the inliers
   double prior_sigma_gyro_rps, prior_sigma_accel_mps2;
 };

@@ -12,46 +12,77 @@ struct PoseContribution {
   int keyframe;
   Eigen::Matrix<double, 6, 6> H_pp = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 3> H_pl = Eigen::Matrix<double, 6, 3>::Zero();
+  /** Of H_pl in the curvature: gradient times the mixed derivative of position and rho. */
+  Eigen::Vector3d bent = Eigen::Vector3d::Zero();
   explicit PoseContribution(int k) : keyframe(k) {}
 };
+
+/** Sums over the inliers of landmark l; returns its own information. */
+Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB,
+                        const InverseDepthLandmark& landmark, bool held, size_t l,
+                        const std::vector<char>& inlier, double huber,
+                        std::vector<PoseContribution>* poses) {
+  const double rho = landmark.parameters.z();
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
+    if (!inlier[static_cast<size_t>(i)]) continue;
+    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    Eigen::Vector2d r;
+    Eigen::Matrix<double, 2, 6> J_pose;
+    Eigen::Matrix<double, 2, 3> J_landmark;
+    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                              T_WB[static_cast<size_t>(m.keyframe)], landmark, &r, &J_pose,
+                              &J_landmark))
+      continue;
+    if (held) J_landmark.col(2).setZero();
+    const double norm = r.norm();
+    const double weight = norm > huber ? huber / norm : 1.0;
+    if (poses->empty() || poses->back().keyframe != m.keyframe) poses->emplace_back(m.keyframe);
+    PoseContribution& pose = poses->back();
+    pose.H_pp.noalias() += weight * J_pose.transpose() * J_pose;
+    pose.H_pl.noalias() += weight * J_pose.transpose() * J_landmark;
+    // d(r)/d(position) is rho times what does not depend on rho, to first order.
+    if (!held && rho > 0.0)
+      pose.bent.noalias() += (weight / rho) * J_pose.rightCols<3>().transpose() * r;
+    V.noalias() += weight * J_landmark.transpose() * J_landmark;
+  }
+  V.diagonal().array() += 1e-12 * V.trace();
+  return V;
+}
 
 }  // namespace
 
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                                 const std::vector<Eigen::Vector3d>& landmarks,
+                                 const LandmarkEstimates& estimates,
                                  const std::vector<char>& inlier, double chi2_huber, int stride,
-                                 Eigen::MatrixXd* H) {
+                                 NormalEquations* equations) {
   const double huber = std::sqrt(chi2_huber);
   std::vector<PoseContribution> poses;
-  for (size_t l = 0; l < landmarks.size(); ++l) {
+  for (size_t l = 0; l < estimates.landmarks.size(); ++l) {
     poses.clear();
-    Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
-    for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
-      if (!inlier[static_cast<size_t>(i)]) continue;
-      const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
-      Eigen::Vector2d r;
-      Eigen::Matrix<double, 2, 6> J_pose;
-      Eigen::Matrix<double, 2, 3> J_landmark;
-      if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                T_WB[static_cast<size_t>(m.keyframe)], landmarks[l], &r, &J_pose,
-                                &J_landmark))
-        continue;
-      const double norm = r.norm();
-      const double weight = norm > huber ? huber / norm : 1.0;
-      if (poses.empty() || poses.back().keyframe != m.keyframe) poses.emplace_back(m.keyframe);
-      poses.back().H_pp.noalias() += weight * J_pose.transpose() * J_pose;
-      poses.back().H_pl.noalias() += weight * J_pose.transpose() * J_landmark;
-      V.noalias() += weight * J_landmark.transpose() * J_landmark;
-    }
+    const Eigen::Matrix3d V = collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0,
+                                      l, inlier, huber, &poses);
     if (poses.empty()) continue;
-    V.diagonal().array() += 1e-12 * V.trace();
     const Eigen::Matrix3d V_inv = V.inverse();
-    for (const PoseContribution& a : poses) {
-      const Eigen::Matrix<double, 6, 3> W_V = a.H_pl * V_inv;
-      H->block<6, 6>(stride * a.keyframe, stride * a.keyframe) += a.H_pp;
-      for (const PoseContribution& b : poses)
-        H->block<6, 6>(stride * a.keyframe, stride * b.keyframe).noalias() -=
-            W_V * b.H_pl.transpose();
+    for (size_t i = 0; i < poses.size(); ++i) {
+      const PoseContribution& a = poses[i];
+      const Eigen::Index row = stride * a.keyframe;
+      equations->add(row, row, a.H_pp);
+      const Eigen::Matrix<double, 6, 3> flat = a.H_pl * V_inv;
+      Eigen::Matrix<double, 6, 3> bent = flat;
+      bent.bottomRows<3>().noalias() += a.bent * V_inv.row(2);
+      for (size_t j = 0; j <= i; ++j) {
+        const PoseContribution& b = poses[j];
+        const Eigen::Index column = stride * b.keyframe;
+        const Eigen::Matrix<double, 6, 6> score = flat * b.H_pl.transpose();
+        Eigen::Matrix<double, 6, 6> curvature = bent * b.H_pl.transpose();
+        curvature.rightCols<3>().noalias() += bent.col(2) * b.bent.transpose();
+        equations->score.block<6, 6>(row, column) -= score;
+        equations->curvature.block<6, 6>(row, column) -= curvature;
+        if (j == i) continue;
+        equations->score.block<6, 6>(column, row) -= score.transpose();
+        equations->curvature.block<6, 6>(column, row) -= curvature.transpose();
+      }
     }
   }
 }
@@ -68,6 +99,13 @@ Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information) {
   inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
   if (!inverse.allFinite()) return {};
   return 0.5 * (inverse + inverse.transpose());
+}
+
+Eigen::MatrixXd covarianceOrEmpty(const Eigen::MatrixXd& curvature, const Eigen::MatrixXd& score) {
+  const Eigen::MatrixXd inverse = inverseOrEmpty(curvature);
+  if (inverse.size() == 0) return {};
+  const Eigen::MatrixXd covariance = inverse * score * inverse;
+  return 0.5 * (covariance + covariance.transpose());
 }
 
 double relabelMeasurements(const VisualWindow& window, const std::vector<SE3>& T_WB,

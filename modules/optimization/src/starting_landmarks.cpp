@@ -15,10 +15,10 @@ StartingLandmarks startingLandmarks(const VisualWindow& window,
 }
 
 void triangulateMissing(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                        double min_parallax_rad, StartingLandmarks* landmarks) {
+                        StartingLandmarks* landmarks) {
   for (size_t l = 0; l < landmarks->positions.size(); ++l) {
     if (landmarks->valid[l]) continue;
-    if (const auto p_W = triangulate(window, static_cast<int>(l), T_WB, min_parallax_rad)) {
+    if (const auto p_W = triangulate(window, static_cast<int>(l), T_WB)) {
       landmarks->positions[l] = *p_W;
       landmarks->valid[l] = 1;
     }

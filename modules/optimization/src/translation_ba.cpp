@@ -15,6 +15,7 @@ struct Contribution {
   int keyframe = 0;
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d a = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d B = Eigen::Matrix3d::Zero();  ///< sum of w J^T d(r)/d(rotation)
 };
 
 /** Gauss-Newton on the translations; the landmarks, if free, are eliminated. */
@@ -43,6 +44,30 @@ class TranslationSolver {
     return true;
   }
 
+  /** TranslationBaResult::position_by_rotation at the system that step() has solved last. */
+  void fillResponse() {
+    const Eigen::Index n = 3 * (window_.keyframe_count - 1);
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n + 3, n + 3), B = H;
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 3);
+    for (int landmark = 0; landmark < window_.landmarkCount(); ++landmark) {
+      addToReducedSystem(landmark, &H, &b);
+      const size_t l = static_cast<size_t>(landmark);
+      Eigen::Vector3d e;
+      const Eigen::Matrix3d V_inv =
+          options_.landmarks_free ? landmarkCovariance(l, &e) : Eigen::Matrix3d::Zero();
+      for (size_t i = first_[l]; i < first_[l + 1]; ++i) {
+        const Contribution& ci = contributions_[i];
+        B.block<3, 3>(3 * ci.keyframe, 3 * ci.keyframe) += ci.B;
+        if (!options_.landmarks_free) continue;
+        for (size_t j = first_[l]; j < first_[l + 1]; ++j)
+          B.block<3, 3>(3 * ci.keyframe, 3 * contributions_[j].keyframe) -=
+              ci.A * V_inv * contributions_[j].B;
+      }
+    }
+    result_.position_by_rotation =
+        H.bottomRightCorner(n, n).ldlt().solve(B.bottomRightCorner(n, n));
+  }
+
   /** Chi-square relabelling of every measurement of a valid landmark. */
   void relabel() {
     double sum = 0.0;
@@ -64,11 +89,11 @@ class TranslationSolver {
   }
 
  private:
-  bool residual(const VisualMeasurement& m, Eigen::Vector2d* r,
-                Eigen::Matrix<double, 2, 3>* J) const {
+  bool residual(const VisualMeasurement& m, Eigen::Vector2d* r, Eigen::Matrix<double, 2, 3>* J,
+                Eigen::Matrix<double, 2, 6>* J_pose = nullptr) const {
     return reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
                                 result_.T_VB[static_cast<size_t>(m.keyframe)],
-                                result_.landmarks[static_cast<size_t>(m.landmark)], r, nullptr, J);
+                                result_.landmarks[static_cast<size_t>(m.landmark)], r, J_pose, J);
   }
 
   void linearize(bool robust) {
@@ -82,7 +107,8 @@ class TranslationSolver {
         const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
         Eigen::Vector2d r;
         Eigen::Matrix<double, 2, 3> J;
-        if (!result_.inlier[static_cast<size_t>(i)] || !residual(m, &r, &J)) continue;
+        Eigen::Matrix<double, 2, 6> J_pose;
+        if (!result_.inlier[static_cast<size_t>(i)] || !residual(m, &r, &J, &J_pose)) continue;
         if (m.keyframe != current) {
           contributions_.push_back({});
           contributions_.back().keyframe = current = m.keyframe;
@@ -91,6 +117,7 @@ class TranslationSolver {
         const double weight = robust && norm > huber ? huber / norm : 1.0;
         contributions_.back().A.noalias() += weight * J.transpose() * J;
         contributions_.back().a.noalias() += weight * J.transpose() * r;
+        contributions_.back().B.noalias() += weight * J.transpose() * J_pose.leftCols<3>();
       }
       first_.push_back(contributions_.size());
     }
@@ -176,6 +203,7 @@ TranslationBaResult solveTranslationBa(const VisualWindow& window, const std::ve
       ++result.iterations;
       if (step_norm < kConvergedStep) break;
     }
+    if (!robust) solver.fillResponse();
     solver.relabel();
   }
   result.ok = true;

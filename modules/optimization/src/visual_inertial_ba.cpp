@@ -103,29 +103,33 @@ class VisualInertialSolver {
       result->states[k].v_WB = velocities_[k];
     }
     result->bias = bias();
-    result->landmarks = visual_.landmarks();
+    result->landmarks = visual_.positions();
   }
 
   /** Counts and sums of the residuals; with `with_covariance` also what the normal equations say.
    */
-  void statistics(bool with_covariance, VisualInertialBaResult* result) const {
+  void statistics(bool with_covariance, VisualInertialBaResult* result) {
+    visual_.holdAtInfinity(result->inlier);
     const std::vector<InertialResidual> inertial = inertialResiduals(*result);
     result->chi2_inertial = 0.0;
     for (const InertialResidual& r : inertial) result->chi2_inertial += r.r.squaredNorm();
     result->dof_inertial = 9 * static_cast<int>(preintegrations_.size());
-    int landmark_count = 0;
-    for (const char valid : result->landmark_valid) landmark_count += valid;
+    int landmark_unknowns = 0;
+    for (size_t l = 0; l < result->landmark_valid.size(); ++l)
+      if (result->landmark_valid[l]) landmark_unknowns += visual_.held()[l] ? 2 : 3;
     result->inlier_measurements =
         static_cast<int>(std::count(result->inlier.begin(), result->inlier.end(), 1));
     result->measurements = static_cast<int>(result->inlier.size());
-    result->dof_visual = 2 * result->inlier_measurements - 3 * landmark_count;
+    result->dof_visual = 2 * result->inlier_measurements - landmark_unknowns;
     if (!with_covariance) return;
-    result->covariance = covariance(*result, inertial);
-    if (result->covariance.size() == 0) return;
+    const NormalEquations equations = normalEquations(*result, inertial);
+    result->covariance = covarianceOrEmpty(equations.curvature, equations.score);
+    const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
+    if (result->covariance.size() == 0 || inverse.size() == 0) return;
     result->noise = checkNoise(
-        {window_, poses(result->states), result->landmarks, result->inlier, options_.huber_pixel,
-         options_.prior_sigma_gyro_rps, options_.prior_sigma_accel_mps2},
-        inertial, result->covariance);
+        {window_, poses(result->states), result->landmarks, result->inlier, landmark_unknowns,
+         options_.huber_pixel, options_.prior_sigma_gyro_rps, options_.prior_sigma_accel_mps2},
+        inertial, inverse);
   }
 
  private:
@@ -135,29 +139,31 @@ class VisualInertialSolver {
     return T_WB;
   }
 
-  /** Gauss-Newton information of [pose, velocity] of every keyframe and the biases, inverted. */
-  Eigen::MatrixXd covariance(const VisualInertialBaResult& result,
-                             const std::vector<InertialResidual>& inertial) const {
+  /** Of [pose, velocity] of every keyframe and the biases, at the solution. */
+  NormalEquations normalEquations(const VisualInertialBaResult& result,
+                                  const std::vector<InertialResidual>& inertial) const {
     const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
     const Eigen::Index bias = 9 * n;
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(bias + 6, bias + 6);
-    addReducedVisualInformation(window_, poses(result.states), result.landmarks, result.inlier,
-                                options_.huber_pixel, 9, &H);
+    NormalEquations equations(bias + 6);
+    addReducedVisualInformation(window_, poses(result.states),
+                                {visual_.landmarks(), visual_.held()}, result.inlier,
+                                options_.huber_pixel, 9, &equations);
     for (size_t k = 0; k < inertial.size(); ++k) {
       const Eigen::Matrix<double, 9, 24>& A = inertial[k].J;
       const Eigen::Matrix<double, 24, 24> AtA = inertial[k].weight * A.transpose() * A;
       const Eigen::Index i = 9 * static_cast<Eigen::Index>(k);
-      H.block<18, 18>(i, i) += AtA.topLeftCorner<18, 18>();
-      H.block<18, 6>(i, bias) += AtA.topRightCorner<18, 6>();
-      H.block<6, 18>(bias, i) += AtA.bottomLeftCorner<6, 18>();
-      H.block<6, 6>(bias, bias) += AtA.bottomRightCorner<6, 6>();
+      equations.add(i, i, AtA.topLeftCorner<18, 18>());
+      equations.add(i, bias, AtA.topRightCorner<18, 6>());
+      equations.add(bias, i, AtA.bottomLeftCorner<6, 18>());
+      equations.add(bias, bias, AtA.bottomRightCorner<6, 6>());
     }
-    H.diagonal().segment<3>(bias).array() += std::pow(options_.prior_sigma_gyro_rps, -2);
-    H.diagonal().segment<3>(bias + 3).array() += std::pow(options_.prior_sigma_accel_mps2, -2);
+    const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+    equations.add(bias, bias, std::pow(options_.prior_sigma_gyro_rps, -2) * I);
+    equations.add(bias + 3, bias + 3, std::pow(options_.prior_sigma_accel_mps2, -2) * I);
     const Eigen::RowVector3d yaw = GaugeCost::kInverseSigma * result.states[0].T_WB.R.row(2);
-    H.topLeftCorner<3, 3>() += yaw.transpose() * yaw;
-    H.diagonal().segment<3>(3).array() += GaugeCost::kInverseSigma * GaugeCost::kInverseSigma;
-    return inverseOrEmpty(H);
+    equations.add(0, 0, yaw.transpose() * yaw);
+    equations.add(3, 3, GaugeCost::kInverseSigma * GaugeCost::kInverseSigma * I);
+    return equations;
   }
 
   ImuBias bias() const { return {bias_.head<3>(), bias_.tail<3>()}; }
@@ -218,7 +224,8 @@ VisualInertialBaResult solveVisualInertialBa(const VisualWindow& window,
   std::vector<SE3> T_WB;
   for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
   // First round: all but gross outliers (30 sigma), the kernel does the rest.
-  relabelMeasurements(window, T_WB, landmarks, 900.0, &result.landmark_valid, &result.inlier);
+  relabelMeasurements(window, T_WB, landmarks, kGrossOutlier * kGrossOutlier,
+                      &result.landmark_valid, &result.inlier);
   if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) {
     result.message = "no landmark agrees with the initial poses";
     return result;

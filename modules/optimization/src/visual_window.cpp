@@ -1,7 +1,9 @@
 #include "etalon/optimization/visual_window.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
 #include <map>
 
 #include "etalon/core/so3.h"
@@ -50,9 +52,34 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
 
 namespace {
 
-/** Gauss-Newton on the whitened reprojection residuals of one landmark. */
+/** A landmark on the ray of its first measurement, its inverse depth from the others by linear
+ * least squares in the sines of the angles between rays. */
+InverseDepthLandmark firstGuess(const VisualWindow& window, int begin, int end,
+                                const std::vector<SE3>& T_WB) {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(), first_ray = Eigen::Vector3d::UnitZ();
+  double numerator = 0.0, denominator = 0.0;
+  for (int i = begin; i < end; ++i) {
+    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
+                     window.T_CB[static_cast<size_t>(m.camera)].inverse();
+    const Eigen::Vector3d ray = T_WC.R * m.measurement.xy.homogeneous().normalized();
+    if (i == begin) {
+      origin = T_WC.t;
+      first_ray = ray;
+      continue;
+    }
+    const Eigen::Vector3d n = ray.cross(origin - T_WC.t);
+    numerator -= n.dot(ray.cross(first_ray));
+    denominator += n.squaredNorm();
+  }
+  InverseDepthLandmark landmark(origin + first_ray, origin);
+  landmark.parameters.z() = denominator > 0.0 ? std::max(0.0, numerator / denominator) : 0.0;
+  return landmark;
+}
+
+/** Gauss-Newton on the whitened reprojection residuals of one landmark, rho >= 0. */
 bool refineLandmark(const VisualWindow& window, int begin, int end, const std::vector<SE3>& T_WB,
-                    Eigen::Vector3d* p_W) {
+                    InverseDepthLandmark* landmark) {
   for (int iteration = 0; iteration < 5; ++iteration) {
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -61,49 +88,37 @@ bool refineLandmark(const VisualWindow& window, int begin, int end, const std::v
       Eigen::Vector2d r;
       Eigen::Matrix<double, 2, 3> J;
       if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                T_WB[static_cast<size_t>(m.keyframe)], *p_W, &r, nullptr, &J))
+                                T_WB[static_cast<size_t>(m.keyframe)], *landmark, &r, nullptr, &J))
         return false;
       const double norm = r.norm();
       const double weight = norm > 3.0 ? 3.0 / norm : 1.0;  // Huber at three sigmas
       H.noalias() += weight * J.transpose() * J;
       b.noalias() += weight * J.transpose() * r;
     }
-    const Eigen::Vector3d step = H.ldlt().solve(-b);
+    const double sigma2 = H.inverse()(2, 2);  // of rho
+    if (!(sigma2 >= 0.0 && sigma2 <= kMaxSigmaInverseDepth * kMaxSigmaInverseDepth)) return false;
+    Eigen::Vector3d step = H.ldlt().solve(-b);
+    if (landmark->parameters.z() + step.z() < 0.0) {  // to the edge, and the bearing alone
+      step.z() = -landmark->parameters.z();
+      const Eigen::Vector2d rest = b.head<2>() + H.topRightCorner<2, 1>() * step.z();
+      step.head<2>() = H.topLeftCorner<2, 2>().ldlt().solve(-rest);
+    }
     if (!step.allFinite()) return false;
-    *p_W += step;
-    if (step.squaredNorm() < 1e-12 * (1.0 + p_W->squaredNorm())) break;
+    landmark->parameters += step;
+    if (step.squaredNorm() < 1e-16) break;
   }
-  return p_W->allFinite();
+  return true;
 }
 
 }  // namespace
 
 std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
-                                           const std::vector<SE3>& T_WB, double min_parallax_rad) {
+                                           const std::vector<SE3>& T_WB) {
   const int begin = window.first[static_cast<size_t>(l)];
   const int end = window.first[static_cast<size_t>(l) + 1];
-  // Point nearest to all rays in the sense of the angle: sum of (I - f f^T)(p - c), weighted
-  // equally.
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  Eigen::Vector3d first_ray = Eigen::Vector3d::Zero();
-  double parallax = 0.0;
-  for (int i = begin; i < end; ++i) {
-    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
-    const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
-                     window.T_CB[static_cast<size_t>(m.camera)].inverse();
-    const Eigen::Vector3d f = T_WC.R * m.measurement.xy.homogeneous().normalized();
-    const Eigen::Matrix3d P = Eigen::Matrix3d::Identity() - f * f.transpose();
-    A += P;
-    b += P * T_WC.t;
-    if (i == begin)
-      first_ray = f;
-    else
-      parallax = std::max(parallax, angleBetween(first_ray, f));
-  }
-  if (parallax < min_parallax_rad) return std::nullopt;
-  Eigen::Vector3d p_W = A.ldlt().solve(b);
-  if (!p_W.allFinite() || !refineLandmark(window, begin, end, T_WB, &p_W)) return std::nullopt;
+  InverseDepthLandmark landmark = firstGuess(window, begin, end, T_WB);
+  if (!refineLandmark(window, begin, end, T_WB, &landmark)) return std::nullopt;
+  const Eigen::Vector3d p_W = landmark.position();
   Eigen::Vector2d r;
   for (int i = begin; i < end; ++i) {
     const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];

@@ -64,8 +64,10 @@ TEST(StereoBa, RecoversThePosesOfExactTracksFromAWrongStart) {
   EXPECT_LT(result.rms_px_over_sigma, 1e-6);
 }
 
-TEST(StereoBa, CovarianceAgreesWithMonteCarlo) {
+/** Sixty windows of landmarks at `distance_m` (zero: walls at 3 m). */
+void expectConsistentCovariance(double distance_m) {
   SyntheticWindowOptions options;
+  options.landmark_distance_m = distance_m;
   options.sigma_px = 0.7;
   options.keyframes = 4;
   options.landmarks = 60;
@@ -91,6 +93,10 @@ TEST(StereoBa, CovarianceAgreesWithMonteCarlo) {
   const double half_width = 2.58 * std::sqrt(2.0 * static_cast<double>(dof) / runs);
   EXPECT_NEAR(nees / runs, static_cast<double>(dof), half_width);
 }
+
+TEST(StereoBa, CovarianceAgreesWithMonteCarlo) { expectConsistentCovariance(0.0); }
+
+TEST(StereoBa, CovarianceOfFarLandmarksAgreesWithMonteCarlo) { expectConsistentCovariance(20.0); }
 
 TEST(StereoBa, ThrowsOutOutliers) {
   SyntheticWindowOptions options;

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/optimization/starting_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -231,6 +233,69 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
   const double squares = velocityError(1e12, 4.0);
   EXPECT_LT(large, 0.25 * squares);
   EXPECT_LT(large, 1.5 * small);  // without a bound it would be 2
+}
+
+/** Of the last keyframe's velocity over 30 windows whose landmarks are all at `distance_m`. */
+struct VelocityOfFarLandmarks {
+  double nees = 0.0;   ///< sum over the windows that say they know it
+  int claiming = 0;    ///< their number
+  int far_at_all = 0;  ///< landmarks at infinity, over all windows
+};
+
+VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  const auto drawn = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  VelocityOfFarLandmarks sum;
+  for (unsigned run = 0; run < 30; ++run) {
+    SyntheticWindowOptions options;
+    options.motion = testing::Motion::kAggressive;
+    options.seed = 700 + run;
+    options.frames_per_keyframe = 1;
+    options.landmarks = 120;
+    options.landmark_distance_m = distance_m;
+    options.sigma_px = 0.5;
+    options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+    const VisualInertialBaOptions ba;
+    const Vector3d gyro = 0.1 * ba.prior_sigma_gyro_rps * drawn();
+    options.bias = {gyro, ba.prior_sigma_accel_mps2 * drawn()};
+    const ViCase c(options, options.sigma_px);
+    std::vector<SE3> T_WB;
+    for (const VisualInertialState& s : c.states) T_WB.push_back(s.T_WB);
+    StartingLandmarks start = startingLandmarks(c.window, {});
+    triangulateMissing(c.window, T_WB, &start);
+    const VisualInertialBaResult result = solveVisualInertialBa(
+        c.window, c.preintegrations, c.states, options.bias, start.positions, start.valid, ba);
+    EXPECT_TRUE(result.message.empty()) << result.message;
+    for (const Vector3d& p_W : result.landmarks)
+      sum.far_at_all += (p_W - T_WB[0].t).norm() > 0.99 * kFarthestLandmark;
+    if (!(result.sigmaVelocity() <= 0.1)) continue;  // as the acceptance has it
+    const Eigen::Index v = 9 * (static_cast<Eigen::Index>(result.states.size()) - 1) + 6;
+    const Vector3d e = result.states.back().v_WB - c.states.back().v_WB;
+    sum.nees += e.dot(result.covariance.block<3, 3>(v, v).ldlt().solve(e));
+    ++sum.claiming;
+  }
+  return sum;
+}
+
+TEST(VisualInertialBa, FarLandmarksGiveAVelocityAsGoodAsItSays) {
+  for (const double distance_m : {20.0, 150.0}) {
+    const VelocityOfFarLandmarks sum = velocityOfFarLandmarks(distance_m);
+    SCOPED_TRACE(distance_m);
+    ASSERT_GE(sum.claiming, 20);
+    const double ratio = sum.nees / (3.0 * sum.claiming);
+    EXPECT_GT(ratio, 0.7);
+    EXPECT_LT(ratio, 1.5);
+  }
+}
+
+TEST(VisualInertialBa, LandmarksTooFarGiveNoVelocity) {
+  for (const double distance_m : {500.0, 1e9}) {
+    SCOPED_TRACE(distance_m);
+    const VelocityOfFarLandmarks sum = velocityOfFarLandmarks(distance_m);
+    EXPECT_EQ(sum.claiming, 0);
+    EXPECT_GT(sum.far_at_all, 30 * 30);  // thirty a window and more
+  }
 }
 
 TEST(VisualInertialBa, SaysWhyWhenNothingAgrees) {

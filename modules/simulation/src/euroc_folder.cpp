@@ -4,10 +4,10 @@
 #include <array>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 
 namespace etalon {
 
@@ -35,13 +35,6 @@ std::string row(TimeNs t, const std::vector<Eigen::Vector3d>& vectors) {
   std::string text = std::to_string(t);
   for (const Eigen::Vector3d& v : vectors) text += "," + list({v.x(), v.y(), v.z()});
   return text + "\n";
-}
-
-void writeText(const std::string& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw DataError(path, 0, "cannot be written");
 }
 
 std::string poseYaml(const std::string& type, const std::string& comment, const SE3& T_BS) {
@@ -85,8 +78,7 @@ void copyFile(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-EurocFolder::EurocFolder(const std::string& path, bool overwrite)
-    : root_((fs::path(path) / "mav0").string()) {
+EurocFolder::EurocFolder(const std::string& path, bool overwrite) {
   std::error_code error;
   if (fs::exists(path, error)) {
     if (!fs::is_directory(path, error)) throw ConfigError(path + ": exists and is not a folder");
@@ -97,27 +89,19 @@ EurocFolder::EurocFolder(const std::string& path, bool overwrite)
                         ": the folder is not empty; choose another or overwrite it with --force");
     }
   }
-  const std::vector<std::string> folders = {kCameraFolders[0], kCameraFolders[1], kImuFolder,
-                                            kTruthFolder};
-  for (const std::string& folder : folders) {
-    const fs::path sensor = fs::path(root_) / folder;
-    fs::remove_all(sensor, error);
-    if (!error) {
-      fs::create_directories(folder.rfind("cam", 0) == 0 ? sensor / "data" : sensor, error);
-    }
-    if (error) throw DataError(sensor.string(), 0, "cannot be made: " + error.message());
-  }
+  output_ = std::make_unique<OutputFiles>((fs::path(path) / "mav0").string());
+  for (const char* folder : kCameraFolders) makeFolder(sensor(folder) + "/data");
+  for (const char* folder : {kImuFolder, kTruthFolder}) makeFolder(sensor(folder));
 }
 
 void EurocFolder::writeCalibration(const StereoInertialCalibration& calibration,
                                    const std::string& comment) const {
   for (size_t i = 0; i < 2; ++i) {
-    writeText(root_ + "/" + kCameraFolders[i] + "/sensor.yaml",
+    writeFile(sensor(kCameraFolders[i]) + "/sensor.yaml",
               cameraYaml(calibration.cameras[i], comment));
   }
-  writeText(root_ + "/" + kImuFolder + "/sensor.yaml", imuYaml(calibration.imu, comment));
-  writeText(root_ + "/" + kTruthFolder + "/sensor.yaml",
-            poseYaml("visual-inertial", comment, SE3()));
+  writeFile(sensor(kImuFolder) + "/sensor.yaml", imuYaml(calibration.imu, comment));
+  writeFile(sensor(kTruthFolder) + "/sensor.yaml", poseYaml("visual-inertial", comment, SE3()));
 }
 
 void EurocFolder::writeImu(const std::vector<ImuSample>& samples) const {
@@ -126,7 +110,7 @@ void EurocFolder::writeImu(const std::vector<ImuSample>& samples) const {
       "s^-2],a_RS_S_y "
       "[m s^-2],a_RS_S_z [m s^-2]\n";
   for (const ImuSample& s : samples) text += row(s.t, {s.gyro, s.accel});
-  writeText(root_ + "/" + kImuFolder + "/data.csv", text);
+  writeFile(sensor(kImuFolder) + "/data.csv", text);
 }
 
 void EurocFolder::writeGroundTruth(const std::vector<GroundTruthState>& states) const {
@@ -144,33 +128,29 @@ void EurocFolder::writeGroundTruth(const std::vector<GroundTruthState>& states) 
                   g.y(), g.z(), a.x(), a.y(), a.z()}) +
             "\n";
   }
-  writeText(root_ + "/" + kTruthFolder + "/data.csv", text);
+  writeFile(sensor(kTruthFolder) + "/data.csv", text);
 }
 
 void EurocFolder::copyImu(const std::string& file) const {
-  copyFile(file, root_ + "/" + kImuFolder + "/data.csv");
+  copyFile(file, sensor(kImuFolder) + "/data.csv");
 }
 
 void EurocFolder::copyGroundTruth(const std::string& file) const {
-  copyFile(file, root_ + "/" + kTruthFolder + "/data.csv");
+  copyFile(file, sensor(kTruthFolder) + "/data.csv");
 }
 
 void EurocFolder::writeImageLists(const std::vector<TimeNs>& stamps) const {
   std::string text = "#timestamp [ns],filename\n";
   for (TimeNs t : stamps) text += std::to_string(t) + "," + std::to_string(t) + ".png\n";
-  for (const char* camera : kCameraFolders) writeText(root_ + "/" + camera + "/data.csv", text);
+  for (const char* camera : kCameraFolders) writeFile(sensor(camera) + "/data.csv", text);
 }
 
 void EurocFolder::writeImage(size_t camera, TimeNs t, const cv::Mat& image) const {
   const std::string path =
-      root_ + "/" + kCameraFolders.at(camera) + "/data/" + std::to_string(t) + ".png";
-  bool written = false;
-  try {
-    written = cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  } catch (const cv::Exception&) {
-    written = false;
-  }
-  if (!written) throw DataError(path, 0, "cannot be written");
+      sensor(kCameraFolders.at(camera)) + "/data/" + std::to_string(t) + ".png";
+  std::vector<unsigned char> png;
+  cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  writeFile(path, std::string(png.begin(), png.end()));
 }
 
 }  // namespace etalon

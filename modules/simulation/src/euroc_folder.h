@@ -1,10 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/output_file.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/imu/imu_sample.h"
 
@@ -17,9 +19,9 @@ namespace etalon {
 class EurocFolder {
  public:
   /**
-   * Makes the folders of cam0, cam1, imu0 and state_groundtruth_estimate0 in `path`/mav0. If `path`
-   * exists and is not empty: ConfigError, unless `overwrite`, which removes those four folders and
-   * nothing else.
+   * Makes the folders of cam0, cam1, imu0 and state_groundtruth_estimate0, which take their places
+   * in `path`/mav0 at complete(). If `path` exists and is not empty: ConfigError, unless
+   * `overwrite`, by which those four folders are replaced then and nothing else.
    */
   EurocFolder(const std::string& path, bool overwrite);
 
@@ -36,9 +38,13 @@ class EurocFolder {
   void writeImageLists(const std::vector<TimeNs>& stamps) const;
   /** One PNG. May be called from several threads, for different images. */
   void writeImage(size_t camera, TimeNs t, const cv::Mat& image) const;
+  /** Puts everything in place; without, nothing of it is left. */
+  void complete() { output_->putInPlace(); }
 
  private:
-  std::string root_;  // .../mav0
+  std::string sensor(const std::string& name) const { return output_->path(name); }
+
+  std::unique_ptr<OutputFiles> output_;
 };
 
 }  // namespace etalon

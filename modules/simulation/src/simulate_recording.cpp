@@ -219,7 +219,7 @@ SimulationSummary simulateRecording(const SimulationOptions& options) {
   if (options.noise_free) render.noise_gray = render.shot_noise = 0.0;
   const StereoRenderer renderer(room, options.calibration, render);
 
-  const EurocFolder folder(options.output, options.overwrite);
+  EurocFolder folder(options.output, options.overwrite);
   folder.writeCalibration(options.calibration,
                           "simulated by etalon, seed " + std::to_string(options.seed));
   if (options.imu_file.empty()) {
@@ -231,6 +231,7 @@ SimulationSummary simulateRecording(const SimulationOptions& options) {
   }
   folder.writeImageLists(flight.image_stamps);
   renderAll(flight, renderer, folder, options);
+  folder.complete();
 
   SimulationSummary summary;
   summary.stereo_frames = static_cast<int>(flight.image_stamps.size());

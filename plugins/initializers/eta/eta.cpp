@@ -28,8 +28,8 @@ class Eta : public Initializer {
     const InertialOnlyStep map = solveInertialOnlyStep(problem, map_);
     if (!map.ok) return map.refusal;
     const double map_ms = watch.lapMilliseconds();
-    const TranslationStep step =
-        solveTranslationStep(problem, map.preintegrations, map.map.bias, map.map.g_V, translation_);
+    const TranslationStep step = solveTranslationStep(problem, map.preintegrations, map.map.bias,
+                                                      map.map.g_V, translation_, map.errors);
     if (!step.ok) return step.refusal;
     InitializationResult result = alignWithGravity(problem, step.estimate);
     result.timings = {{"inertial_only_map", map_ms},

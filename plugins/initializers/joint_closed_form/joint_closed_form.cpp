@@ -1,5 +1,3 @@
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,7 +7,7 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
-#include "etalon/optimization/gravity_sphere.h"
+#include "joint_system.h"
 #include "track_information.h"
 
 namespace etalon::plugins {
@@ -22,23 +20,10 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** The unknowns that are left when the landmarks are eliminated; gravity last. */
-enum Unknown : Index { kVelocity = 0, kGyroBias = 3, kAccelBias = 6, kGravity = 9, kUnknowns = 12 };
-constexpr int kPose = 6;  ///< [rotation, position] of a node
-
 /** Frames that the rows come from, and which of them are the keyframes. */
 struct Nodes {
   std::vector<const TrackedFrame*> frames;
   std::vector<size_t> keyframes;
-};
-
-/** What is known after a pass. */
-struct Estimate {
-  ImuBias bias;
-  std::vector<SE3> T_VB;       ///< of every node
-  std::vector<Vector3d> v_VB;  ///< of every node; empty before the first pass
-  Vector3d g_V = Vector3d::Zero();
-  double sigma_gravity = 0.0;  ///< of its weakest direction, rad
 };
 
 }  // namespace
@@ -93,9 +78,12 @@ class JointClosedForm : public Initializer {
         buildVisualWindow(problem.calibration(), nodes.frames, problem.sigmaPx());
     const StereoPoints points = stereoPoints(window, chi2_stereo_);
     TrackInformation tracks(window, std::sqrt(chi2_pixel_));
-    Estimate estimate;
+    JointEstimate estimate;
     estimate.bias = problem.priors().mean;
     std::vector<Preintegration> preintegrations = preintegrate(problem, nodes, estimate.bias);
+    estimate.bias.gyro = gyroBiasOfPoints(points, preintegrations, problem.calibration().baseline(),
+                                          problem.priors().sigma_gyro_rps);
+    for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
     ClosedFormMotion motion = composeMotion(preintegrations);
     estimate.T_VB = medianPositions(points, rotations(motion));
     tracks.start(points, estimate.T_VB);
@@ -113,7 +101,7 @@ class JointClosedForm : public Initializer {
       for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks.triangulate(estimate.T_VB);
       tracks.linearize(estimate.T_VB);
       const ImuBias before = estimate.bias;
-      if (!solvePass(problem, motion, tracks, &estimate))
+      if (!system(problem, motion, tracks, 1.0, estimate).solve(&estimate))
         return InitializationResult::refusal(
             InitializationStatus::kIllConditioned,
             "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
@@ -131,6 +119,12 @@ class JointClosedForm : public Initializer {
     InitializationResult refusal = check(tracks, estimate);
     if (!refusal.reason.empty()) return refusal;
     InitializationResult result = makeResult(problem, nodes, window, tracks, estimate);
+    // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
+    if (imu_noise_ && accel_bias_ == "estimate") {
+      tracks.linearize(estimate.T_VB);
+      result.covariance =
+          system(problem, motion, tracks, tracks.fisherShare(), estimate).covariance(estimate);
+    }
     result.timings = {{"start", start_ms}, {"closed_form", watch.lapMilliseconds()}};
     return result;
   }
@@ -163,108 +157,16 @@ class JointClosedForm : public Initializer {
     return result;
   }
 
-  /** The nodes' errors as a linear function of the unknowns: y = J x + c, 9 a node. */
-  static void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB,
-                           MatrixXd* J, VectorXd* c) {
-    const Index n = ClosedFormMotion::kError * (static_cast<Index>(motion.nodes.size()) - 1);
-    J->setZero(n, kUnknowns);
-    c->setZero(n);
-    for (size_t k = 1; k < motion.nodes.size(); ++k) {
-      const ClosedFormMotion::Node& node = motion.nodes[k];
-      const Index row = ClosedFormMotion::kError * (static_cast<Index>(k) - 1);
-      J->block<9, 6>(row, kGyroBias) = node.bias;
-      J->block<3, 3>(row + 3, kVelocity).diagonal().setConstant(node.t);
-      J->block<3, 3>(row + 3, kGravity).diagonal().setConstant(0.5 * node.t * node.t);
-      J->block<3, 3>(row + 6, kVelocity).setIdentity();
-      J->block<3, 3>(row + 6, kGravity).diagonal().setConstant(node.t);
-      c->segment<3>(row) = logSO3(T_VB[k].R.transpose() * node.R_VB);
-      c->segment<3>(row + 3) = node.alpha - T_VB[k].t;
-      c->segment<3>(row + 6) = node.beta;
-    }
-  }
-
-  /** Rows [rotation, position] of every node's [rotation, position, velocity]. */
-  static MatrixXd poseRows(const MatrixXd& nine) {
-    const Index n = nine.rows() / ClosedFormMotion::kError;
-    MatrixXd six(kPose * n, nine.cols());
-    for (Index k = 0; k < n; ++k)
-      six.middleRows<kPose>(kPose * k) = nine.middleRows<kPose>(ClosedFormMotion::kError * k);
-    return six;
-  }
-
-  /**
-   * One linear solution: the unknowns, with |g| fixed, from the tracks' information S, s and the
-   * motion y = J x + c + n, n the IMU's noise of covariance Sigma: minimises
-   *   (y - S^-1 s)^T (S^-1 + Sigma)^-1 (y - S^-1 s)  at n = 0,   then n is what is most likely.
-   */
-  bool solvePass(const InitializationProblem& problem, const ClosedFormMotion& motion,
-                 const TrackInformation& tracks, Estimate* estimate) const {
-    MatrixXd J9;
-    VectorXd c9;
-    linearMotion(motion, estimate->T_VB, &J9, &c9);
-    const MatrixXd J = poseRows(J9);
-    const VectorXd c = poseRows(c9);
-    MatrixXd W = tracks.S();
-    VectorXd w = tracks.s();
-    const MatrixXd noise_y = imu_noise_ ? poseRows(motion.covariance) : MatrixXd();  // 6n x 9n
-    Eigen::PartialPivLU<MatrixXd> whitening;
-    if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
-      MatrixXd M = tracks.S() * poseRows(noise_y.transpose());
-      M.diagonal().array() += 1.0;
-      whitening.compute(M);
-      W = whitening.solve(tracks.S());
-      w = whitening.solve(tracks.s());
-    }
-    const BiasPriors& priors = problem.priors();
-    MatrixXd H = J.transpose() * W * J;
-    VectorXd b = J.transpose() * (w - W * c);
-    const double gyro = 1.0 / (priors.sigma_gyro_rps * priors.sigma_gyro_rps);
-    // Fixed is a prior so strong that nothing moves it.
-    const double accel = accel_bias_ == "estimate"
-                             ? 1.0 / (priors.sigma_accel_mps2 * priors.sigma_accel_mps2)
-                             : 1e18;
-    H.diagonal().segment<3>(kGyroBias).array() += gyro;
-    H.diagonal().segment<3>(kAccelBias).array() += accel;
-    b.segment<3>(kGyroBias) += gyro * (priors.mean.gyro - estimate->bias.gyro);
-    b.segment<3>(kAccelBias) += accel * (priors.mean.accel - estimate->bias.accel);
-    H = (0.5 * (H + H.transpose())).eval();
-    const NormConstrainedSolution solution = solveNormConstrained(H, b, problem.gravityMagnitude());
-    if (!solution.ok) return false;
-
-    VectorXd y9 = J9 * solution.x + c9;
-    if (imu_noise_) {
-      const VectorXd y = poseRows(y9);
-      y9 += noise_y.transpose() * whitening.solve(tracks.s() - tracks.S() * y);
-    }
-    adopt(solution, y9, estimate);
-    return true;
-  }
-
-  /** `y9`: the nodes' errors against the poses of `estimate`, velocities as they are. */
-  static void adopt(const NormConstrainedSolution& solution, const VectorXd& y9,
-                    Estimate* estimate) {
-    estimate->bias.gyro += solution.x.segment<3>(kGyroBias);
-    estimate->bias.accel += solution.x.segment<3>(kAccelBias);
-    estimate->g_V = solution.x.tail<3>();
-    estimate->v_VB.assign(1, solution.x.segment<3>(kVelocity));
-    for (size_t k = 1; k < estimate->T_VB.size(); ++k) {
-      const Index row = ClosedFormMotion::kError * (static_cast<Index>(k) - 1);
-      SE3& pose = estimate->T_VB[k];
-      pose.R = nearestRotation(pose.R * expSO3(y9.segment<3>(row)));
-      pose.t += y9.segment<3>(row + 3);
-      estimate->v_VB.emplace_back(y9.segment<3>(row + 6));
-    }
-    const Eigen::Matrix<double, 3, 2> B = tangentBasis(estimate->g_V);
-    const Eigen::Matrix2d information =
-        estimate->g_V.squaredNorm() * B.transpose() * solution.A_g * B;
-    const double trace = information.trace(), determinant = information.determinant();
-    const double least =
-        0.5 * (trace - std::sqrt(std::max(0.0, trace * trace - 4.0 * determinant)));
-    estimate->sigma_gravity = 1.0 / std::sqrt(std::max(least, 1e-300));
+  /** @param factor on the tracks' information */
+  JointSystem system(const InitializationProblem& problem, const ClosedFormMotion& motion,
+                     const TrackInformation& tracks, double factor,
+                     const JointEstimate& estimate) const {
+    return JointSystem(problem, motion, factor * tracks.S(), factor * tracks.s(), estimate,
+                       imu_noise_, accel_bias_ == "estimate");
   }
 
   /** The refusal's reason is empty if the solution is good. */
-  InitializationResult check(const TrackInformation& tracks, const Estimate& estimate) const {
+  InitializationResult check(const TrackInformation& tracks, const JointEstimate& estimate) const {
     const double sigma_deg = 180.0 / M_PI * estimate.sigma_gravity;
     if (!(sigma_deg <= max_sigma_gravity_deg_))
       return InitializationResult::refusal(
@@ -282,7 +184,7 @@ class JointClosedForm : public Initializer {
 
   static InitializationResult makeResult(const InitializationProblem& problem, const Nodes& nodes,
                                          const VisualWindow& window, const TrackInformation& tracks,
-                                         const Estimate& estimate) {
+                                         const JointEstimate& estimate) {
     VisualFrameEstimate in_V;
     for (const size_t k : nodes.keyframes) {
       in_V.T_VB.push_back(estimate.T_VB[k]);

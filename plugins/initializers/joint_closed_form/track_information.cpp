@@ -14,88 +14,45 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
+using Matrix26 = Eigen::Matrix<double, 2, 6>;
 
 namespace {
 
-constexpr double kMinDepth = 0.1;    // m
-constexpr double kMaxDepth = 100.0;  // m: beyond, disparity says nothing
+constexpr double kBehind = 1e12;  // squared residual of a landmark that no camera can see
 
-double medianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
+/**
+ * Expectations of the weight w = (c^2 / (c^2 + r^2))^2 over residuals of two standard normal
+ * coordinates, r^2 / 2 being exponentially distributed: of w; of the score's derivative; of the
+ * score's variance (Huber and Ronchetti, Robust Statistics, chapter 6).
+ */
+struct KernelMoments {
+  double weight = 0.0, derivative = 0.0, variance = 0.0;
 
-Vector3d medianOf(const std::vector<Vector3d>& points) {
-  Vector3d result;
-  std::vector<double> values(points.size());
-  for (int axis = 0; axis < 3; ++axis) {
-    for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
-    result[axis] = medianOf(&values);
+  explicit KernelMoments(double c2) {
+    constexpr int kPoints = 4000;  // of the midpoint rule on r^2 / 2 from 0 to 40
+    constexpr double kStep = 0.01;
+    double mass = 0.0;
+    for (int i = 0; i < kPoints; ++i) {
+      const double half = kStep * (i + 0.5), density = std::exp(-half);
+      const double share = c2 / (c2 + 2.0 * half), w = share * share;
+      mass += density;
+      weight += density * w;
+      derivative += density * w * (1.0 - 2.0 * (1.0 - share));
+      variance += density * w * w * half;
+    }
+    weight /= mass;
+    derivative /= mass;
+    variance /= mass;
   }
-  return result;
-}
-
-/** S [I | -xy] / depth, 2x3: takes p_C to the residual. */
-Matrix23 rows(const ReprojectionMeasurement& m, double depth) {
-  Matrix23 P;
-  P.leftCols<2>() = m.sqrt_information / depth;
-  P.col(2) = -(m.sqrt_information * m.xy) / depth;
-  return P;
-}
-
-/** Where two rays of one rig come nearest to each other, in the body frame; false if nowhere. */
-bool meet(const VisualWindow& window, const VisualMeasurement& left, const VisualMeasurement& right,
-          double max_chi2, Vector3d* p_B) {
-  const SE3 T_BC0 = window.T_CB[0].inverse(), T_BC1 = window.T_CB[1].inverse();
-  const Vector3d f0 = T_BC0.R * left.measurement.xy.homogeneous();
-  const Vector3d f1 = T_BC1.R * right.measurement.xy.homogeneous();
-  const Vector3d d = T_BC1.t - T_BC0.t;
-  const double a = f0.squaredNorm(), b = f0.dot(f1), c = f1.squaredNorm();
-  const double determinant = a * c - b * b;
-  if (!(determinant > 1e-12)) return false;
-  const double z0 = (c * f0.dot(d) - b * f1.dot(d)) / determinant;
-  const double z1 = (b * f0.dot(d) - a * f1.dot(d)) / determinant;
-  if (!(z0 > kMinDepth && z1 > kMinDepth && z0 < kMaxDepth)) return false;
-  *p_B = 0.5 * (T_BC0.t + z0 * f0 + T_BC1.t + z1 * f1);
-  double chi2 = 0.0;
-  for (const VisualMeasurement* m : {&left, &right}) {
-    const Vector3d p_C = window.T_CB[static_cast<size_t>(m->camera)] * *p_B;
-    chi2 += (rows(m->measurement, p_C.z()) * p_C).squaredNorm();
-  }
-  return chi2 <= max_chi2;
-}
+};
 
 }  // namespace
 
-StereoPoints stereoPoints(const VisualWindow& window, double max_chi2) {
-  StereoPoints points;
-  points.of_landmark.resize(window.landmark_ids.size());
-  for (size_t i = 0; i + 1 < window.measurements.size(); ++i) {
-    const VisualMeasurement &left = window.measurements[i], &right = window.measurements[i + 1];
-    if (left.landmark != right.landmark || left.keyframe != right.keyframe) continue;
-    Vector3d p_B;
-    if (meet(window, left, right, max_chi2, &p_B))
-      points.of_landmark[static_cast<size_t>(left.landmark)].push_back({left.keyframe, p_B});
-  }
-  return points;
-}
-
-std::vector<SE3> medianPositions(const StereoPoints& points, const std::vector<Matrix3d>& R_VB) {
-  std::vector<std::vector<Vector3d>> steps(R_VB.size());
-  for (const auto& seen : points.of_landmark)
-    for (size_t i = 1; i < seen.size(); ++i) {
-      if (seen[i].keyframe != seen[i - 1].keyframe + 1) continue;
-      const auto k = static_cast<size_t>(seen[i].keyframe);
-      steps[k].emplace_back(R_VB[k - 1] * seen[i - 1].p_B - R_VB[k] * seen[i].p_B);
-    }
-  std::vector<SE3> T_VB{SE3(R_VB[0], Vector3d::Zero())};
-  Vector3d step = Vector3d::Zero();
-  for (size_t k = 1; k < R_VB.size(); ++k) {
-    if (!steps[k].empty()) step = medianOf(steps[k]);  // else as the step before
-    T_VB.emplace_back(R_VB[k], T_VB[k - 1].t + step);
-  }
-  return T_VB;
+TrackInformation::TrackInformation(const VisualWindow& window, double scale)
+    : window_(window), scale_(scale) {
+  const KernelMoments kernel(scale * scale);
+  score_scale_ = kernel.derivative / kernel.variance;
+  fisher_share_ = kernel.derivative / kernel.weight;
 }
 
 void TrackInformation::start(const StereoPoints& points, const std::vector<SE3>& T_VB) {
@@ -123,14 +80,12 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
   Vector3d b = Vector3d::Zero();
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
     const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
-    const SE3& T_CB = window_.T_CB[static_cast<size_t>(m.camera)];
-    const SE3& pose = T_VB[static_cast<size_t>(m.keyframe)];
-    const Vector3d p_B = pose.R.transpose() * (landmarks_[index] - pose.t);
-    const Vector3d p_C = T_CB * p_B;
-    if (p_C.z() < kMinDepth) continue;
-    const Matrix23 P = rows(m.measurement, p_C.z());
-    const Vector2d r = P * p_C;
-    const Matrix23 A = P * T_CB.R * pose.R.transpose();
+    Vector2d r;
+    Matrix23 A;
+    if (!reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                              T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r, nullptr,
+                              &A))
+      continue;
     const double w = weight(r.squaredNorm());
     H.noalias() += w * A.transpose() * A;
     b.noalias() -= w * A.transpose() * r;
@@ -147,11 +102,11 @@ void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
     moveLandmark(l, T_VB);
     for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
       const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
-      const SE3& pose = T_VB[static_cast<size_t>(m.keyframe)];
-      const Vector3d p_C = window_.T_CB[static_cast<size_t>(m.camera)] *
-                           (pose.R.transpose() * (landmarks_[index] - pose.t));
-      r2_[static_cast<size_t>(i)] =
-          p_C.z() < kMinDepth ? 1e12 : (rows(m.measurement, p_C.z()) * p_C).squaredNorm();
+      Vector2d r;
+      const bool seen =
+          reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                               T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r);
+      r2_[static_cast<size_t>(i)] = seen ? r.squaredNorm() : kBehind;
     }
   }
   updateScale();
@@ -174,9 +129,9 @@ void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
   for (int l = 0; l < window_.landmarkCount(); ++l)
     if (valid_[static_cast<size_t>(l)]) eliminate(l, T_VB);
   S_.triangularView<Eigen::StrictlyUpper>() = S_.transpose();
-  const double tempering = scale_ * scale_ / c2_;
-  S_ *= tempering;
-  s_ *= tempering;
+  const double factor = score_scale_ * scale_ * scale_ / c2_;
+  S_ *= factor;
+  s_ *= factor;
 }
 
 void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
@@ -190,22 +145,19 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
   Vector3d b = Vector3d::Zero();
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
     const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
-    const SE3& T_CB = window_.T_CB[static_cast<size_t>(m.camera)];
-    const SE3& pose = T_VB[static_cast<size_t>(m.keyframe)];
-    const Vector3d p_B = pose.R.transpose() * (landmarks_[index] - pose.t);
-    const Vector3d p_C = T_CB * p_B;
-    if (p_C.z() < kMinDepth) continue;
-    const Matrix23 P = rows(m.measurement, p_C.z());
-    const double root = std::sqrt(weight((P * p_C).squaredNorm()));
-    const Vector2d r = root * (P * p_C);
-    const Matrix23 PR = root * P * T_CB.R;
-    const Matrix23 A = PR * pose.R.transpose();
+    Vector2d r;
+    Matrix26 J;
+    Matrix23 A;
+    if (!reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                              T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r, &J, &A))
+      continue;
+    const double root = std::sqrt(weight(r.squaredNorm()));
+    r *= root;
+    J *= root;
+    A *= root;
     H.noalias() += A.transpose() * A;
     b.noalias() -= A.transpose() * r;
     if (m.keyframe == 0) continue;  // the frame V itself
-    Eigen::Matrix<double, 2, 6> J;
-    J.leftCols<3>() = PR * hat(p_B);
-    J.rightCols<3>() = -A;
     if (blocks.empty() || blocks.back().node != m.keyframe - 1)
       blocks.push_back({m.keyframe - 1, Eigen::Matrix<double, 6, 3>::Zero()});
     blocks.back().H_kl.noalias() += J.transpose() * A;

@@ -28,6 +28,7 @@ class OrbSlam3InertialOnly : public Initializer {
     estimate.g_V = step.map.g_V;
     estimate.bias = step.map.bias;
     estimate.landmarks = visual.landmarks;
+    estimate.errors = step.errors;
     InitializationResult result = alignWithGravity(problem, estimate);
     result.timings.push_back({"inertial_only_map", watch.lapMilliseconds()});
     return result;

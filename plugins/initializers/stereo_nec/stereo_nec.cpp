@@ -47,12 +47,13 @@ class StereoNec : public Initializer {
     if (!nec.ok) return nec.refusal;
     const double nec_ms = watch.lapMilliseconds();
 
-    const InertialOnlyStep map = solveInertialOnlyStep(problem, map_, measurement(nec.bias));
+    const InertialOnlyStep map =
+        solveInertialOnlyStep(problem, map_, measurement(nec.bias), nec.bias.covariance);
     if (!map.ok) return map.refusal;
     const double map_ms = watch.lapMilliseconds();
 
-    const TranslationStep step =
-        solveTranslationStep(problem, map.preintegrations, map.map.bias, map.map.g_V, translation_);
+    const TranslationStep step = solveTranslationStep(problem, map.preintegrations, map.map.bias,
+                                                      map.map.g_V, translation_, map.errors);
     if (!step.ok) return step.refusal;
     InitializationResult result = alignWithGravity(problem, step.estimate);
     result.timings = {{"normal_epipolar", nec_ms},

@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
@@ -65,7 +66,8 @@ class VinsAlignment : public Initializer {
     estimate.landmarks = visual.landmarks;
     estimate.bias = problem.priors().mean;
     std::vector<Preintegration> preintegrations = problem.preintegrate(estimate.bias);
-    if (!estimateGyroBias(visual, &preintegrations, &estimate.bias))
+    MatrixXd gyro_bias_response;
+    if (!estimateGyroBias(visual, &preintegrations, &estimate.bias, &gyro_bias_response))
       return InitializationResult::refusal(
           InitializationStatus::kIllConditioned,
           "the rotations of %.0f keyframes do not determine the gyro bias (%.0f)",
@@ -75,6 +77,7 @@ class VinsAlignment : public Initializer {
     if (variant_ == "fusion") {
       seedAsFusion(problem, preintegrations, &estimate);
     } else {
+      estimate.errors = biasErrors(problem, visual, preintegrations, gyro_bias_response);
       InitializationResult refusal = align(problem, visual, preintegrations, &estimate);
       if (!refusal.reason.empty()) return refusal;
     }
@@ -87,9 +90,10 @@ class VinsAlignment : public Initializer {
   /**
    * b_g by least squares on the rotations of neighbouring keyframes, r_k = 2 vec(q) of
    * dR_k^T R_VBk^T R_VBk+1 = J_k db_g; preintegrations are integrated anew at the result.
+   * @param response receives db_g/dr, 3 x 3(N-1)
    */
   bool estimateGyroBias(const VisualSolution& visual, std::vector<Preintegration>* preintegrations,
-                        ImuBias* bias) const {
+                        ImuBias* bias, MatrixXd* response) const {
     const Index rows = 3 * static_cast<Index>(preintegrations->size());
     const MatrixXd whitening = rotationWhitening(visual, *preintegrations);
     for (int pass = 0; pass < gyro_passes_; ++pass) {
@@ -109,6 +113,8 @@ class VinsAlignment : public Initializer {
       }
       const Eigen::LDLT<Matrix3d> factor(J.transpose() * J);
       const Vector3d step = factor.solve(J.transpose() * r);
+      *response = factor.solve(J.transpose());
+      if (whitening.size() > 0) *response *= whitening;
       if (!factor.isPositive() || !step.allFinite()) return false;
       bias->gyro += step;
       for (Preintegration& p : *preintegrations) p = p.reintegrated(*bias);
@@ -119,6 +125,36 @@ class VinsAlignment : public Initializer {
     return true;
   }
 
+  /** dr_k/d(poses) of all pairs, r_k near zero: 3(N-1) x 6(N-1). */
+  static MatrixXd rotationByPoses(const VisualSolution& visual) {
+    const Index n = static_cast<Index>(visual.T_VB.size()) - 1;
+    MatrixXd J = MatrixXd::Zero(3 * n, 6 * n);
+    for (Index k = 0; k < n; ++k) {
+      J.block<3, 3>(3 * k, 6 * k).setIdentity();
+      if (k > 0)
+        J.block<3, 3>(3 * k, 6 * (k - 1)) = -visual.T_VB[static_cast<size_t>(k) + 1].R.transpose() *
+                                            visual.T_VB[static_cast<size_t>(k)].R;
+    }
+    return J;
+  }
+
+  /** Errors of b_g, and of b_a, which stays at its prior's mean; those of gravity and velocities
+   * are left to the alignment. None if stereo odometry has no covariance. */
+  static std::optional<StateErrors> biasErrors(const InitializationProblem& problem,
+                                               const VisualSolution& visual,
+                                               const std::vector<Preintegration>& preintegrations,
+                                               const MatrixXd& gyro_bias_response) {
+    const Index n = static_cast<Index>(preintegrations.size());
+    if (visual.covariance.rows() != 6 * n) return {};
+    StateErrors errors{ErrorSources(problem, preintegrations), {}};
+    MatrixXd rotations = rotationByPoses(visual) * errors.sources.poses();
+    const MatrixXd imu = errors.sources.imu();
+    for (Index k = 0; k < n; ++k) rotations.middleRows<3>(3 * k) -= imu.middleRows<3>(9 * k);
+    errors.map = errors.sources.priorMean();
+    errors.map.topRows<3>() = gyro_bias_response * rotations;
+    return errors;
+  }
+
   /** W with W^T W the inverse covariance of all r_k; empty if the rows count alike. */
   MatrixXd rotationWhitening(const VisualSolution& visual,
                              const std::vector<Preintegration>& preintegrations) const {
@@ -126,14 +162,7 @@ class VinsAlignment : public Initializer {
     if (weights_ == "none") return {};
     MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
     if (weights_ == "imu_and_vision" && visual.covariance.rows() == 6 * n) {
-      MatrixXd J = MatrixXd::Zero(3 * n, 6 * n);  // r_k near zero against the poses' errors
-      for (Index k = 0; k < n; ++k) {
-        J.block<3, 3>(3 * k, 6 * k).setIdentity();
-        if (k > 0)
-          J.block<3, 3>(3 * k, 6 * (k - 1)) =
-              -visual.T_VB[static_cast<size_t>(k) + 1].R.transpose() *
-              visual.T_VB[static_cast<size_t>(k)].R;
-      }
+      const MatrixXd J = rotationByPoses(visual);
       covariance = J * visual.covariance * J.transpose();
     }
     for (Index k = 0; k < n; ++k)
@@ -169,6 +198,10 @@ class VinsAlignment : public Initializer {
           deviation, max_gravity_deviation_);
     estimate->v_VB = alignment.v_VB;
     estimate->g_V = alignment.g_V;
+    if (estimate->errors &&
+        !alignErrors(visual.T_VB, preintegrations, estimate->bias, options, alignment.g_V,
+                     estimate->errors->sources.poses(), &*estimate->errors))
+      estimate->errors.reset();
     return {};
   }
 

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <random>
 #include <string>
 
 #include "etalon/testing/initializer_checks.h"
@@ -94,6 +97,96 @@ TEST(JointClosedForm, IsAccurateOnNoisyDataWithOutliers) {
       EXPECT_LT(o.errors.gyro_bias_rps, 3e-3);
       EXPECT_LT(o.errors.gravity_deg, 1.5);
     }
+}
+
+/** A window whose biases are drawn from the priors, with the data sheet's white noise. */
+SyntheticWindowOptions drawn(Motion motion, unsigned seed, double sigma_px) {
+  SyntheticWindowOptions options;
+  options.motion = motion;
+  options.seed = seed;
+  options.frames_per_keyframe = 1;
+  options.landmarks = 120;
+  options.sigma_px = options.assumed_sigma_px = sigma_px;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  std::mt19937 rng(seed + 1000);
+  std::normal_distribution<double> normal;
+  for (int axis = 0; axis < 3; ++axis) {
+    options.bias.gyro[axis] = options.priors.sigma_gyro_rps * normal(rng);
+    options.bias.accel[axis] = options.priors.sigma_accel_mps2 * normal(rng);
+  }
+  return options;
+}
+
+SyntheticWindow withoutBiasWalk(const SyntheticWindowOptions& options) {
+  SyntheticWindow window = testing::makeSyntheticWindow(options);
+  ImuNoiseDensities& noise = window.calibration.imu.noise;
+  noise.gyro_random_walk *= 1e-3;
+  noise.accel_random_walk *= 1e-3;
+  return window;
+}
+
+/** Errors in variables would make velocity and scale wrong by the square of the noise. */
+TEST(JointClosedForm, ErrsInProportionToThePixelNoise) {
+  for (const double sigma_px : {0.5, 1.0}) {
+    double sum = 0.0;
+    constexpr int kWindows = 10;
+    for (unsigned seed = 1; seed <= kWindows; ++seed) {
+      const Outcome o = runOn(drawn(Motion::kGentle, seed, sigma_px), *load());
+      ASSERT_TRUE(o.result.ok()) << o.result.reason;
+      sum += o.errors.velocity_mps / kWindows;
+    }
+    // With the derivative at the measured direction: 0.0071 and 0.0248.
+    EXPECT_LT(sum, 0.006 * sigma_px + 0.001);
+  }
+}
+
+TEST(JointClosedForm, ErrsAsItsCovarianceSays) {
+  for (const double sigma_px : {0.1, 0.5}) {
+    double sum = 0.0;
+    constexpr int kWindows = 40;
+    for (unsigned seed = 1; seed <= kWindows; ++seed) {
+      const SyntheticWindowOptions options = drawn(Motion::kAggressive, seed, sigma_px);
+      const Outcome o = runOn(withoutBiasWalk(options), options, *load());
+      ASSERT_TRUE(o.result.ok()) << o.result.reason;
+      const Eigen::VectorXd e = testing::estimationError(o.result, o.window);
+      sum += e.dot(o.result.covariance.llt().solve(e)) / (11.0 * kWindows);
+    }
+    // Three standard deviations of 440 degrees of freedom, and 0.05 for what is not Gaussian.
+    EXPECT_NEAR(sum, 1.0, 3.0 * std::sqrt(2.0 / 440.0) + 0.05) << sigma_px << " px";
+  }
+}
+
+TEST(JointClosedForm, ClaimsNoCovarianceInTheFormsPublished) {
+  for (const char* ini : {"imu_noise = no", "accel_bias = prior"}) {
+    const Outcome o = runOn(drawn(Motion::kGentle, 1, 0.5), *load(ini));
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    EXPECT_EQ(o.result.covariance.size(), 0);
+  }
+}
+
+/** At rest b_a and tilt are one unknown; their sum and the vertical b_a are known. */
+TEST(JointClosedForm, AcceptsEveryStandstillAndSaysThatTiltIsTheAccelerometerBias) {
+  double sum = 0.0;
+  constexpr int kWindows = 40;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const SyntheticWindowOptions options =
+        drawn(Motion::kStandstill, seed, seed % 2 == 0 ? 0.05 : 0.5);
+    const Outcome o = runOn(withoutBiasWalk(options), options, *load());
+    ASSERT_TRUE(o.result.ok()) << "seed " << seed << ": " << o.result.reason;
+    const Eigen::Vector2d tilt = testing::estimationError(o.result, o.window).segment<2>(6);
+    const Eigen::MatrixXd& P = o.result.covariance;
+    ASSERT_EQ(P.rows(), 11);
+    const Eigen::Matrix2d P_tilt = P.block<2, 2>(6, 6);
+    sum += tilt.dot(P_tilt.llt().solve(tilt)) / (2.0 * kWindows);
+    const double prior = options.priors.sigma_accel_mps2 / 9.81;
+    for (int axis = 0; axis < 2; ++axis)
+      EXPECT_NEAR(std::sqrt(P_tilt(axis, axis)), prior, 0.02 * prior);
+    // With b_a given the tilt is known 20 times better.
+    const Eigen::Matrix2d given =
+        P_tilt - P.block<2, 3>(6, 3) * P.block<3, 3>(3, 3).llt().solve(P.block<3, 2>(3, 6));
+    EXPECT_LT(std::sqrt(given.trace()), 0.05 * std::sqrt(P_tilt.trace()));
+  }
+  EXPECT_NEAR(sum, 1.0, 3.29 * std::sqrt(2.0 / (2.0 * kWindows)));
 }
 
 TEST(JointClosedForm, LeavesOutLandmarksThatTheRightCameraNeverSees) {

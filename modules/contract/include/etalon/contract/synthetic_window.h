@@ -22,6 +22,8 @@ struct SyntheticWindowOptions {
   int frames_per_keyframe = 5;
   double imu_rate_hz = 200.0;
   int landmarks = 250;  ///< seen per frame, about
+  /** Of all landmarks from the middle of the path, m; zero: the walls of a room, 3 m away. */
+  double landmark_distance_m = 0.0;
   ImuBias bias;         ///< added to the measurements
   /** Noise; zero means none. The IMU's are factors on the calibration's densities. */
   double sigma_px = 0.0;
@@ -73,14 +75,7 @@ struct WindowErrors {
 WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& bias,
                       const SyntheticWindow& window);
 
-/**
- * Estimate less truth in the order of InitializationResult::covariance: b_g (rad/s), b_a (m/s^2),
- * tilt (rad), v_WB of the last keyframe (m/s).
- *
- * The yaw of the world is nobody's to know: the true world is turned about its z until the first
- * keyframe's attitudes differ by a horizontal rotation alone, R_WB0 = Exp((tilt_x, tilt_y, 0))
- * R_WB0_true; velocities are compared in that world.
- */
+/** Estimate less the window's truth, see estimationError() in the initialization module. */
 Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
                                              const SyntheticWindow& window);
 

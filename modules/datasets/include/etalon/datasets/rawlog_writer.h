@@ -30,7 +30,7 @@ class RawlogWriter {
 
  private:
   struct Impl;
-  std::string path_, temporary_path_;
+  std::string path_;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "etalon/core/child_process.h"
 #include "etalon/evaluation/benchmark_record.h"
 #include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/odometry/run_configuration.h"
@@ -27,12 +28,17 @@ struct BenchmarkOptions {
   std::string out;                   ///< the benchmark's folder (benchmark_store.h)
   std::string tracks;                ///< folder of the cached tracks; empty: `out`/tracks
   BenchmarkProtocol protocol;
-  int jobs = 1;                        ///< threads
+  int jobs = 1;  ///< threads of the front end, processes of the slots
+  /** Processor time that an initializer and the VI-BA may use for a slot, s. */
+  double time_limit_s = kDefaultTimeLimitS;
   int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
   double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
   bool overwrite = false;              ///< begin anew: discard the slots in `out`
   std::map<std::string, std::string> versions;
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
+  /** Called with a sentence as soon as an initializer has crashed or used up its time; may be
+   * empty. */
+  std::function<void(const std::string&)> warn;
   /** Becomes true when the benchmark shall stop; may be null. */
   const std::atomic<bool>* stop = nullptr;
 };
@@ -51,9 +57,11 @@ struct BenchmarkOutcome {
 /**
  * The exhaustive initialization test: every slot of every recording, for every window and
  * initializer, is an independent, deterministic problem; the front end runs once a recording. Every
- * finished slot is on disk at once; the same call resumes. The results do not depend on `jobs`, on
- * interruptions or shards (run times apart). A recording that cannot be used has its `error` set in
- * the record, and the others go on.
+ * finished slot is on disk at once; the same call resumes. Slots are tried in child processes (a
+ * fork: call it while the process has one thread): an initializer that crashes, ends the process or
+ * uses up its time loses the slot, which is recorded as kStatusCrashed or kStatusTimeLimit, and the
+ * next one is tried. The results do not depend on `jobs`, on interruptions or shards (run times
+ * apart). A recording that cannot be used has its `error` set in the record, and the others go on.
  *
  * @throws ConfigError if `out` holds a benchmark of other code, configuration, data or protocol, or
  *         two recordings have the same name; DataError if results cannot be written

@@ -33,6 +33,19 @@ BenchmarkRecord combineBenchmarks(
 BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
                                    const std::vector<std::string>& names);
 
+constexpr int kSuccessDecimals = 1;  ///< of a rate in percent, where it is printed
+
+/** With fewer recordings the interval is too narrow where recordings differ (docs/evaluation.md);
+ * nor would the same sign in all of them be significant (see kMinPairs). */
+constexpr int kMinRecordings = 6;
+
+/** The part that one recording has in a comparison. */
+struct RecordingDifference {
+  std::string sequence;
+  int pairs = 0;
+  double difference = SegmentErrors::kNone;  ///< of a - b: of the rates, or median of the errors
+};
+
 /** Two initializers on the slots that both have: same sequence, window and first keyframe. */
 struct PairedComparison {
   std::string a, b;
@@ -46,18 +59,24 @@ struct PairedComparison {
   double value_a = SegmentErrors::kNone, value_b = SegmentErrors::kNone;
   /** Of a - b: difference of the rates; median of the differences of the errors. */
   BootstrapInterval interval;
+  int apart = 0;  ///< pairs whose windows do not overlap, as many as there are at least
+  std::vector<RecordingDifference> by_recording;  ///< those with a pair, in the record's order
 
   /** Smaller differences are of no use to anyone, however sure they are. Errors: kRelevantShare of
    * the smaller median, but at least the last digit that the tables print. Success: that digit. */
   double smallestRelevantDifference() const;
   /** "<a> is better", "<b> is better", "no relevant difference" (significant, but too small), "no
-   * significant difference" or "too few pairs". */
+   * significant difference" or "too few pairs" (kMinPairs, of those whose windows
+   * do not overlap); with ", this recording alone" where a difference
+   * was found and there is one recording. */
   std::string verdict() const;
 };
 
 /**
  * Every figure of two initializers, for every window and stage. An error enters where both give a
  * value; a refusal enters into the success of all slots that can be judged (judgedSuccess()).
+ * Recordings are the clusters of the bootstrap; the slots of one whose windows overlap are its
+ * blocks.
  * @param figures kSuccessRate or keys of segmentMetrics(), others are refused with ConfigError
  */
 std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,

@@ -2,7 +2,6 @@
 
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -45,6 +44,12 @@ void discardBenchmark(const std::string& folder);
 /** What tells a slot's line from all others: sequence, window, segment, initializer. */
 std::string slotKey(const SlotRecord& slot);
 
+/** A slot as its line in slots/, without the line's end. Numbers read back bit for bit (rotations,
+ * stored as quaternions, to rounding). */
+std::string slotToText(const SlotRecord& slot);
+/** @throws DataError if it is none */
+SlotRecord slotFromText(const std::string& text);
+
 /** Puts the slots into the order of BenchmarkRecord::slots; drops those that the head does not
  * list. */
 void sortSlots(BenchmarkRecord* record);
@@ -54,7 +59,7 @@ std::vector<std::string> missingSlots(const BenchmarkRecord& record);
 
 /**
  * Finished slots on disk: appended line by line as they come, so that an interrupted benchmark
- * loses nothing. append() may be called from several threads.
+ * loses nothing.
  */
 class SlotStore {
  public:
@@ -66,12 +71,13 @@ class SlotStore {
 
   /** @throws DataError if it cannot be written */
   void append(const SlotRecord& slot);
+  /** The same with slotToText() of a slot of this sequence. */
+  void append(const std::string& sequence, const std::string& slot_text);
 
  private:
   std::string path(const std::string& sequence) const;
 
   std::string folder_;
-  std::mutex mutex_;
   std::map<std::string, std::ofstream> files_;
 };
 

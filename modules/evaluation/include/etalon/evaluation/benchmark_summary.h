@@ -50,6 +50,8 @@ struct SummaryRow {
 
   /** Over the slots with an estimate, in the order of segmentMetrics(). */
   std::vector<FigureSummary> errors;
+  /** The same in the order of neesMetrics(). */
+  std::vector<FigureSummary> nees;
   FigureSummary runtime_ms;          ///< init: the initializer without step 1; vi_ba: the VI-BA
   FigureSummary visual_odometry_ms;  ///< step 1, where it was asked for
 };

@@ -22,6 +22,9 @@ constexpr const char* kTimingVisualOdometry =
 constexpr const char* kTimingInitialize = "initialize";  ///< the initializer without step 1
 constexpr const char* kTimingViBa = kStageViBa;
 constexpr const char* kStatusSuccess = "success";
+// Of a benchmark's slot, beside those of InitializationStatus:
+constexpr const char* kStatusCrashed = "crashed";  ///< the process died, or an exception got out
+constexpr const char* kStatusTimeLimit = "time_limit";  ///< it was ended after its processor time
 
 /** What one stage of an attempt estimated. */
 struct StageRecord {

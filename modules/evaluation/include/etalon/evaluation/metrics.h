@@ -39,6 +39,12 @@ struct SegmentErrors {
   double ate_yaw_m = kNone;        ///< as ate_m, but aligned in yaw and position only, m
   /** As gravity_deg, but against gravity as the whole recording's IMU says it is, deg. */
   double gravity_corrected_deg = kNone;
+  /** Squared error over the covariance that the estimate claims, a degree of freedom (setNees()): 1
+   * on average where the claim is right. NaN where none is made. */
+  double tilt_nees = kNone;        ///< of the first keyframe, 2 degrees of freedom
+  double velocity_nees = kNone;    ///< of the last keyframe, 3
+  double gyro_bias_nees = kNone;   ///< 3
+  double accel_bias_nees = kNone;  ///< 3
 
   /** Gravity < 2 deg and velocity < 0.1 m/s; nothing where one of them is not known. */
   std::optional<bool> success() const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -12,11 +13,18 @@ struct BootstrapOptions {
   std::uint64_t seed = 1;
 };
 
+/** Values of the same thing for both, pair by pair, of one recording in the order of time. */
+struct PairedCluster {
+  std::vector<double> a, b;
+  size_t block = 1;  ///< neighbouring pairs that are drawn together: those whose windows overlap
+};
+
 /** A difference and its confidence interval. NaN where there is no pair. */
 struct BootstrapInterval {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   int pairs = 0;
+  int clusters = 0;           ///< those that have a pair
   double difference = kNone;  ///< of the pairs as they are
   double low = kNone, high = kNone;
 
@@ -30,15 +38,21 @@ enum class PairedStatistic {
 };
 
 /**
- * Percentile bootstrap over pairs (Efron and Tibshirani, An Introduction to the Bootstrap, 1993,
- * chapter 13): pairs are drawn with replacement, as many as there are; the interval is between the
- * quantiles (see quantileOf()) at (1 - confidence) / 2 and its complement of the statistic over all
- * resamples. Draws are mt19937_64(seed) modulo the number of pairs, one after the other: the same
- * on every platform.
- * @param a,b values of the same thing for both, pair by pair
- * @throws ConfigError if the sizes differ, a value is not finite or an option cannot be
+ * Percentile bootstrap of clusters (Davison and Hinkley, Bootstrap Methods and their Application,
+ * 1997, section 3.8): what the pairs of one recording have in common is drawn as often as there are
+ * recordings, not as often as there are pairs. A resample draws clusters with replacement, as many
+ * as there are, and for each of them its pairs with replacement, as many as it has, in blocks of
+ * neighbours that go on at the beginning where the pairs end (the circular block bootstrap of
+ * Politis and Romano, 1992). The interval is between the quantiles (see quantileOf()) at (1 -
+ * confidence) / 2 and its complement of the statistic over all pairs of a resample. Draws are
+ * mt19937_64(seed) modulo the number of choices, one after the other: the same on every platform.
+ *
+ * With one cluster the interval is of that one alone. With two to five it is too narrow where
+ * clusters differ: they show too little of how much.
+ * @throws ConfigError if sizes differ, a block is empty, a value is not finite or an option cannot
+ *         be
  */
-BootstrapInterval pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b,
+BootstrapInterval pairedBootstrap(const std::vector<PairedCluster>& clusters,
                                   PairedStatistic statistic, const BootstrapOptions& options = {});
 
 }  // namespace etalon

@@ -34,7 +34,7 @@ struct RunLog {
  *  - CObservationRobotPose "<initializer>/init" and "<initializer>/vi_ba": the keyframes of the
  *    accepted attempt, else of the last one that has states; "<initializer>/odometry"; and
  *    "ground_truth", inside the run's time. A pose's covariance is zero: not known.
- * Stamps are cut to MRPT's tick of 100 ns.
+ * The observations' stamps are cut to MRPT's tick of 100 ns; those in the record are not.
  * @throws DataError if the log cannot be written
  */
 void writeRunLog(const std::string& path, const RunLog& log);

@@ -27,7 +27,8 @@ RunRecord makeRunRecord(const FinishedRun& run);
 
 /**
  * Writes trajectory.tum, initialization.json, run.rawlog, trajectory.png, report.html and
- * config.ini into `folder`, which is made if need be.
+ * config.ini into `folder`, which is made if need be. They
+ * take their places together, when all of them are whole.
  * @return their paths, in this order
  * @throws DataError naming the file that cannot be written
  */

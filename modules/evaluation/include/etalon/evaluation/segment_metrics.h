@@ -23,6 +23,9 @@ struct SegmentMetric {
 /** All of them, in the order of the files. */
 std::vector<SegmentMetric> segmentMetrics();
 
+/** The errors over what the estimate claims (setNees()), in the order of the files. */
+std::vector<SegmentMetric> neesMetrics();
+
 /** @throws ConfigError naming those that exist, if there is none of this key. */
 SegmentMetric segmentMetric(const std::string& key);
 

@@ -14,7 +14,7 @@
 namespace etalon {
 
 /** What the front end makes of a whole recording, and all else that an initialization needs of it.
- * Stamps are cut to MRPT's tick of 100 ns, as in Pipeline. */
+ */
 struct SequenceTracks {
   StereoInertialCalibration calibration;
   GroundTruth ground_truth;

@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "etalon/initialization/initialization_problem.h"
 #include "etalon/initialization/initialization_result.h"
+#include "etalon/initialization/state_errors.h"
 
 namespace etalon {
 
@@ -17,11 +19,13 @@ struct VisualFrameEstimate {
   Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_V
   ImuBias bias;
+  std::optional<StateErrors> errors;  ///< for the covariance
 };
 
 /**
  * The estimate in the gravity-aligned world: R_WV is the rotation of least angle that takes g_V to
- * -z; the first keyframe is at the origin. Status is kSuccess.
+ * -z; the first keyframe is at the origin. Status is kSuccess. Where the estimate has its errors,
+ * the result has their covariance.
  */
 InitializationResult alignWithGravity(const InitializationProblem& problem,
                                       const VisualFrameEstimate& estimate);

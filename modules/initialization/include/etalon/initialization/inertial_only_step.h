@@ -6,6 +6,7 @@
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/initialization_problem.h"
 #include "etalon/initialization/initialization_result.h"
+#include "etalon/initialization/state_errors.h"
 #include "etalon/optimization/inertial_only_map.h"
 
 namespace etalon {
@@ -26,6 +27,7 @@ struct InertialOnlyStepOptions {
 struct InertialOnlyStep {
   InertialOnlyResult map;
   std::vector<Preintegration> preintegrations;
+  std::optional<StateErrors> errors;  ///< none where step 1 has no covariance
   bool ok = false;
   InitializationResult refusal;  ///< if not ok
 };
@@ -35,9 +37,11 @@ struct InertialOnlyStep {
  * IMU is re-integrated at the biases found and the MAP solved again until they stand still (at most
  * `reintegrations` times).
  * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
+ * @param gyro_bias_covariance its own, for the errors, whatever information the MAP gives it
  */
-InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
-                                       const InertialOnlyStepOptions& options,
-                                       const std::optional<GyroBiasMeasurement>& gyro_bias = {});
+InertialOnlyStep solveInertialOnlyStep(
+    const InitializationProblem& problem, const InertialOnlyStepOptions& options,
+    const std::optional<GyroBiasMeasurement>& gyro_bias = {},
+    const Eigen::Matrix3d& gyro_bias_covariance = Eigen::Matrix3d::Zero());
 
 }  // namespace etalon

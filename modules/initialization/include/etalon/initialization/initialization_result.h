@@ -61,7 +61,7 @@ struct InitializationResult {
    *   8..10  v_WB of the last keyframe, m/s, in W
    * The yaw of W is free, so the true world is turned about its z until the first keyframe's
    * attitudes differ by a horizontal rotation alone; the velocities are compared in that world
-   * (testing::estimationError() in the contract module).
+   * (estimationError()).
    */
   Eigen::MatrixXd covariance;
   std::vector<StageTiming> timings;  ///< steady clock, the plugin's own work

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,10 +41,12 @@ std::vector<Eigen::Matrix3d> integrateRotations(const Eigen::Matrix3d& R_WB0,
  *
  * @param preintegrations between neighbouring keyframes
  * @param g_V_seed gravity's direction in V, where its refinement starts
+ * @param bias_errors those of `bias`; with them the estimate has its own
  */
 TranslationStep solveTranslationStep(const InitializationProblem& problem,
                                      const std::vector<Preintegration>& preintegrations,
                                      const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
-                                     const TranslationStepOptions& options);
+                                     const TranslationStepOptions& options,
+                                     const std::optional<StateErrors>& bias_errors = {});
 
 }  // namespace etalon

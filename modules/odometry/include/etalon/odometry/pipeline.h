@@ -68,8 +68,7 @@ struct FrameTiming {
 /**
  * The stages tied together: measurements in, trajectory and initialization attempts out. What is
  * wrong with a measurement is recognised at the InputBorder, dropped or repaired, and counted; bad
- * data never throw. All stamps are cut to MRPT's tick of 100 ns on entry, so that a folder and the
- * rawlog made from it are the same input bit for bit.
+ * data never throw. Stamps stay those of the measurements, to the nanosecond.
  *
  * After a jump of the clock, or a gap that long, the trajectory goes on from the last pose, and a
  * window of keyframes starts anew. A frame that repeats an image of the one before while the

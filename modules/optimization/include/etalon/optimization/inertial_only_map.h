@@ -55,4 +55,19 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
                                         const std::vector<Preintegration>& preintegrations,
                                         const InertialOnlyOptions& options = {});
 
+/** How the MAP's solution [b_g, b_a, gravity direction (2), v_0 .. v_N-1] answers to what goes in,
+ * to first order. Empty where the system is singular. */
+struct InertialOnlyResponse {
+  Eigen::MatrixXd by_residuals;        ///< (8 + 3N) x 9(N-1), of the pairs as they are, unwhitened
+  Eigen::MatrixXd residuals_by_poses;  ///< 9(N-1) x 6(N-1), [rotation, position] of keyframes 1..
+  Eigen::MatrixXd by_prior_mean;       ///< (8 + 3N) x 6, b_g and b_a
+  Eigen::MatrixXd by_gyro_bias;        ///< (8 + 3N) x 3, of InertialOnlyOptions::gyro_bias
+};
+
+/** At `result`, which solveInertialOnlyMap() returned for the same arguments. */
+InertialOnlyResponse inertialOnlyResponse(const std::vector<SE3>& T_VB,
+                                          const std::vector<Preintegration>& preintegrations,
+                                          const InertialOnlyOptions& options,
+                                          const InertialOnlyResult& result);
+
 }  // namespace etalon

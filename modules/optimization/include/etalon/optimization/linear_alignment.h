@@ -64,4 +64,18 @@ LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
                                                 const ImuBias& bias, double gravity_mps2,
                                                 const Eigen::Vector3d& g_seed);
 
+/** How the solution [v_0 .. v_N-1, g_V] answers to what goes in, to first order. Empty where it is
+ * not determined. */
+struct LinearAlignmentResponse {
+  Eigen::MatrixXd by_rows;        ///< (3N + 3) x 6(N-1), of (r_p, r_v) of the pairs, unwhitened
+  Eigen::MatrixXd rows_by_poses;  ///< 6(N-1) x 6(N-1), [rotation, position] of keyframes 1..
+};
+
+/** At the solution `g_V` that alignLinearly() returned for the same arguments. */
+LinearAlignmentResponse linearAlignmentResponse(const std::vector<SE3>& T_VB,
+                                                const std::vector<Preintegration>& preintegrations,
+                                                const ImuBias& bias,
+                                                const LinearAlignmentOptions& options,
+                                                const Eigen::Vector3d& g_V);
+
 }  // namespace etalon

@@ -33,8 +33,9 @@ enum class NormalEpipolarStatus {
 struct NormalEpipolarBias {
   NormalEpipolarStatus status = NormalEpipolarStatus::kTooFewMatches;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();  ///< b_g, rad/s
-  /** Of b_g, from Gauss-Newton's information at the noise found, widened because one observation
-   * takes part in many pairs, and from the gyro's white noise. (rad/s)^2 */
+  /** Of b_g: the noise of every pixel (sigma_px, times `noise` where that is above 1) and of the
+   * gyro, followed through all pairs in which it takes part. Too small without parallax (pure
+   * rotation) and where the normals are not weighted by their noise. (rad/s)^2 */
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /** Median over the pairs of the robust standard deviation of a match's residual, in what sigma_px
    * promises: 1 where the model holds. */

@@ -46,4 +46,34 @@ bool reprojectionResidual(const SE3& T_CB, const ReprojectionMeasurement& measur
                           Eigen::Matrix<double, 2, 6>* J_pose = nullptr,
                           Eigen::Matrix<double, 2, 3>* J_landmark = nullptr);
 
+/** No landmark is farther, m: its parallax over a metre is 0.005 px. What is at infinity is
+ * reported as a point at this distance. */
+constexpr double kFarthestLandmark = 1e5;
+
+/**
+ * A landmark as bearing and inverse depth about a point of W that stays where it is,
+ *   p_W = origin + axes (a, b, 1)^T / rho,
+ * in whose parameters (a, b, rho) the residual is nearly linear at any distance; rho = 0 is a
+ * landmark at infinity, which tells of rotations alone (Civera, Davison and Montiel, Inverse Depth
+ * Parametrization for Monocular SLAM, TRO 2008, with a fixed origin).
+ */
+struct InverseDepthLandmark {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();           ///< the third along the bearing
+  Eigen::Vector3d parameters = Eigen::Vector3d(0.0, 0.0, 1.0);  ///< a, b, rho (1/m)
+
+  InverseDepthLandmark() = default;
+  /** The landmark p_W about the origin `about`. */
+  InverseDepthLandmark(const Eigen::Vector3d& p_W, const Eigen::Vector3d& about);
+
+  /** p_W; at kFarthestLandmark if it is farther or rho is negative. */
+  Eigen::Vector3d position() const;
+};
+
+/** The same residual of such a landmark; @param J_landmark d(r)/d(a, b, rho). */
+bool reprojectionResidual(const SE3& T_CB, const ReprojectionMeasurement& measurement,
+                          const SE3& T_WB, const InverseDepthLandmark& landmark, Eigen::Vector2d* r,
+                          Eigen::Matrix<double, 2, 6>* J_pose = nullptr,
+                          Eigen::Matrix<double, 2, 3>* J_landmark = nullptr);
+
 }  // namespace etalon

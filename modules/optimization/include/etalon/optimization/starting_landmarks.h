@@ -20,6 +20,6 @@ StartingLandmarks startingLandmarks(const VisualWindow& window,
 
 /** Triangulates, from the poses T_WB, the landmarks of `window` that have no position yet. */
 void triangulateMissing(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                        double min_parallax_rad, StartingLandmarks* landmarks);
+                        StartingLandmarks* landmarks);
 
 }  // namespace etalon

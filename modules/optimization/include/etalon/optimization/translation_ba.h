@@ -22,6 +22,9 @@ struct TranslationBaResult {
   int fewest_inliers = 0;  ///< of a keyframe's measurements, the first apart
   int iterations = 0;
   double rms_px_over_sigma = 0.0;
+  /** d(positions)/d(rotations) of keyframes 1.., at the pixels that the last round kept:
+   * 3(N-1) x 3(N-1), right perturbation of the rotations, m/rad. */
+  Eigen::MatrixXd position_by_rotation;
 };
 
 /**

@@ -37,20 +37,21 @@ struct VisualInertialBaResult {
   std::string message;  ///< why it failed; empty otherwise
   std::vector<VisualInertialState> states;
   ImuBias bias;
-  std::vector<Eigen::Vector3d> landmarks;
+  std::vector<Eigen::Vector3d> landmarks;  ///< p_W; at kFarthestLandmark those at infinity
   std::vector<char> landmark_valid;
   std::vector<char> inlier;
   int iterations = 0;
   double chi2_inertial = 0.0;  ///< sum of squared whitened inertial residuals
   int dof_inertial = 0;        ///< number of them
   double chi2_visual = 0.0;    ///< over the inliers
-  int dof_visual = 0;          ///< their number less three a landmark
+  int dof_visual = 0;          ///< their number less the landmarks' unknowns
   int inlier_measurements = 0, measurements = 0;
   NoiseCheck noise;  ///< residuals against their expectation; zero without covariance
   /**
    * Covariance of every keyframe's [rotation, position, velocity] and then [b_g, b_a]: (9N+6)
-   * square, gauge (position and yaw of the first keyframe) fixed. Empty if not computed or
-   * singular.
+   * square, gauge (position and yaw of the first keyframe) fixed. Far landmarks count for what they
+   * tell and not for their noise (docs/theory.md, step 4). Empty if not computed or if the data do
+   * not determine the state.
    */
   Eigen::MatrixXd covariance;
 

@@ -15,7 +15,7 @@ namespace etalon {
  */
 struct VisualSolution {
   std::vector<SE3> T_VB;                            ///< one a keyframe; the first is the gauge
-  std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_V, m
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_V, m; at most kFarthestLandmark away
   /**
    * Joint covariance of the poses of keyframes 1.. (the first is fixed): 6(N-1) x 6(N-1), blocks
    * [rotation, position], right perturbation of the rotation (rad), additive position in V (m).

@@ -42,13 +42,19 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
                                int min_keyframes = 2);
 
 /**
- * Linear (DLT with unit rows) then Gauss-Newton triangulation of landmark `l` of `window` from the
- * poses T_WB.
- * @return nothing if the rays do not meet in front of all cameras or are parallel (less than
- * `min_parallax_rad`)
+ * Largest standard deviation of an inverse depth, 1/m, with which a landmark is triangulated. It
+ * follows from the cameras' places and not from what they measured, so that noise cannot select the
+ * near ones: at 0.5 px a stereo pair always is enough, and so are two views three centimetres
+ * apart.
+ */
+constexpr double kMaxSigmaInverseDepth = 0.05;
+
+/**
+ * Triangulates landmark `l` of `window` from the poses T_WB by Gauss-Newton in inverse depth, which
+ * is never negative: rays that meet behind the cameras give a point at kFarthestLandmark.
+ * @return nothing if the cameras' places do not determine the depth, or if it is behind one of them
  */
 std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
-                                           const std::vector<SE3>& T_WB,
-                                           double min_parallax_rad = 1e-3);
+                                           const std::vector<SE3>& T_WB);
 
 }  // namespace etalon

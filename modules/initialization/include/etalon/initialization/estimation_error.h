@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "etalon/imu/imu_sample.h"
+#include "etalon/initialization/initialization_result.h"
+
+namespace etalon {
+
+/** What an estimate is compared with in the order of InitializationResult::covariance. */
+struct WindowTruth {
+  Eigen::Matrix3d R_WB0 = Eigen::Matrix3d::Identity();  ///< attitude at the first keyframe
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();       ///< of the last keyframe, m/s
+  ImuBias bias;
+};
+
+/**
+ * Estimate less truth in the order of InitializationResult::covariance: b_g (rad/s), b_a (m/s^2),
+ * tilt (rad), v_WB of the last keyframe (m/s).
+ *
+ * The yaw of the world is nobody's to know: the true world is turned about its z until the first
+ * keyframe's attitudes differ by a horizontal rotation alone, R_WB0 = Exp((tilt_x, tilt_y, 0))
+ * R_WB0_true; velocities are compared in that world.
+ * @param states one a keyframe, not empty
+ */
+Eigen::Matrix<double, 11, 1> estimationError(const std::vector<KeyframeState>& states,
+                                             const ImuBias& bias, const WindowTruth& truth);
+
+}  // namespace etalon

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <vector>
+
+#include "closed_form_motion.h"
+#include "etalon/core/se3.h"
+#include "etalon/initialization/initialization_problem.h"
+
+namespace etalon::plugins {
+
+/** What is known after a pass, in V, the frame of the first body. */
+struct JointEstimate {
+  ImuBias bias;
+  std::vector<SE3> T_VB;              ///< of every node
+  std::vector<Eigen::Vector3d> v_VB;  ///< of every node, m/s; empty before the first pass
+  Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
+  double sigma_gravity = 0.0;  ///< of its weakest direction, rad
+};
+
+/**
+ * The linear system of one pass. The unknowns x = [v_0, b_g, b_a, g], changes of the biases, and
+ * the tracks' information S, s on the poses y = J x + c + n, n the IMU's noise of covariance Sigma,
+ * are joined by
+ *   (y - S^-1 s)^T (S^-1 + Sigma)^-1 (y - S^-1 s)  at n = 0,   then n is what is most likely.
+ */
+class JointSystem {
+ public:
+  /**
+   * @param estimate where the tracks' information was taken
+   * @param imu_noise false: Sigma = 0, the IMU counts as exact
+   * @param estimate_accel_bias false: b_a is the mean of its prior
+   */
+  JointSystem(const InitializationProblem& problem, const ClosedFormMotion& motion,
+              const Eigen::MatrixXd& S, const Eigen::VectorXd& s, const JointEstimate& estimate,
+              bool imu_noise, bool estimate_accel_bias);
+
+  /** Solves with |g| fixed and takes `estimate` there. @return false if the system is singular */
+  bool solve(JointEstimate* estimate) const;
+
+  /**
+   * Covariance of the error, in the order and the world of InitializationResult::covariance, at
+   * `estimate`. For S that is the tracks' Fisher information, not a robust approximation of it.
+   * @return empty if the system is singular
+   */
+  Eigen::MatrixXd covariance(const JointEstimate& estimate) const;
+
+ private:
+  double gravity_mps2_;
+  bool imu_noise_;
+  Eigen::MatrixXd S_;
+  Eigen::VectorXd s_;
+  Eigen::MatrixXd J9_;  ///< of every node's [rotation, position, velocity]
+  Eigen::VectorXd c9_;
+  Eigen::MatrixXd noise_y_;     ///< covariance of the poses' noise and all nodes', 6n x 9n
+  Eigen::MatrixXd last_noise_;  ///< of the last node's velocity, 3 x 3
+  Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
+  Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
+  Eigen::MatrixXd H_;                               ///< information on x, priors included
+  Eigen::VectorXd b_;
+};
+
+}  // namespace etalon::plugins

@@ -1,0 +1,95 @@
+// A plugin that crashes, exits or does not come back loses its own slot or attempt and nothing
+// else, and the user is told which.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+
+#include "chain_files.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kTracks = ETALON_RENDERED "/tracks";
+
+struct Misdeed {
+  const char* how;     ///< [misbehaves] how
+  const char* status;  ///< of the slot
+  const char* words;   ///< what is said of it
+};
+constexpr Misdeed kMisdeeds[] = {
+    {"segfault", "crashed", "crashed with signal 11 (Segmentation fault)"},
+    {"abort", "crashed", "crashed with signal 6 (Aborted)"},
+    {"exit", "crashed", "ended the process with exit code 0"},
+    {"loop", "time_limit", "used more than 1 s of processor time"},
+    {"wait", "time_limit", "waited for 1 s without using the processor"}};
+
+class MisbehavingPlugin : public ::testing::TestWithParam<Misdeed> {
+ protected:
+  std::string out(const std::string& name) const { return folder_.path() + "/" + name; }
+
+  /** Slots 2 and 3 of the flight, which begin 1.1 and 1.6 s after 1400000000 s, are misbehaved at.
+   */
+  CommandResult bench(const std::string& name, const std::string& how,
+                      const std::string& jobs) const {
+    return runEtalon({"bench",          kFlight,
+                      "--plugin-path",  ETALON_MISBEHAVES,
+                      "--initializers", "static,misbehaves,eta",
+                      "--every",        "0.5",
+                      "--keyframes",    "4",
+                      "--tracks",       kTracks,
+                      "--jobs",         jobs,
+                      "--time-limit",   "1",
+                      "--set",          "misbehaves.how=" + how,
+                      "--set",          "misbehaves.begin_s=1400000001",
+                      "--set",          "misbehaves.end_s=1400000001.7",
+                      "--out",          out(name)});
+  }
+
+  TemporaryFolder folder_;
+};
+INSTANTIATE_TEST_SUITE_P(All, MisbehavingPlugin, ::testing::ValuesIn(kMisdeeds),
+                         [](const auto& misdeed) { return std::string(misdeed.param.how); });
+
+/** The rows of segments.csv that hold `text`, without their times. */
+std::vector<std::string> rowsWith(const std::string& csv, const std::string& text) {
+  std::istringstream lines(csv);
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(lines, line);)
+    if (line.find(text) != std::string::npos) rows.push_back(line.substr(0, line.rfind(',')));
+  return rows;
+}
+
+TEST_P(MisbehavingPlugin, LosesItsSlotsInABenchmarkAndNothingElse) {
+  const Misdeed& misdeed = GetParam();
+  const CommandResult result = bench("bad", misdeed.how, "2");
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  for (const char* slot : {"2", "3"})
+    EXPECT_THAT(result.err, HasSubstr(std::string("flight, 4 keyframes at 4 Hz, slot ") + slot +
+                                      ", misbehaves: " + misdeed.words));
+  const std::string csv = readText(out("bad") + "/segments.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 7 * 3 * 2);
+  EXPECT_EQ(rowsWith(csv, std::string(",") + misdeed.status + ",").size(), 2u * 2u);
+  EXPECT_EQ(rowsWith(csv, ",misbehaves,vi_ba,too_little_motion,polite").size(), 5u);
+
+  const CommandResult good = bench("good", "escape", "1");
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  const std::string same = readText(out("good") + "/segments.csv");
+  for (const char* other : {",eta,", ",static,"})
+    EXPECT_EQ(rowsWith(csv, other), rowsWith(same, other));
+
+  // What was lost stays lost: the same would happen again.
+  const CommandResult again = bench("bad", misdeed.how, "1");
+  EXPECT_EQ(again.exit_code, 4);
+  EXPECT_THAT(again.err, AllOf(HasSubstr("21 results (21 were there already)"),
+                               HasSubstr("misbehaves: 2 results")));
+}
+
+}  // namespace
+}  // namespace etalon::testing
