@@ -131,7 +131,7 @@ bool InputBorder::plausible(const ImuSample& sample) {
   return false;
 }
 
-void InputBorder::add(ImuSample sample) {
+void InputBorder::add(const ImuSample& sample) {
   if (!plausible(sample)) return;
   order(sample, &imu_,
         {kMrptTickNs, InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp,

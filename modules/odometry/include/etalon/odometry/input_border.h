@@ -87,7 +87,7 @@ class InputBorder {
 
   InputBorder(const StereoInertialCalibration& calibration, const InputOptions& options);
 
-  void add(ImuSample sample);
+  void add(const ImuSample& sample);
   void add(StereoFrame frame);
   /** Lets pass what still waits: there is nothing more to come. */
   void finish();
