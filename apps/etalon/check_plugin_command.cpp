@@ -98,7 +98,7 @@ const char* verdictColumn(ContractCheck::Verdict verdict) {
     case ContractCheck::Verdict::kRefused:
       return "refused";
     case ContractCheck::Verdict::kNotApplicable:
-      return "n/a    ";
+      return "none   ";
     default:
       return "FAILED ";
   }
@@ -112,10 +112,10 @@ void printCheck(const ContractCheck& check) {
 
 void printSummary(const Subject& subject, const ContractReport& report) {
   using Verdict = ContractCheck::Verdict;
-  std::printf("\n%s %s: %d passed, %d refused as it may, %d not applicable, %d failed",
-              subject.info.name.c_str(), subject.info.version.c_str(),
-              report.count(Verdict::kPassed), report.count(Verdict::kRefused),
-              report.count(Verdict::kNotApplicable), report.count(Verdict::kFailed));
+  std::printf("\n%s %s: %d passed, %d refused as it may, %d failed", subject.info.name.c_str(),
+              subject.info.version.c_str(), report.count(Verdict::kPassed),
+              report.count(Verdict::kRefused), report.count(Verdict::kFailed));
+  if (report.count(Verdict::kNotApplicable) > 0) std::printf("; gives no covariance");
   if (report.milliseconds_per_call > 0.0)
     std::printf("; %.3g ms a call", report.milliseconds_per_call);
   std::printf("\n");
@@ -192,8 +192,10 @@ void addSuiteOptions(CLI::App* command, Arguments* arguments) {
   command
       ->add_option("--allow-nees", o->allowed_nees_factor,
                    "Let the covariance pass if it is off by no more than this factor (average NEES "
-                   "against its expectation); the plugin's README should say why")
+                   "against its expectation, as a whole and of each block), besides what so few "
+                   "windows scatter; the plugin's README should say why it needs more")
       ->check(CLI::Range(1.0, 1e9))
+      ->capture_default_str()
       ->type_name("FACTOR");
   command->add_option("--windows", o->monte_carlo_windows, "Windows of the Monte Carlo")
       ->check(CLI::Range(10, 100000))

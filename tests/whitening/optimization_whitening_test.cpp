@@ -4,6 +4,9 @@
 #include <Eigen/LU>
 #include <random>
 
+#include "etalon/initialization/gravity_alignment.h"
+#include "etalon/initialization/inertial_only_step.h"
+#include "etalon/initialization/translation_step.h"
 #include "etalon/odometry/stereo_odometry.h"
 #include "etalon/optimization/gravity_sphere.h"
 #include "etalon/optimization/inertial_only_map.h"
@@ -292,6 +295,51 @@ TEST(Whitening, NormalEpipolarBiasErrsAsItsCovarianceSays) {
     EXPECT_NEAR(noise, 1.0, 0.1);
     expectConsistent(errors);
   }
+}
+
+/** Noise and biases as the problem believes them; the plugins' MAP believes in exact poses and b_a
+ * = 0 all the same. Errors b_g, b_a, tilt, velocity. */
+TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
+  std::mt19937 random(8);
+  ChiSquare map, translations[2], gyro_bias;
+  for (int run = 0; run < 40; ++run) {
+    SyntheticWindowOptions options = withTracks(run, 0.5, 80);
+    options.motion = Motion::kGentle;
+    options.keyframes = 8;
+    options.bias = {0.1 * drawn(3, &random), 0.1 * drawn(3, &random)};
+    SyntheticWindow window = makeSyntheticWindow(options);
+    window.calibration.imu.noise.gyro_random_walk *= 1e-3;
+    window.calibration.imu.noise.accel_random_walk *= 1e-3;
+    const InitializationProblem problem = makeProblem(window, options);
+    const InertialOnlyStep step = solveInertialOnlyStep(problem, {});
+    ASSERT_TRUE(step.ok && step.errors) << step.refusal.reason;
+    VisualFrameEstimate estimate{
+        problem.visualSolution().T_VB, step.map.v_VB, step.map.g_V, {}, step.map.bias, step.errors};
+    const auto add = [&](const VisualFrameEstimate& x, ChiSquare* whole) {
+      const InitializationResult result = alignWithGravity(problem, x);
+      const VectorXd e = estimationError(result, window);
+      ASSERT_EQ(result.covariance.rows(), e.size());
+      whole->add(e.dot(result.covariance.ldlt().solve(e)), static_cast<double>(e.size()));
+      const Eigen::Matrix3d P = result.covariance.topLeftCorner<3, 3>();
+      gyro_bias.add(e.head<3>().dot(P.ldlt().solve(e.head<3>())), 3.0);
+    };
+    add(estimate, &map);
+    for (const bool free : {false, true}) {
+      TranslationStepOptions translation;
+      translation.landmarks = free ? "free" : "fixed";
+      const TranslationStep moved = solveTranslationStep(
+          problem, step.preintegrations, step.map.bias, step.map.g_V, translation, step.errors);
+      ASSERT_TRUE(moved.ok && moved.estimate.errors);
+      add(moved.estimate, &translations[free]);
+    }
+  }
+  expectConsistent(map);
+  expectConsistent(translations[0]);
+  expectConsistent(translations[1]);
+  // One b_g for all three: a third of the degrees of freedom.
+  gyro_bias.sum /= 3.0;
+  gyro_bias.dof /= 3.0;
+  expectConsistent(gyro_bias);
 }
 
 }  // namespace

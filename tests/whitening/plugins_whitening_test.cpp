@@ -5,8 +5,8 @@
 
 #include "drt/imu_alignment.h"
 #include "etalon/optimization/preintegration_residual.h"
+#include "etalon/optimization/track_information.h"
 #include "joint_closed_form/closed_form_motion.h"
-#include "joint_closed_form/track_information.h"
 #include "noisy_window.h"
 #include "statistics.h"
 
@@ -161,9 +161,9 @@ TEST(TrackInformation, PosesErrAsTheInformationSays) {
     options.keyframes = 5;
     const NoisyWindow w(options);
     const VisualWindow window = w.visual(sigma_px);
-    plugins::TrackInformation tracks(window, 1e3);  // so wide that every weight is one
+    TrackInformation tracks(window, 1e3);  // so wide that every weight is one
     std::vector<SE3> T_VB = w.T_VB;
-    tracks.start(plugins::stereoPoints(window, 1e9), T_VB);
+    tracks.start(stereoPoints(window, 1e9), T_VB);
     for (int pass = 0; pass < 6; ++pass) {  // Gauss-Newton, as the depths change
       for (int i = 0; i < 3; ++i) tracks.triangulate(T_VB);
       tracks.linearize(T_VB);

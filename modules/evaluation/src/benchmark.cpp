@@ -236,8 +236,13 @@ class Benchmark {
     }
     sequence.unreadable_images = tracks_[s]->unreadable_images;
     sequence.frontend_ms = tracks_[s]->frontend_ms;
-    if (sequence.has_ground_truth)
-      sequence.floor = groundTruthFloor(tracks_[s]->ground_truth, recording.imuSamples());
+    if (sequence.has_ground_truth) {
+      const GroundTruth& truth = tracks_[s]->ground_truth;
+      sequence.floor = groundTruthFloor(truth, recording.imuSamples());
+      sequence.gyro_agreement =
+          gyroAgreement(truth, recording.imuSamples(), sequence.floor.bias.gyro,
+                        recording.calibration().imu.noise.gyro_noise_density);
+    }
     recordings_[s].reset();
   }
 

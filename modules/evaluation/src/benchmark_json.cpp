@@ -53,6 +53,8 @@ Json sequenceJson(const BenchmarkSequence& s) {
   json["has_ground_truth"] = s.has_ground_truth;
   json["warnings"] = s.warnings;
   json["floor"] = floorJson(s.floor);
+  json["gyro_agreement"] = {{"median", numberJson(s.gyro_agreement.median)},
+                            {"rms", numberJson(s.gyro_agreement.rms)}};
   json["frontend_ms"] = numberJson(s.frontend_ms);
   json["error"] = s.error;
   return json;
@@ -77,6 +79,9 @@ BenchmarkSequence sequenceFromJson(const JsonReader& json) {
   for (const JsonReader& warning : json.at("warnings").elements())
     s.warnings.push_back(warning.text());
   s.floor = floorFromJson(json.at("floor"));
+  if (json.has("gyro_agreement"))
+    s.gyro_agreement = {json.at("gyro_agreement").at("median").number(),
+                        json.at("gyro_agreement").at("rms").number()};
   s.frontend_ms = json.at("frontend_ms").number();
   s.error = json.at("error").text();
   return s;
@@ -220,7 +225,9 @@ Json slotJson(const SlotRecord& slot) {
   json["attempt"] = attemptJson(slot.attempt);
   json["truth"] = Json::array();
   for (const GroundTruthState& state : slot.truth) json["truth"].push_back(truthJson(state));
-  if (!std::isnan(slot.gyro_rre_deg)) json["gyro_rre_deg"] = slot.gyro_rre_deg;
+  const GyroWindowFloor& floor = slot.gyro_floor;
+  if (!std::isnan(floor.rre_deg)) json["gyro_rre_deg"] = floor.rre_deg;
+  if (!std::isnan(floor.gyro_bias_rps)) json["gyro_bias_floor_rps"] = floor.gyro_bias_rps;
   if (slot.noise) json["noise"] = noiseJson(*slot.noise);
   return json;
 }
@@ -236,7 +243,9 @@ SlotRecord slotFromJson(const JsonReader& json) {
   slot.attempt = attemptFromJson(json.at("attempt"));
   for (const JsonReader& state : json.at("truth").elements())
     slot.truth.push_back(truthFromJson(state));
-  if (json.has("gyro_rre_deg")) slot.gyro_rre_deg = json.at("gyro_rre_deg").number();
+  if (json.has("gyro_rre_deg")) slot.gyro_floor.rre_deg = json.at("gyro_rre_deg").number();
+  if (json.has("gyro_bias_floor_rps"))
+    slot.gyro_floor.gyro_bias_rps = json.at("gyro_bias_floor_rps").number();
   if (json.has("noise")) slot.noise = noiseFromJson(json.at("noise"));
   return slot;
 }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "etalon/evaluation/noise_calibration.h"
+#include "table_text.h"
 
 namespace etalon {
 namespace {
@@ -60,6 +61,25 @@ void setVerdict(Table* table, const std::string& sensor, const ResidualGroup& re
   table->setNumber(sensor + "_chi2_per_dof", verdict.chi2_per_dof);
   table->setText(sensor + "_noise", verdict.words);
   table->setNumber(sensor + "_factor", verdict.factor);
+}
+
+/** Where the ground truth's rotations are the gyro's own; empty where that is nowhere. */
+std::string copiesNote(const BenchmarkRecord& record) {
+  std::vector<std::string> names;
+  double most = 0.0;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    if (!sequence.gyro_agreement.isCopy()) continue;
+    names.push_back(sequence.name);
+    most = std::max(most, sequence.gyro_agreement.median);
+  }
+  if (names.empty()) return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                " the ground truth's rotations are the smoothed gyro (from state to state they "
+                "agree with it to %.2g of its white noise): RRE there flatters whoever copies the "
+                "gyro.",
+                most);
+  return " In " + joined(names) + text;
 }
 
 }  // namespace
@@ -172,6 +192,20 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
   return titled;
 }
 
+std::string floorNote(const BenchmarkRecord& record, const std::string& key) {
+  if (key == "rre_deg")
+    return " Gyro alone, at best: the least that integrating the gyro can have, with the bias that "
+           "fits the window's ground truth best, over all slots; rotations that vision has a part "
+           "in may be better." +
+           copiesNote(record);
+  if (key == "gyro_bias_rps")
+    return " Ground truth, at best: the gyro bias that fits the window's true rotations best, "
+           "against the one that the ground truth states, over all slots. Where errors equal it, "
+           "they measure the ground truth's bias, not the estimate's; whether the covariance of "
+           "b_g is right is judged on simulation (covariance.consistent of etalon check-plugin).";
+  return " Tilt: of the ground truth's world against gravity.";
+}
+
 TitledTable floorTable(const BenchmarkRecord& record) {
   const bool problems =
       std::any_of(record.sequences.begin(), record.sequences.end(),
@@ -185,6 +219,8 @@ TitledTable floorTable(const BenchmarkRecord& record) {
                {"world_tilt_deg", "tilt [deg]", true, 3},
                {"gyro_bias_rps", "gyro bias [rad/s]", true, 4},
                {"accel_bias_mps2", "accel bias [m/s2]", true, 3},
+               {"truth_gyro_median", "median", true, 2, 1.0, false, "truth less gyro"},
+               {"truth_gyro_rms", "rms", true, 2, 1.0, false, "truth less gyro"},
                {"error", "problem", false, 0, 1.0, !problems}});
   for (const BenchmarkSequence& sequence : record.sequences) {
     table.addRow();
@@ -198,6 +234,8 @@ TitledTable floorTable(const BenchmarkRecord& record) {
     table.setNumber("interval_s", floor.interval_s);
     table.setNumber("rre_deg", floor.rre_deg);
     table.setNumber("world_tilt_deg", floor.world_tilt_deg);
+    table.setNumber("truth_gyro_median", sequence.gyro_agreement.median);
+    table.setNumber("truth_gyro_rms", sequence.gyro_agreement.rms);
     if (std::isnan(floor.rre_deg)) continue;
     table.setNumber("gyro_bias_rps", floor.bias.gyro.norm());
     table.setNumber("accel_bias_mps2", floor.bias.accel.norm());
@@ -208,7 +246,8 @@ TitledTable floorTable(const BenchmarkRecord& record) {
       "against the gyro's, with one constant bias for the whole recording; tilt of its world "
       "against gravity; norms of the constant biases that fit best. It describes the "
       "recording: with a bias of its own every window can be better (gyro alone, at best, "
-      "beside RRE).",
+      "beside RRE). Truth less gyro: rotation from one state to the next, 1 is the gyro's white "
+      "noise; an independent truth has 0.7 at least.",
       std::move(table), true};
   titled.metric = "floor";
   return titled;

@@ -37,6 +37,9 @@ std::string checkedInitializer(const BenchmarkRecord& record, const Window& wind
  * none has. */
 std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window);
 
+/** What the column beside an error is, in sentences. @param key of RRE, gyro bias or gravity */
+std::string floorNote(const BenchmarkRecord& record, const std::string& key);
+
 /** What the ground truth of each sequence is worth. */
 TitledTable floorTable(const BenchmarkRecord& record);
 

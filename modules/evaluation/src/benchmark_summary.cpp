@@ -189,12 +189,12 @@ std::vector<SummaryRow> summarize(const BenchmarkRecord& record) {
 }
 
 FigureSummary gyroFloor(const BenchmarkRecord& record, const std::pair<int, double>& window,
-                        const std::string& sequence) {
+                        const std::string& sequence, double GyroWindowFloor::*floor) {
   std::map<std::pair<std::string, int>, double> by_slot;
   for (const SlotRecord& slot : record.slots)
     if (std::make_pair(slot.keyframes, slot.rate_hz) == window &&
         (sequence == kAllSequences || slot.sequence == sequence))
-      by_slot[{slot.sequence, slot.segment}] = slot.gyro_rre_deg;
+      by_slot[{slot.sequence, slot.segment}] = slot.gyro_floor.*floor;
   std::vector<double> values;
   for (const auto& [slot, value] : by_slot) values.push_back(value);
   return summaryOf(values);

@@ -235,21 +235,24 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
   layout.factor = metric.factor;
   std::string note = "Over the slots with an estimate.";
   const bool rotation = metric.key == "rre_deg", gravity = metric.key == "gravity_deg";
-  if (rotation || gravity) {
-    layout.after = {{"floor", rotation ? "at best" : "tilt", true, metric.decimals, 1.0, false,
+  const bool gyro_bias = metric.key == "gyro_bias_rps";
+  if (rotation || gravity || gyro_bias) {
+    layout.after = {{"floor", gravity ? "tilt" : "at best", true, metric.decimals, 1.0, false,
                      rotation ? "gyro alone" : "ground truth"}};
-    note += rotation ? " Gyro alone, at best: the least that integrating the gyro can have, with "
-                       "the bias that fits the window's ground truth best, over all slots; "
-                       "rotations that vision has a part in may be better."
-                     : " Tilt: of the ground truth's world against gravity.";
+    note += floorNote(record, metric.key);
   }
   Table table = papersLayout(
       record, summary, window, layout,
       [&](const SummaryRow& row) { return valueOf(row.errors[index], statistic); },
       [&](Table* t, const SummaryRow& row) {
+        const auto floorOf = [&](double GyroWindowFloor::*floor) {
+          return valueOf(gyroFloor(record, window, row.sequence, floor), statistic);
+        };
         const BenchmarkSequence* sequence = sequenceOf(record, row.sequence);
         if (rotation)
-          t->setNumber("floor", valueOf(gyroFloor(record, window, row.sequence), statistic));
+          t->setNumber("floor", floorOf(&GyroWindowFloor::rre_deg));
+        else if (gyro_bias)
+          t->setNumber("floor", floorOf(&GyroWindowFloor::gyro_bias_rps));
         else if (gravity && sequence)
           t->setNumber("floor", sequence->floor.world_tilt_deg);
       });

@@ -199,18 +199,28 @@ GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
   return floor;
 }
 
-double gyroWindowRreDeg(const GroundTruth& ground_truth, const ImuBuffer& imu,
-                        const std::vector<TimeNs>& keyframes) {
+GyroWindowFloor gyroWindowFloor(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                                const std::vector<TimeNs>& keyframes) {
   std::vector<Interval> intervals;
-  for (size_t k = 1; k < keyframes.size(); ++k) {
-    const auto begin = ground_truth.at(keyframes[k - 1]), end = ground_truth.at(keyframes[k]);
-    if (begin && end && imu.covers(begin->t, end->t))
+  Eigen::Vector3d stated = Eigen::Vector3d::Zero();  // sum of the ground truth's b_g
+  int states = 0;
+  for (size_t k = 0; k < keyframes.size(); ++k) {
+    const auto end = ground_truth.at(keyframes[k]);
+    if (!end) continue;
+    stated += end->b_g;
+    ++states;
+    if (k == 0) continue;
+    const auto begin = ground_truth.at(keyframes[k - 1]);
+    if (begin && imu.covers(begin->t, end->t))
       intervals.push_back(
           {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
   }
-  if (intervals.empty()) return GroundTruthFloor::kNone;
-  fitGyroBias(&intervals);
-  return rotationRmseDeg(intervals);
+  GyroWindowFloor floor;
+  if (intervals.empty()) return floor;
+  const Eigen::Vector3d fitted = fitGyroBias(&intervals);
+  floor.rre_deg = rotationRmseDeg(intervals);
+  if (ground_truth.has_biases) floor.gyro_bias_rps = (fitted - stated / states).norm();
+  return floor;
 }
 
 }  // namespace etalon

@@ -218,7 +218,8 @@ Json sequencesData(const BenchmarkRecord& record) {
   for (const BenchmarkSequence& s : record.sequences) {
     Json floors = Json::array();  // a window each, in the order of data.windows
     for (const auto& window : windowsOf(record))
-      floors.push_back(rounded(gyroFloor(record, window, s.name).median));
+      floors.push_back(
+          rounded(gyroFloor(record, window, s.name, &GyroWindowFloor::rre_deg).median));
     sequences.push_back({{"name", s.name},
                          {"duration_s", rounded(s.duration_s)},
                          {"has_ground_truth", s.has_ground_truth},

@@ -16,7 +16,7 @@ SlotTrial::SlotTrial(const SlotRecord& slot, const SequenceTracks& tracks,
                            noise.apply(tracks.calibration.imu.noise), options)) {
   std::vector<TimeNs>& keyframes = before_.attempt.keyframes;
   for (int k = 0; k < problem_.keyframeCount(); ++k) keyframes.push_back(problem_.keyframe(k).t);
-  before_.gyro_rre_deg = gyroWindowRreDeg(tracks.ground_truth, tracks.imu, keyframes);
+  before_.gyro_floor = gyroWindowFloor(tracks.ground_truth, tracks.imu, keyframes);
   for (const TimeNs t : keyframes)
     if (const auto state = tracks.ground_truth.at(t)) before_.truth.push_back(*state);
   if (keyframes.empty()) return;

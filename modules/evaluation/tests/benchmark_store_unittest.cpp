@@ -56,12 +56,15 @@ TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {
   for (size_t i = 0; i < read.sequences.size(); ++i) {
     EXPECT_EQ(read.sequences[i].name, record.sequences[i].name);
     EXPECT_EQ(read.sequences[i].error, record.sequences[i].error);
+    EXPECT_EQ(read.sequences[i].gyro_agreement.isCopy(), i == 0);
   }
   for (size_t i = 0; i < read.slots.size(); ++i) {
     if (record.slots[i].sequence == "none")
-      EXPECT_TRUE(std::isnan(read.slots[i].gyro_rre_deg));
+      EXPECT_TRUE(std::isnan(read.slots[i].gyro_floor.rre_deg));
     else
-      EXPECT_EQ(read.slots[i].gyro_rre_deg, record.slots[i].gyro_rre_deg);
+      EXPECT_EQ(read.slots[i].gyro_floor.rre_deg, record.slots[i].gyro_floor.rre_deg);
+    EXPECT_EQ(std::isnan(read.slots[i].gyro_floor.gyro_bias_rps),
+              std::isnan(record.slots[i].gyro_floor.gyro_bias_rps));
     ASSERT_EQ(read.slots[i].noise.has_value(), record.slots[i].noise.has_value());
     if (read.slots[i].noise) {
       EXPECT_EQ(read.slots[i].noise->gyro.chi2, record.slots[i].noise->gyro.chi2);

@@ -48,6 +48,21 @@ TEST(BenchmarkTables, ErrorsInThePapersLayout) {
               HasSubstr("| V1       |          **0.1500** |"));
 }
 
+TEST(BenchmarkTables, SayWhereTheGroundTruthIsTheGyroAndWhatItsOwnBiasIsWorth) {
+  BenchmarkRecord record = exampleBenchmark();
+  const std::string copied =
+      "In V1 the ground truth's rotations are the smoothed gyro (from state "
+      "to state they agree with it to 0.08 of its white noise)";
+  EXPECT_THAT(find(benchmarkTables(record), "rre_deg_mean_10_4hz").note, HasSubstr(copied));
+  EXPECT_DOUBLE_EQ(jsonOf(record, "gyro_bias_rps_median_10_4hz")[0]["floor"], 0.003);
+  EXPECT_THAT(find(benchmarkTables(record), "gyro_bias_rps_mean_10_4hz").note,
+              HasSubstr("judged on simulation"));
+  EXPECT_EQ(jsonOf(record, "floor")[0]["truth_gyro_rms"], 0.57);
+  record.sequences[0].gyro_agreement = {0.1, 2.8};  // corrected all the time
+  EXPECT_THAT(find(benchmarkTables(record), "rre_deg_mean_10_4hz").note,
+              Not(HasSubstr("smoothed gyro")));
+}
+
 TEST(BenchmarkTables, EveryErrorHasMeanMedianAndPercentile) {
   const BenchmarkRecord record = exampleBenchmark();
   std::set<std::string> ids;

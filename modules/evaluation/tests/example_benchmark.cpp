@@ -29,7 +29,7 @@ SlotRecord exampleSlot(const std::string& sequence, int segment, const std::stri
   slot.rate_hz = 4.0;
   slot.initializer = initializer;
   const bool with_truth = sequence != "none";
-  if (with_truth) slot.gyro_rre_deg = 0.01 * (segment + 1);
+  if (with_truth) slot.gyro_floor = {0.01 * (segment + 1), 0.001 * (segment + 1)};
   for (int k = 0; k < 10 && with_truth; ++k) {
     GroundTruthState state;
     state.t = slot.t0 + 250'000'000LL * k;
@@ -68,6 +68,7 @@ BenchmarkRecord exampleBenchmark() {
   v1.floor.rre_deg = 0.0333;
   v1.floor.world_tilt_deg = 0.25;
   v1.floor.bias.gyro.z() = 0.08;
+  v1.gyro_agreement = {0.08, 0.57};
   none.name = "none";
   record.sequences = {v1, none};
   const double good[] = {1.0, 2.0, 3.0, 1.5, 0.5}, bad[] = {2.0, 6.0, 0.0, 5.0, 1.5};

@@ -47,6 +47,17 @@ AcceptanceDecision judge(const VisualInertialBaResult& refined, const Acceptance
     decision.reason = "visual-inertial BA failed: " + refined.message;
     return decision;
   }
+  if (!refined.converged) {
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "the visual-inertial BA has not converged: its last step was %.2f standard "
+                  "deviations long after %d iterations",
+                  refined.last_step_sigmas, refined.iterations);
+    AcceptanceDecision decision;
+    decision.reason = text;
+    decision.value = refined.last_step_sigmas;
+    return decision;
+  }
   const double inliers = refined.inlier_measurements;
   if (inliers < options.min_measurements)
     return refuse(Status::kTooFewTracks, inliers,

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 
 namespace etalon {
 
@@ -23,8 +24,9 @@ std::string number(double value) {
   return text;
 }
 
+/** The reason may be a plugin's own words. */
 InitializationResult refuse(Status status, const std::string& reason, double value) {
-  return InitializationResult::refusal(status, reason, value);
+  return InitializationResult::refusal(status, printable(reason), value);
 }
 
 std::optional<InitializationResult> checkFrames(const InitializationProblem& problem) {
@@ -142,6 +144,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
     if (result.reason.empty()) {
       result.reason = std::string("refused without a reason (") + toString(result.status) + ")";
     }
+    result.reason = printable(result.reason);
     return result;
   }
   const std::string broken = brokenPromise(problem, result);
@@ -154,7 +157,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
 
 }  // namespace
 
-inline namespace abi_v1 {
+inline namespace abi_v2 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (auto refusal = checkProblem(problem)) return *refusal;
@@ -169,7 +172,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v1
+}  // namespace abi_v2
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

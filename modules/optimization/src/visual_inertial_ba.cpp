@@ -20,6 +20,9 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "re-integrated where the bias moved far.");
   parameters.add("iterations_per_round", &iterations_per_round, {1, 200},
                  "Levenberg-Marquardt iterations of a round, at most.");
+  parameters.add("converged_sigmas", &converged_sigmas, {1e-6, 10.0},
+                 "Stop where a step of all states together is shorter than this many of its own "
+                 "standard deviations; what did not get there has not converged.");
   parameters.add(
       "chi2_inertial", &huber_inertial, {0.1, 1e9},
       "Squared Huber width of an inertial residual (9 degrees of freedom, 95 %: 16.92).");
@@ -52,6 +55,35 @@ double VisualInertialBaResult::sigmaVelocity() const {
 
 namespace {
 
+/**
+ * Ends a run by the length of the step in its own standard deviations: the square of that is twice
+ * the decrease that the step promises (g^T H^-1 g, Newton's decrement). The relative decrease of
+ * the cost is blind to what few residuals determine, such as gravity at rest.
+ */
+class StepWatch : public ceres::IterationCallback {
+ public:
+  /** Inverse of the damping relative to the diagonal: where it is larger even the direction known
+   * worst, gravity against b_a, is not held back. */
+  static constexpr double kUndamped = 1e7;
+
+  explicit StepWatch(double converged_sigmas) : converged_sigmas_(converged_sigmas) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (summary.iteration == 0 || !summary.step_is_successful) return ceres::SOLVER_CONTINUE;
+    // relative_decrease is what the step brought over what it promised.
+    last_step_sigmas_ = std::sqrt(2.0 * std::max(0.0, summary.cost_change) /
+                                  std::max(1e-12, summary.relative_decrease));
+    const bool enough =
+        last_step_sigmas_ < converged_sigmas_ && summary.trust_region_radius >= kUndamped;
+    return enough ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  double lastStepSigmas() const { return last_step_sigmas_; }
+
+ private:
+  double converged_sigmas_;
+  double last_step_sigmas_ = std::numeric_limits<double>::infinity();
+};
+
 /** State, costs and solution of one visual-inertial BA. */
 class VisualInertialSolver {
  public:
@@ -71,8 +103,10 @@ class VisualInertialSolver {
     bias_ << bias.gyro, bias.accel;
   }
 
-  /** One Ceres run; false if it failed numerically. */
-  bool solve(const std::vector<char>& inlier, VisualInertialBaResult* result) {
+  /** One Ceres run, ended by a step shorter than `converged_sigmas`; false if it failed
+   * numerically. */
+  bool solve(const std::vector<char>& inlier, double converged_sigmas,
+             VisualInertialBaResult* result) {
     reintegrate();
     inertial_costs_.clear();
     for (const Preintegration& p : preintegrations_) inertial_costs_.emplace_back(p, g_W_);
@@ -87,11 +121,19 @@ class VisualInertialSolver {
     std::vector<double*> others;
     for (Eigen::Vector3d& velocity : velocities_) others.push_back(velocity.data());
     others.push_back(bias_.data());
+    StepWatch watch(converged_sigmas);
+    ceres::Solver::Options solver =
+        visual_.solverOptions(*problem, others, options_.iterations_per_round);
+    solver.callbacks.push_back(&watch);
+    solver.function_tolerance = 0.0;
+    solver.initial_trust_region_radius = 10.0 * StepWatch::kUndamped;
     ceres::Solver::Summary summary;
-    ceres::Solve(visual_.solverOptions(*problem, others, options_.iterations_per_round),
-                 problem.get(), &summary);
+    ceres::Solve(solver, problem.get(), &summary);
     result->iterations += static_cast<int>(summary.iterations.size());
-    result->converged = summary.termination_type == ceres::CONVERGENCE;
+    // CONVERGENCE is left to what is exact to rounding: a gradient or a step of zero.
+    result->converged = summary.termination_type == ceres::USER_SUCCESS ||
+                        summary.termination_type == ceres::CONVERGENCE;
+    result->last_step_sigmas = watch.lastStepSigmas();
     result->message = summary.message;
     return summary.IsSolutionUsable();
   }
@@ -231,8 +273,12 @@ VisualInertialBaResult solveVisualInertialBa(const VisualWindow& window,
     return result;
   }
   VisualInertialSolver solver(window, preintegrations, states, bias, landmarks, options);
+  // Before outliers are relabelled the minimum is not the last one.
+  const double first_rounds = std::max(1.0, options.converged_sigmas);
   for (int round = 0; round < options.rounds; ++round) {
-    if (!solver.solve(result.inlier, &result)) return result;
+    const bool last = round + 1 == options.rounds;
+    const double enough = last ? options.converged_sigmas : first_rounds;
+    if (!solver.solve(result.inlier, enough, &result)) return result;
     solver.store(&result);
     for (size_t k = 0; k < T_WB.size(); ++k) T_WB[k] = result.states[k].T_WB;
     result.landmark_valid = landmark_valid;

@@ -235,6 +235,50 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
   EXPECT_LT(large, 1.5 * small);  // without a bound it would be 2
 }
 
+/** Longest way of a state between two results, in the first one's standard deviations. */
+double sigmasBetween(const VisualInertialBaResult& a, const VisualInertialBaResult& b) {
+  const Eigen::Index n = 9 * static_cast<Eigen::Index>(a.states.size());
+  Eigen::VectorXd e(n + 6);
+  for (size_t k = 0; k < a.states.size(); ++k)
+    e.segment<9>(9 * static_cast<Eigen::Index>(k))
+        << logSO3(a.states[k].T_WB.R.transpose() * b.states[k].T_WB.R),
+        b.states[k].T_WB.t - a.states[k].T_WB.t, b.states[k].v_WB - a.states[k].v_WB;
+  e.tail<6>() << b.bias.gyro - a.bias.gyro, b.bias.accel - a.bias.accel;
+  return std::sqrt(e.dot(a.covariance.ldlt().solve(e)));
+}
+
+TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
+  for (const testing::Motion motion : {testing::Motion::kStandstill, testing::Motion::kGentle}) {
+    SCOPED_TRACE(testing::toString(motion));
+    SyntheticWindowOptions options;
+    options.motion = motion;
+    options.landmarks = 100;
+    options.sigma_px = 0.5;
+    options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+    ViCase c = unaware(options, {{0.02, -0.06, 0.04}, {0.05, -0.04, 0.03}});
+    const Eigen::Matrix3d tilt = expSO3(Vector3d(0.15, -0.12, 0.0));  // 11 deg
+    for (VisualInertialState& s : c.states) s = {SE3(tilt, Vector3d::Zero()) * s.T_WB, s.v_WB};
+    for (Vector3d& p_W : c.landmarks) p_W = tilt * p_W;
+    VisualInertialBaOptions ba;
+    ba.rounds = 1;
+    ba.huber_pixel = ba.huber_inertial = 1e6;  // one minimum for all
+    ba.reintegrate_gyro_rps = ba.reintegrate_accel_mps2 = 1e9;
+    const VisualInertialBaResult usual = c.solve(ba);
+    ba.converged_sigmas = 1e-3;
+    const VisualInertialBaResult patient = c.solve(ba);
+    ASSERT_TRUE(patient.converged);
+    EXPECT_TRUE(usual.converged);
+    EXPECT_LT(usual.last_step_sigmas, 0.1);
+    EXPECT_LT(sigmasBetween(patient, usual), 0.1);
+    ba.iterations_per_round = 2;
+    const VisualInertialBaResult hasty = c.solve(ba);
+    EXPECT_FALSE(hasty.converged);
+    EXPECT_GT(hasty.last_step_sigmas, 1.0);
+    EXPECT_GT(sigmasBetween(patient, hasty), 0.1);
+    EXPECT_TRUE(hasty.message.empty()) << hasty.message;  // it did not fail
+  }
+}
+
 /** Of the last keyframe's velocity over 30 windows whose landmarks are all at `distance_m`. */
 struct VelocityOfFarLandmarks {
   double nees = 0.0;   ///< sum over the windows that say they know it

@@ -39,9 +39,32 @@ class ImuAlignment {
   /** Adds Hessian and gradient of half the sum of squares at `state`. */
   void addTo(const LinearState& state, Eigen::MatrixXd* H, Eigen::VectorXd* gradient) const;
 
+  double priorInformation() const;
+
+  /**
+   * What the errors of the rotations do: sources are the IMU's noise, [rotation, position,
+   * velocity] of every interval, and last the error of b_g.
+   */
+  struct NoiseResponse {
+    Eigen::MatrixXd sources;    ///< their covariance
+    Eigen::MatrixXd rotations;  ///< of all keyframes (right perturbation), by the sources, 3N rows
+    Eigen::MatrixXd gradient;   ///< of addTo() at the true state, by the sources
+  };
+  NoiseResponse noiseResponse(const LinearState& state, const Eigen::Matrix3d& gyro_bias) const;
+
   LinearState moved(const LinearState& state, const Eigen::VectorXd& step) const;
 
  private:
+  /** Residual and Jacobian of one interval, whitened. Columns: p_k, p_k+1, v_k, v_k+1, gravity,
+   * b_a.
+   */
+  struct Rows {
+    Eigen::Matrix<double, 6, 1> r;
+    Eigen::Matrix<double, 6, 17> J;
+    Eigen::Matrix<double, 6, 6> whitening;  ///< lower triangle: L^-1 of their covariance
+  };
+  Rows rowsOf(size_t k, const LinearState& state) const;
+
   const std::vector<Eigen::Matrix3d>& R_VB_;
   const std::vector<Preintegration>& preintegrations_;
   double gravity_mps2_;

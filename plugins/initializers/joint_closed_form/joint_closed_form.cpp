@@ -7,8 +7,8 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/optimization/track_information.h"
 #include "joint_system.h"
-#include "track_information.h"
 
 namespace etalon::plugins {
 
@@ -93,6 +93,14 @@ class JointClosedForm : public Initializer {
           "%.0f landmarks of the window have a depth from both cameras, at least %.0f "
           "are wanted",
           tracks.validCount(), min_landmarks_);
+    const double force = motion.nodes.back().beta.norm() / motion.nodes.back().t;
+    const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
+    if (!(force >= least_force))
+      return InitializationResult::refusal(
+          InitializationStatus::kImplausible,
+          "the accelerometer measures %.3f m/s^2 on average, which leaves no direction "
+          "for gravity; at least %.3f m/s^2 are wanted",
+          force, least_force);
     const double start_ms = watch.lapMilliseconds();
 
     bool converged = false;
@@ -197,6 +205,8 @@ class JointClosedForm : public Initializer {
     return alignWithGravity(problem, in_V);
   }
 
+  /** Of gravity: with less on average there is no telling where down is. */
+  static constexpr double kLeastSpecificForce = 0.1;
   static constexpr double kChi2Outlier = 16.0;  ///< what [odometry] pose_chi2 calls an outlier
 
   int frame_stride_ = 0;
@@ -215,6 +225,6 @@ IMPLEMENTS_MRPT_OBJECT(JointClosedForm, Initializer, etalon::plugins)
 
 }  // namespace etalon::plugins
 
-ETALON_REGISTER_INITIALIZER(JointClosedForm, etalon::plugins, "joint_closed_form", "1.0",
+ETALON_REGISTER_INITIALIZER(JointClosedForm, etalon::plugins, "joint_closed_form", "1.1",
                             "velocity, gravity and gyro bias from tracks and IMU at once "
                             "(Martinelli, Dong-Si and Mourikis, Kaiser)")

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/initialization/world_errors.h"
 #include "etalon/optimization/gravity_sphere.h"
 
 namespace etalon::plugins {
@@ -125,7 +126,7 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
   if (information.info() != Eigen::Success) return {};
   const MatrixXd P = T * information.solve(T.transpose());
 
-  // Errors [b_g, b_a, tilt, velocity of the last node] by x; of the latter the noise is left.
+  // The last node's velocity by x, and what of its noise is left.
   MatrixXd last = J9_.bottomRows<3>();
   Matrix3d left = Matrix3d::Zero();
   if (imu_noise_) {
@@ -133,17 +134,13 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
     last -= noise.transpose() * W_ * poseRows(J9_);
     left = last_noise_ - noise.transpose() * W_ * noise;
   }
-  const Matrix3d R_WV = rotationBetween(estimate.g_V, -Vector3d::UnitZ());
-  MatrixXd G = MatrixXd::Zero(11, kUnknowns);
+  MatrixXd G = MatrixXd::Zero(12, kUnknowns);  // [b_g, b_a, g, last velocity]
   G.block<6, 6>(0, kGyroBias).setIdentity();
-  // R_WV dg = tilt x (0, 0, gravity)
-  G.block<1, 3>(6, kGravity) = -R_WV.row(1) / gravity_mps2_;
-  G.block<1, 3>(7, kGravity) = R_WV.row(0) / gravity_mps2_;
-  const Vector3d v_W = R_WV * estimate.v_VB.back();
-  G.bottomRows<3>() = R_WV * last - hat(v_W).leftCols<2>() * G.middleRows<2>(6);
-  MatrixXd result = G * P * G.transpose();
-  result.bottomRightCorner<3, 3>() += R_WV * left * R_WV.transpose();
-  return 0.5 * (result + result.transpose());
+  G.block<3, 3>(6, kGravity).setIdentity();
+  G.bottomRows<3>() = last;
+  Eigen::Matrix<double, 12, 12> in_V = G * P * G.transpose();
+  in_V.bottomRightCorner<3, 3>() += left;
+  return covarianceInWorld(in_V, estimate.g_V, estimate.v_VB.back());
 }
 
 }  // namespace etalon::plugins

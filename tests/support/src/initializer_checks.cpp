@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
+#include <random>
 
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/odometry/window_initialization.h"
@@ -184,6 +186,61 @@ void expectSameBits(const std::function<Initializer::Ptr()>& load) {
   expectSameBits(load, options);
 }
 
+SyntheticWindowOptions drawnOptions(Motion motion, unsigned seed, double sigma_px) {
+  SyntheticWindowOptions options;
+  options.motion = motion;
+  options.seed = seed;
+  options.frames_per_keyframe = 1;
+  options.landmarks = 120;
+  options.sigma_px = options.assumed_sigma_px = sigma_px;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  std::mt19937 rng(seed + 1000);
+  std::normal_distribution<double> normal;
+  for (int axis = 0; axis < 3; ++axis) {
+    options.bias.gyro[axis] = options.priors.sigma_gyro_rps * normal(rng);
+    options.bias.accel[axis] = options.priors.sigma_accel_mps2 * normal(rng);
+  }
+  return options;
+}
+
+SyntheticWindow withoutBiasWalk(const SyntheticWindowOptions& options) {
+  SyntheticWindow window = makeSyntheticWindow(options);
+  ImuNoiseDensities& noise = window.calibration.imu.noise;
+  noise.gyro_random_walk *= 1e-3;
+  noise.accel_random_walk *= 1e-3;
+  return window;
+}
+
+void expectErrsInProportionToThePixelNoise(const Initializer& initializer) {
+  constexpr int kWindows = 10;
+  for (const double sigma_px : {0.5, 1.0}) {
+    double sum = 0.0;
+    for (unsigned seed = 1; seed <= kWindows; ++seed) {
+      const Outcome o = runOn(drawnOptions(Motion::kGentle, seed, sigma_px), initializer);
+      ASSERT_TRUE(o.result.ok()) << o.result.reason;
+      sum += o.errors.velocity_mps / kWindows;
+    }
+    EXPECT_LT(sum, 0.006 * sigma_px + 0.001) << sigma_px << " px";
+  }
+}
+
+void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack) {
+  constexpr int kWindows = 40;
+  for (const double sigma_px : {0.1, 0.5}) {
+    double sum = 0.0;
+    for (unsigned seed = 1; seed <= kWindows; ++seed) {
+      const SyntheticWindowOptions options = drawnOptions(Motion::kAggressive, seed, sigma_px);
+      const Outcome o = runOn(withoutBiasWalk(options), options, initializer);
+      ASSERT_TRUE(o.result.ok()) << o.result.reason;
+      const Eigen::MatrixXd& P = o.result.covariance;
+      ASSERT_EQ(P.rows(), 11);
+      const Eigen::VectorXd e = estimationError(o.result, o.window);
+      sum += e.dot(P.llt().solve(e)) / (11.0 * kWindows);
+    }
+    EXPECT_NEAR(sum, 1.0, 3.0 * std::sqrt(2.0 / (11.0 * kWindows)) + slack) << sigma_px << " px";
+  }
+}
+
 void expectSameBits(const std::function<Initializer::Ptr()>& load,
                     const SyntheticWindowOptions& options) {
   const auto attempt = [&] {
@@ -234,6 +291,18 @@ void expectRefusesTracksNoisierThanBelieved(const Initializer& initializer) {
   options.sigma_px = 5.0;
   options.assumed_sigma_px = 0.5;
   expectRefusedInWords(runOn(options, initializer).result);
+}
+
+void expectRefusesAnAccelerometerThatShowsNoGravity(const Initializer& initializer) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kStandstill;
+  SyntheticWindow window = makeSyntheticWindow(options);
+  std::vector<ImuSample> samples = window.imu.samples();
+  for (ImuSample& s : samples) s.accel *= 0.05;
+  window.imu = ImuBuffer(samples);
+  const InitializationResult result = runOn(window, options, initializer).result;
+  expectRefusal(result, InitializationStatus::kImplausible, "no direction for gravity");
+  EXPECT_NEAR(result.reason_value, 0.05 * 9.81, 1e-6);
 }
 
 void expectRefusesBrokenInput(const Initializer& initializer) {

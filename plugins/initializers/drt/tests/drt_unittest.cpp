@@ -89,6 +89,24 @@ TEST(Drt, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
   testing::expectExactWhereThePriorsAreTrue(*load());
 }
 
+TEST(Drt, ErrsInProportionToThePixelNoise) {
+  // The linear solution alone: 0.0091 and 0.0269 m/s.
+  testing::expectErrsInProportionToThePixelNoise(*load());
+}
+
+TEST(Drt, ErrsAsItsCovarianceSays) {
+  // The gyro bias comes from the same pixels as the translations, and counts as independent.
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1);
+}
+
+TEST(Drt, ClaimsNoCovarianceWhereSomethingCountsAsExact) {
+  for (const char* ini : {"refine = no", "variant = loose", "accel_bias = mean"}) {
+    const Outcome o = runOn(testing::drawnOptions(Motion::kGentle, 1, 0.5), *load(ini));
+    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    EXPECT_EQ(o.result.covariance.size(), 0) << ini;
+  }
+}
+
 TEST(Drt, NeedsNoVisualSolution) {
   const Initializer::Ptr initializer = load();
   EXPECT_FALSE(initializer->needsVisualSolution());
@@ -129,15 +147,7 @@ TEST(Drt, RefusesResidualsAboveWhatSigmaPromises) {
 }
 
 TEST(Drt, RefusesAnAccelerometerThatShowsNoGravity) {
-  SyntheticWindowOptions options;
-  options.motion = Motion::kStandstill;
-  SyntheticWindow window = testing::makeSyntheticWindow(options);
-  std::vector<ImuSample> samples = window.imu.samples();
-  for (ImuSample& s : samples) s.accel *= 0.05;
-  window.imu = ImuBuffer(samples);
-  const InitializationResult result = runOn(window, options, *load()).result;
-  testing::expectRefusal(result, InitializationStatus::kImplausible, "no direction for gravity");
-  EXPECT_NEAR(result.reason_value, 0.05 * 9.81, 1e-6);
+  testing::expectRefusesAnAccelerometerThatShowsNoGravity(*load());
 }
 
 TEST(Drt, RefusesAnImuGapAndNonFiniteMeasurements) { testing::expectRefusesBrokenInput(*load()); }

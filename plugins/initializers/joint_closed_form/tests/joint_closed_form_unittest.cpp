@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <random>
 #include <string>
 
 #include "etalon/testing/initializer_checks.h"
@@ -99,66 +98,18 @@ TEST(JointClosedForm, IsAccurateOnNoisyDataWithOutliers) {
     }
 }
 
-/** A window whose biases are drawn from the priors, with the data sheet's white noise. */
-SyntheticWindowOptions drawn(Motion motion, unsigned seed, double sigma_px) {
-  SyntheticWindowOptions options;
-  options.motion = motion;
-  options.seed = seed;
-  options.frames_per_keyframe = 1;
-  options.landmarks = 120;
-  options.sigma_px = options.assumed_sigma_px = sigma_px;
-  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-  std::mt19937 rng(seed + 1000);
-  std::normal_distribution<double> normal;
-  for (int axis = 0; axis < 3; ++axis) {
-    options.bias.gyro[axis] = options.priors.sigma_gyro_rps * normal(rng);
-    options.bias.accel[axis] = options.priors.sigma_accel_mps2 * normal(rng);
-  }
-  return options;
-}
-
-SyntheticWindow withoutBiasWalk(const SyntheticWindowOptions& options) {
-  SyntheticWindow window = testing::makeSyntheticWindow(options);
-  ImuNoiseDensities& noise = window.calibration.imu.noise;
-  noise.gyro_random_walk *= 1e-3;
-  noise.accel_random_walk *= 1e-3;
-  return window;
-}
-
-/** Errors in variables would make velocity and scale wrong by the square of the noise. */
 TEST(JointClosedForm, ErrsInProportionToThePixelNoise) {
-  for (const double sigma_px : {0.5, 1.0}) {
-    double sum = 0.0;
-    constexpr int kWindows = 10;
-    for (unsigned seed = 1; seed <= kWindows; ++seed) {
-      const Outcome o = runOn(drawn(Motion::kGentle, seed, sigma_px), *load());
-      ASSERT_TRUE(o.result.ok()) << o.result.reason;
-      sum += o.errors.velocity_mps / kWindows;
-    }
-    // With the derivative at the measured direction: 0.0071 and 0.0248.
-    EXPECT_LT(sum, 0.006 * sigma_px + 0.001);
-  }
+  // With derivatives at the measured direction: 0.0071 and 0.0248 m/s.
+  testing::expectErrsInProportionToThePixelNoise(*load());
 }
 
 TEST(JointClosedForm, ErrsAsItsCovarianceSays) {
-  for (const double sigma_px : {0.1, 0.5}) {
-    double sum = 0.0;
-    constexpr int kWindows = 40;
-    for (unsigned seed = 1; seed <= kWindows; ++seed) {
-      const SyntheticWindowOptions options = drawn(Motion::kAggressive, seed, sigma_px);
-      const Outcome o = runOn(withoutBiasWalk(options), options, *load());
-      ASSERT_TRUE(o.result.ok()) << o.result.reason;
-      const Eigen::VectorXd e = testing::estimationError(o.result, o.window);
-      sum += e.dot(o.result.covariance.llt().solve(e)) / (11.0 * kWindows);
-    }
-    // Three standard deviations of 440 degrees of freedom, and 0.05 for what is not Gaussian.
-    EXPECT_NEAR(sum, 1.0, 3.0 * std::sqrt(2.0 / 440.0) + 0.05) << sigma_px << " px";
-  }
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.05);
 }
 
 TEST(JointClosedForm, ClaimsNoCovarianceInTheFormsPublished) {
   for (const char* ini : {"imu_noise = no", "accel_bias = prior"}) {
-    const Outcome o = runOn(drawn(Motion::kGentle, 1, 0.5), *load(ini));
+    const Outcome o = runOn(testing::drawnOptions(Motion::kGentle, 1, 0.5), *load(ini));
     ASSERT_TRUE(o.result.ok()) << o.result.reason;
     EXPECT_EQ(o.result.covariance.size(), 0);
   }
@@ -170,8 +121,8 @@ TEST(JointClosedForm, AcceptsEveryStandstillAndSaysThatTiltIsTheAccelerometerBia
   constexpr int kWindows = 40;
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const SyntheticWindowOptions options =
-        drawn(Motion::kStandstill, seed, seed % 2 == 0 ? 0.05 : 0.5);
-    const Outcome o = runOn(withoutBiasWalk(options), options, *load());
+        testing::drawnOptions(Motion::kStandstill, seed, seed % 2 == 0 ? 0.05 : 0.5);
+    const Outcome o = runOn(testing::withoutBiasWalk(options), options, *load());
     ASSERT_TRUE(o.result.ok()) << "seed " << seed << ": " << o.result.reason;
     const Eigen::Vector2d tilt = testing::estimationError(o.result, o.window).segment<2>(6);
     const Eigen::MatrixXd& P = o.result.covariance;
@@ -235,6 +186,10 @@ TEST(JointClosedForm, RefusesWhatDoesNotComeToRestOrIsNotKnownWellEnough) {
   const InitializationResult share = runOn(options, *load("min_inlier_share = 1")).result;
   testing::expectRefusal(share, InitializationStatus::kNotConverged, "agree with the solution");
   EXPECT_NEAR(share.reason_value, 0.9, 0.03);  // a tenth are outliers
+}
+
+TEST(JointClosedForm, RefusesAnAccelerometerThatShowsNoGravity) {
+  testing::expectRefusesAnAccelerometerThatShowsNoGravity(*load());
 }
 
 TEST(JointClosedForm, RefusesAnImuGapAndNonFiniteMeasurements) {

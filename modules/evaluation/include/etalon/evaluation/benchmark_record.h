@@ -7,6 +7,7 @@
 
 #include "etalon/core/trajectory.h"
 #include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/gyro_agreement.h"
 #include "etalon/evaluation/initialization_json.h"
 #include "etalon/optimization/noise_check.h"
 
@@ -32,6 +33,7 @@ struct BenchmarkSequence {
   bool has_ground_truth = false;
   std::vector<std::string> warnings;  ///< from opening it
   GroundTruthFloor floor;
+  GyroAgreement gyro_agreement;
   double frontend_ms = SegmentErrors::kNone;  ///< median of the front end's frames, decoding apart
   std::string error;                          ///< why it could not be used; empty if it could
 };
@@ -55,8 +57,7 @@ struct SlotRecord {
   AttemptRecord attempt;
   /** Ground truth at the window's keyframes, where there is any. */
   std::vector<GroundTruthState> truth;
-  /** The least RRE that integrating the gyro with one bias can have here (gyroWindowRreDeg). */
-  double gyro_rre_deg = SegmentErrors::kNone;
+  GyroWindowFloor gyro_floor;
   std::optional<NoiseCheck> noise;  ///< of the VI-BA
 };
 

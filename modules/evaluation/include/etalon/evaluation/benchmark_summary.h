@@ -81,10 +81,10 @@ std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
  * this order. */
 std::vector<SummaryRow> summarize(const BenchmarkRecord& record);
 
-/** SlotRecord::gyro_rre_deg over the slots of a window and sequence (or kAllSequences), every slot
- * once. */
+/** A floor of SlotRecord::gyro_floor over the slots of a window and sequence (or kAllSequences),
+ * every slot once. */
 FigureSummary gyroFloor(const BenchmarkRecord& record, const std::pair<int, double>& window,
-                        const std::string& sequence);
+                        const std::string& sequence, double GyroWindowFloor::*floor);
 
 /** summary.csv (docs/evaluation.md): header, numbers as %.9g, empty where there is none; run times
  * in the last columns. */

@@ -43,7 +43,7 @@ enum class SummaryStatistic { kMean, kMedian, kP90 };
 /**
  * One error in the layout of the papers' tables: a row a sequence and one over all slots, the
  * initializers beside each other without and with VI-BA, the best of each in bold; where there is
- * one, the gyro's best RRE (gyroFloor()) or the tilt of the ground truth's world beside it.
+ * one, the floor of RRE or b_g (gyroFloor()) or the tilt of the ground truth's world beside it.
  * @param summary summarize(record)
  */
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,

@@ -15,7 +15,7 @@ namespace etalon {
 /**
  * What a recording's ground truth is worth, told by the recording's own IMU. NaN where it cannot be
  * found. It describes the recording; a method that fits a bias to every window may come below
- * `rre_deg` (gyroWindowRreDeg() is the bound for those).
+ * `rre_deg` (gyroWindowFloor() has the bound for those).
  */
 struct GroundTruthFloor {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -48,14 +48,20 @@ struct GroundTruthFloor {
 GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s = 0.25);
 
-/**
- * The floor of a window: the least RRE that integrating the gyro with one constant bias can have in
- * it. RMSE over consecutive keyframes of the angle between the ground truth's relative rotation and
- * the gyro's, with the bias that fits this window's ground truth best, deg. NaN without a pair of
- * keyframes that ground truth and IMU cover.
- * @param keyframes stamps, increasing
+/** What a window's ground truth is worth, told by the gyro. NaN where it cannot be found. */
+struct GyroWindowFloor {
+  /** The least RRE that integrating the gyro with one constant bias can have: RMSE over consecutive
+   * keyframes of the angle between the ground truth's relative rotation and the gyro's, with the
+   * bias that fits this window's ground truth best, deg. */
+  double rre_deg = GroundTruthFloor::kNone;
+  /** Norm of that bias less the one that the ground truth states (mean over the keyframes), rad/s:
+   * the error of who has the ground truth's own rotations. */
+  double gyro_bias_rps = GroundTruthFloor::kNone;
+};
+
+/** @param keyframes stamps, increasing; pairs that ground truth and IMU do not cover are left out
  */
-double gyroWindowRreDeg(const GroundTruth& ground_truth, const ImuBuffer& imu,
-                        const std::vector<TimeNs>& keyframes);
+GyroWindowFloor gyroWindowFloor(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                                const std::vector<TimeNs>& keyframes);
 
 }  // namespace etalon

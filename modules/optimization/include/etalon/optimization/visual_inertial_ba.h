@@ -13,7 +13,9 @@ namespace etalon {
 /** Section [vi_ba]. */
 struct VisualInertialBaOptions {
   int rounds = 2;  ///< optimise, relabel outliers and re-integrate, optimise again
-  int iterations_per_round = 8;
+  int iterations_per_round = 50;
+  /** Converged is what stopped by a Gauss-Newton step shorter than this in its own sigmas. */
+  double converged_sigmas = 0.1;
   double huber_inertial = 16.92;  ///< chi-square, 9 degrees of freedom; its root is the Huber width
   double huber_pixel = kChi2Pixel;
   ImuBias prior_mean;
@@ -33,7 +35,10 @@ struct VisualInertialState {
 };
 
 struct VisualInertialBaResult {
-  bool converged = false;
+  bool converged = false;  ///< last_step_sigmas is below VisualInertialBaOptions::converged_sigmas
+  /** Length of the last step of all states together by the inverse covariance, that is the root of
+   * twice the decrease that it promised. */
+  double last_step_sigmas = 0.0;
   std::string message;  ///< why it failed; empty otherwise
   std::vector<VisualInertialState> states;
   ImuBias bias;

@@ -64,6 +64,18 @@ void expectExactAtRestAndAtConstantVelocity(const Initializer& initializer);
 /** Noise, and 30 % of the matches of two keyframes wrong: accurate all the same. */
 void expectSurvivesThirtyPercentOutliers(const Initializer& initializer, Motion motion);
 
+/** A window of keyframes alone whose biases are drawn from the priors, with the data sheet's white
+ * noise on the IMU and `sigma_px` on the pixels. */
+SyntheticWindowOptions drawnOptions(Motion motion, unsigned seed, double sigma_px);
+/** makeSyntheticWindow() with hardly any random walk believed of its biases, which do not walk. */
+SyntheticWindow withoutBiasWalk(const SyntheticWindowOptions& options);
+/** Mean velocity error (m/s) of ten gentle windows with 0.5 and with 1 px of noise: below 0.006
+ * m/s a pixel and 0.001. Errors in variables grow with the square of the noise. */
+void expectErrsInProportionToThePixelNoise(const Initializer& initializer);
+/** Average NEES of 40 aggressive windows with 0.1 and with 0.5 px of noise: 1 within three standard
+ * deviations and `slack`. */
+void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack);
+
 /** Two instances on two copies of a window, with VI-BA: the same bits. */
 void expectSameBits(const std::function<Initializer::Ptr()>& load,
                     const SyntheticWindowOptions& options);
@@ -77,6 +89,8 @@ InitializationResult expectRefusesTooFewTracks(const Initializer& initializer);
 void expectRefusesTracksWithoutOverlap(const Initializer& initializer);
 /** 5 px of noise where 0.5 are believed: refused in words. */
 void expectRefusesTracksNoisierThanBelieved(const Initializer& initializer);
+/** At rest, an accelerometer that measures a twentieth of gravity: refused in words. */
+void expectRefusesAnAccelerometerThatShowsNoGravity(const Initializer& initializer);
 /** A gap of 0.2 s in the IMU, and a pixel that is not a number: refused with the status of each. */
 void expectRefusesBrokenInput(const Initializer& initializer);
 

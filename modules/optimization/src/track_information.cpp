@@ -1,4 +1,4 @@
-#include "track_information.h"
+#include "etalon/optimization/track_information.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 
 #include "etalon/core/so3.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
@@ -78,21 +78,29 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
   const auto index = static_cast<size_t>(l);
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
+  std::vector<Vector3d> towards;  // of every camera: d(depth)/d(landmark) by the depth
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
     const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+    const SE3& T_CB = window_.T_CB[static_cast<size_t>(m.camera)];
+    const SE3& pose = T_VB[static_cast<size_t>(m.keyframe)];
     Vector2d r;
     Matrix23 A;
-    if (!reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                              T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r, nullptr,
-                              &A))
+    if (!reprojectionResidual(T_CB, m.measurement, pose, landmarks_[index], &r, nullptr, &A))
       continue;
     const double w = weight(r.squaredNorm());
     H.noalias() += w * A.transpose() * A;
     b.noalias() -= w * A.transpose() * r;
+    const Vector3d axis = pose.R * T_CB.R.row(2).transpose();
+    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + T_CB.t.z()));
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
-  if (factor.isPositive() && step.allFinite()) landmarks_[index] += step;
+  if (!factor.isPositive() || !step.allFinite()) return;
+  // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
+  // camera would outweigh all others.
+  double most = 1.0;
+  for (const Vector3d& by_depth : towards) most = std::max(most, -2.0 * by_depth.dot(step));
+  landmarks_[index] += step / most;
 }
 
 void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
@@ -194,4 +202,4 @@ double TrackInformation::inlierShare(double max_chi2) const {
   return all > 0 ? static_cast<double>(inliers) / all : 0.0;
 }
 
-}  // namespace etalon::plugins
+}  // namespace etalon

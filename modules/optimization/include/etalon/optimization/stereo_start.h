@@ -7,7 +7,7 @@
 #include "etalon/imu/preintegration.h"
 #include "etalon/optimization/visual_window.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 double medianOf(std::vector<double>* values);                          ///< reorders them
 Eigen::Vector3d medianOf(const std::vector<Eigen::Vector3d>& points);  ///< per axis
@@ -44,4 +44,4 @@ Eigen::Vector3d gyroBiasOfPoints(const StereoPoints& points,
 std::vector<SE3> medianPositions(const StereoPoints& points,
                                  const std::vector<Eigen::Matrix3d>& R_VB);
 
-}  // namespace etalon::plugins
+}  // namespace etalon

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "etalon/core/se3.h"
+#include "etalon/optimization/stereo_start.h"
 #include "etalon/optimization/visual_window.h"
-#include "stereo_start.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 /**
  * What the tracks say of the poses, landmarks eliminated: around the poses T_VB the cost is
@@ -64,4 +64,4 @@ class TrackInformation {
   Eigen::VectorXd s_;
 };
 
-}  // namespace etalon::plugins
+}  // namespace etalon

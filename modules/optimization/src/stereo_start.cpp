@@ -1,4 +1,4 @@
-#include "stereo_start.h"
+#include "etalon/optimization/stereo_start.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 
 #include "etalon/core/so3.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -156,4 +156,4 @@ std::vector<SE3> medianPositions(const StereoPoints& points, const std::vector<M
   return T_VB;
 }
 
-}  // namespace etalon::plugins
+}  // namespace etalon

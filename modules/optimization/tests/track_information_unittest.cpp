@@ -1,4 +1,4 @@
-#include "track_information.h"
+#include "etalon/optimization/track_information.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <Eigen/LU>
 
 #include "etalon/core/so3.h"
-#include "etalon/testing/initializer_checks.h"
+#include "etalon/testing/synthetic_window.h"
 
-namespace etalon::plugins {
+namespace etalon {
 namespace {
 
 using Eigen::Index;
@@ -253,6 +253,28 @@ TEST(TrackInformation, ItsStepsLeadToTheTruthWithoutNoise) {
   }
 }
 
+TEST(TrackInformation, KeepsItsLandmarksBeforeTheCameras) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SyntheticWindowOptions options = small();
+    options.sigma_px = 1.0;
+    options.landmarks = 100;
+    options.seed = seed;
+    const Case c(options);
+    TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
+    tracks.start(c.points, c.T_VB);
+    // Poses that the landmarks do not fit: steps are large.
+    std::vector<SE3> T = c.T_VB;
+    for (size_t k = 1; k < T.size(); ++k) T[k].R = T[k].R * expSO3(0.2 * Vector3d(1, -1, 1));
+    for (int pass = 0; pass < 10; ++pass) tracks.triangulate(pass % 2 == 0 ? T : c.T_VB);
+    for (const VisualMeasurement& m : c.window.measurements) {
+      if (m.keyframe != 0 || !tracks.valid()[static_cast<size_t>(m.landmark)]) continue;
+      const Vector3d p_C = c.window.T_CB[static_cast<size_t>(m.camera)] *
+                           tracks.landmarks()[static_cast<size_t>(m.landmark)];
+      EXPECT_GT(p_C.z(), 0.1) << "seed " << seed;
+    }
+  }
+}
+
 TEST(TrackInformation, SaysLessFarFromTheSolution) {
   const Case c(small());
   const auto information = [&](const std::vector<SE3>& T) {
@@ -291,4 +313,4 @@ TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
 }
 
 }  // namespace
-}  // namespace etalon::plugins
+}  // namespace etalon

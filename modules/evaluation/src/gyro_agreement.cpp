@@ -1,0 +1,50 @@
+#include "etalon/evaluation/gyro_agreement.h"
+
+#include <cmath>
+
+#include "etalon/core/so3.h"
+#include "etalon/evaluation/metrics.h"
+#include "etalon/imu/imu_buffer.h"
+#include "etalon/imu/preintegration.h"
+
+namespace etalon {
+namespace {
+
+/** Longer steps of the ground truth or of the IMU do not show the white noise apart from the bias
+ * and the vibration between samples, s. */
+constexpr double kMaxStepS = 0.03;
+/** Fewer steps say nothing of a recording. */
+constexpr size_t kMinSteps = 100;
+/** Median of the absolute value of a standard normal variable. */
+constexpr double kMedianOfNormal = 0.6744897501960817;
+
+}  // namespace
+
+GyroAgreement gyroAgreement(const GroundTruth& ground_truth, const std::vector<ImuSample>& imu,
+                            const Eigen::Vector3d& bias, double gyro_noise_density) {
+  GyroAgreement agreement;
+  if (!(gyro_noise_density > 0.0)) return agreement;
+  const ImuBuffer buffer(imu);
+  std::vector<double> sizes;
+  double squares = 0.0;
+  for (size_t k = 1; k < ground_truth.states.size(); ++k) {
+    const GroundTruthState &begin = ground_truth.states[k - 1], &end = ground_truth.states[k];
+    const double dt = secondsBetween(begin.t, end.t);
+    if (dt > kMaxStepS || !buffer.covers(begin.t, end.t) ||
+        buffer.longestGap(begin.t, end.t) > kMaxStepS)
+      continue;
+    const ImuBias used = {ground_truth.has_biases ? begin.b_g : bias, Eigen::Vector3d::Zero()};
+    const Eigen::Matrix3d dR = Preintegration(buffer.between(begin.t, end.t), used, {}).deltas().dR;
+    const Eigen::Vector3d difference =
+        logSO3(dR.transpose() * begin.T_WB.R.transpose() * end.T_WB.R) /
+        (gyro_noise_density * std::sqrt(dt));
+    squares += difference.squaredNorm();
+    for (int i = 0; i < 3; ++i) sizes.push_back(std::abs(difference[i]));
+  }
+  if (sizes.size() < 3 * kMinSteps) return agreement;
+  agreement.rms = std::sqrt(squares / static_cast<double>(sizes.size()));
+  agreement.median = quantileOf(std::move(sizes), 0.5) / kMedianOfNormal;
+  return agreement;
+}
+
+}  // namespace etalon

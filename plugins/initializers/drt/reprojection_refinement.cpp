@@ -1,0 +1,108 @@
+#include "reprojection_refinement.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "etalon/initialization/world_errors.h"
+#include "etalon/optimization/gravity_sphere.h"
+
+namespace etalon::plugins {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+constexpr double kMaxChi2 = 16.0;    // of a stereo pair whose rays meet; as [odometry] pose_chi2
+constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
+}  // namespace
+
+ReprojectionRefinement::ReprojectionRefinement(const InitializationProblem& problem,
+                                               const std::vector<Matrix3d>& R_VB)
+    : R_VB_(R_VB),
+      window_(buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx())),
+      points_(stereoPoints(window_, kMaxChi2)),
+      tracks_(window_, std::sqrt(kChi2Pixel)) {}
+
+std::vector<SE3> ReprojectionRefinement::poses(const LinearState& state) const {
+  std::vector<SE3> T_VB;
+  for (size_t k = 0; k < R_VB_.size(); ++k) T_VB.emplace_back(R_VB_[k], state.p[k]);
+  return T_VB;
+}
+
+void ReprojectionRefinement::addTo(double factor, MatrixXd* H, VectorXd* gradient) const {
+  const auto n = static_cast<Index>(R_VB_.size());
+  for (Index i = 1; i < n; ++i) {
+    gradient->segment<3>(3 * i) -= factor * tracks_.s().segment<3>(6 * i - 3);
+    for (Index j = 1; j < n; ++j)
+      H->block<3, 3>(3 * i, 3 * j) += factor * tracks_.S().block<3, 3>(6 * i - 3, 6 * j - 3);
+  }
+}
+
+bool ReprojectionRefinement::refine(const ImuAlignment* imu, int passes, LinearState* state) {
+  const Index n = 3 * static_cast<Index>(R_VB_.size()), all = 2 * n + 5;
+  const Index size = (imu ? all : n) - 3;  // the first position is the gauge
+  tracks_.start(points_, poses(*state));
+  for (int pass = 0; pass < passes; ++pass) {
+    for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks_.triangulate(poses(*state));
+    tracks_.linearize(poses(*state));
+    MatrixXd H = MatrixXd::Zero(all, all);
+    VectorXd gradient = VectorXd::Zero(all), step = VectorXd::Zero(all);
+    addTo(1.0, &H, &gradient);
+    if (imu) imu->addTo(*state, &H, &gradient);
+    const Eigen::LDLT<MatrixXd> factor(H.block(3, 3, size, size));
+    step.segment(3, size) = factor.solve(-gradient.segment(3, size));
+    if (!factor.isPositive() || !step.allFinite()) return false;
+    if (imu) {
+      *state = imu->moved(*state, step);
+    } else {
+      for (size_t k = 0; k < R_VB_.size(); ++k)
+        state->p[k] += step.segment<3>(3 * static_cast<Index>(k));
+    }
+    if (pass > 0 && tracks_.nearFinalScale() && step.head(n).lpNorm<Eigen::Infinity>() < kConverged)
+      return true;
+  }
+  return false;
+}
+
+MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const LinearState& state,
+                                            const Matrix3d& gyro_bias) {
+  const Index n = 3 * static_cast<Index>(R_VB_.size()), all = 2 * n + 5;
+  tracks_.triangulate(poses(state));
+  tracks_.linearize(poses(state));
+  const double fisher = tracks_.fisherShare();
+  MatrixXd H = MatrixXd::Zero(all, all);
+  VectorXd ignored = VectorXd::Zero(all);
+  addTo(fisher, &H, &ignored);
+  // The score's own noise, of pixels and prior.
+  MatrixXd noise = H;
+  noise.diagonal().tail<3>().array() += imu.priorInformation();
+  imu.addTo(state, &H, &ignored);
+  // What the IMU's noise and b_g do to the gradient: by the rotations, and by the IMU's equations.
+  const ImuAlignment::NoiseResponse response = imu.noiseResponse(state, gyro_bias);
+  MatrixXd by_sources = response.gradient;
+  for (Index i = 1; i < n / 3; ++i)
+    for (Index j = 1; j < n / 3; ++j)
+      by_sources.middleRows<3>(3 * i) += fisher * tracks_.S().block<3, 3>(6 * i - 3, 6 * j - 6) *
+                                         response.rotations.middleRows<3>(3 * j);
+
+  const Eigen::LLT<MatrixXd> information(H.bottomRightCorner(all - 3, all - 3));
+  if (information.info() != Eigen::Success) return {};
+  // The unknowns that are asked for: b_a, gravity, the last velocity.
+  const Index unknowns = all - 3, last_velocity = 2 * n - 6;
+  MatrixXd picked = MatrixXd::Zero(12, unknowns);
+  picked.block<3, 3>(3, unknowns - 3).setIdentity();
+  picked.block<3, 2>(6, unknowns - 5) = state.g_V.norm() * tangentBasis(state.g_V);
+  picked.block<3, 3>(9, last_velocity).setIdentity();
+  const MatrixXd by_gradient = information.solve(picked.transpose()).transpose();
+  MatrixXd errors = -by_gradient * by_sources.bottomRows(unknowns);
+  errors.topRows<3>().rightCols<3>().setIdentity();
+  const Eigen::Matrix<double, 12, 12> P =
+      errors * response.sources * errors.transpose() +
+      by_gradient * noise.bottomRightCorner(unknowns, unknowns) * by_gradient.transpose();
+  return covarianceInWorld(P, state.g_V, state.v.back());
+}
+
+}  // namespace etalon::plugins
