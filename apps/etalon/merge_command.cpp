@@ -26,7 +26,7 @@ int merge(const Arguments& arguments) {
   std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.slots_found, parts,
                parts == 1 ? "part" : "parts");
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record);
+  printShortfalls(outcome.record, kMinCoverage);
   const bool lost = printLostSlots(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;
