@@ -75,7 +75,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
   for (const std::string& note : outcome.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
   for (const BenchmarkSequence& sequence : outcome.record.sequences) {
     for (const std::string& warning : sequence.warnings)
-      std::fprintf(stderr, "warning: %s\n", warning.c_str());
+      std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
   }
 }
 
@@ -179,7 +179,8 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the slots")
       ->check(within(1, 1024, "a whole number from 1 to 1024"))
       ->capture_default_str();
-  addTimeLimitOption(command, "on a slot", &arguments->time_limit_s);
+  addTimeLimitOption(command, "Processor time that an initializer, with VI-BA, may use on a slot",
+                     &arguments->time_limit_s);
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();

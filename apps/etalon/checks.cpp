@@ -41,11 +41,10 @@ CLI::Validator checkOutputPath() {
           ""};
 }
 
-void addTimeLimitOption(CLI::App* command, const std::string& where, double* limit_s) {
+void addTimeLimitOption(CLI::App* command, const std::string& what, double* limit_s) {
   command
       ->add_option("--time-limit", *limit_s,
-                   "Processor time that an initializer and the VI-BA may use " + where +
-                       ", s; then, or after waiting that long, they are ended")
+                   what + ", s; after that, or after waiting that long, it is ended")
       ->check(CLI::Range(0.01, 1e6, "seconds from 0.01 to 1e6"))
       ->capture_default_str();
 }

@@ -13,8 +13,8 @@ CLI::Validator checkSeconds(bool not_negative);
 CLI::Validator checkOutputPath();
 
 /** Declares --time-limit, the processor time of one try of an initializer.
- * @param where "on a slot" */
-void addTimeLimitOption(CLI::App* command, const std::string& where, double* limit_s);
+ * @param what as the beginning of a sentence: "Processor time that an initializer may use" */
+void addTimeLimitOption(CLI::App* command, const std::string& what, double* limit_s);
 
 /** Accepts an integer from 0 to 2^64 - 1. */
 CLI::Validator checkWholeNumber();

@@ -8,6 +8,7 @@
 #include "checks.h"
 #include "commands.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 #include "etalon/evaluation/benchmark_comparison.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/comparison_table.h"
@@ -95,11 +96,29 @@ void printComparisons(const std::vector<PairedComparison>& comparisons,
   std::printf("%s\n", comparisonTable(comparisons, options).note.c_str());
 }
 
-void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
+/** Says what the benchmarks lack; on stdout above tables for people, else on stderr. Whether they
+ * lack anything. */
+bool printIncompleteness(const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks,
+                         TableFormat format) {
+  bool any = false;
+  for (const auto& [name, record] : benchmarks) {
+    for (const std::string& sentence : incompleteness(record)) {
+      std::fprintf(isForPeople(format) ? stdout : stderr, "INCOMPLETE: %s: %s\n",
+                   printable(name).c_str(), printable(sentence).c_str());
+      any = true;
+    }
+  }
+  if (any && isForPeople(format)) std::printf("The tables hold what is there.\n\n");
+  return any;
+}
+
+/** Whether the benchmarks are complete. */
+bool compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
   const std::vector<std::string> names = shortNames(arguments.runs);
   std::vector<std::pair<std::string, BenchmarkRecord>> benchmarks;
   for (size_t i = 0; i < names.size(); ++i)
     benchmarks.emplace_back(names[i], readBenchmark(arguments.runs[i]));
+  const bool complete = !printIncompleteness(benchmarks, format);
   BenchmarkRecord record = combineBenchmarks(benchmarks);
   if (!arguments.initializers.empty()) record = selectInitializers(record, arguments.initializers);
   const bool several = initializersOf(record).size() > 1;
@@ -119,26 +138,28 @@ void compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
     for (const TitledTable& table : benchmarkTables(record))
       if (isAskedFor(table, arguments.metrics, arguments.all))
         std::printf("%s\n", toString(table, format, style).c_str());
-  if (!several) return;
+  if (!several) return complete;
   if (format == TableFormat::kText)
     printComparisons(comparisons, options, style);
   else if (isForPeople(format))
     std::fputs(toString(comparisonTable(comparisons, options), format).c_str(), stdout);
   else
     std::fputs(comparisonTable(comparisons, options).table.toString(format).c_str(), stdout);
+  return complete;
 }
 
-void compare(const Arguments& arguments) {
+int compare(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const auto benchmarks =
       std::count_if(arguments.runs.begin(), arguments.runs.end(), isBenchmarkFolder);
   if (benchmarks == static_cast<std::ptrdiff_t>(arguments.runs.size()))
-    return compareBenchmarkFolders(arguments, format);
+    return compareBenchmarkFolders(arguments, format) ? kOk : kIncomplete;
   if (benchmarks > 0)
     throw ConfigError("runs and benchmarks together: expected folders of one kind");
   if (!arguments.initializers.empty() || !arguments.metrics.empty())
     throw ConfigError("--initializers and --metric: expected folders of benchmarks");
   compareRunFolders(arguments, format);
+  return kOk;
 }
 
 }  // namespace
@@ -174,10 +195,11 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_flag("--bold", arguments->bold,
                     "Benchmarks, as text: the best of a row in bold, even if this is no terminal");
-  command->callback([arguments, exit_code] {
-    compare(*arguments);
-    *exit_code = kOk;
-  });
+  command->footer(
+      "Exit codes: 0 done, 1 done, but a benchmark is unfinished or lacks recordings (said above "
+      "the "
+      "tables), 2 usage or configuration, 3 data.");
+  command->callback([arguments, exit_code] { *exit_code = compare(*arguments); });
 }
 
 }  // namespace etalon::app

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "etalon/core/printable.h"
 #include "etalon/datasets/recording_info.h"
 
 namespace etalon::app {
@@ -157,7 +158,8 @@ void print(const RecordingInfo& info) {
     std::printf("%-14s R_BC0 agrees with the motion to %.1f deg\n", "",
                 *info.rotation_disagreement_deg);
   if (info.warnings.empty()) std::printf("warnings       none\n");
-  for (const std::string& warning : info.warnings) std::printf("warning: %s\n", warning.c_str());
+  for (const std::string& warning : info.warnings)
+    std::printf("warning: %s\n", printable(warning).c_str());
 }
 
 }  // namespace

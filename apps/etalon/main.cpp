@@ -1,5 +1,6 @@
 #include <algorithm>
-#include <exception>
+#include <csignal>
+#include <cstdio>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/parameters.h"
+#include "guarded.h"
 
 namespace {
 
@@ -78,16 +80,14 @@ int run(const std::vector<std::string>& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run(std::vector<std::string>(argv + 1, argv + argc));
-  } catch (const etalon::DataError& e) {
-    std::cerr << "etalon: " << e.what() << "\n";
-    return kDataErrorExit;
-  } catch (const etalon::Error& e) {
-    std::cerr << "etalon: " << e.what() << "\n";
-    return kUsageError;
-  } catch (const std::exception& e) {
-    std::cerr << "etalon: unexpected error: " << e.what() << "\n";
-    return kDataErrorExit;
-  }
+  sayWantOfMemory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that becomes too long is a write error with words
+  const int exit_code =
+      guarded([&] { return run(std::vector<std::string>(argv + 1, argv + argc)); });
+  return guarded([exit_code] {
+    std::cout.flush();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
+      throw etalon::DataError("", 0, "standard output could not be written; is the disk full?");
+    return exit_code;
+  });
 }

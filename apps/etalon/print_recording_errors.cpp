@@ -2,14 +2,16 @@
 
 #include <cstdio>
 
+#include "etalon/core/printable.h"
+
 namespace etalon::app {
 
 bool printRecordingErrors(const BenchmarkRecord& record) {
   bool any = false;
   for (const BenchmarkSequence& sequence : record.sequences) {
     if (sequence.error.empty()) continue;
-    std::fprintf(stderr, "error: %s was left out: %s\n", sequence.name.c_str(),
-                 sequence.error.c_str());
+    std::fprintf(stderr, "error: %s was left out: %s\n", printable(sequence.name).c_str(),
+                 printable(sequence.error).c_str());
     any = true;
   }
   return any;

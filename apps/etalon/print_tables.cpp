@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "etalon/core/printable.h"
 #include "etalon/evaluation/benchmark_slots.h"
 #include "read_summary.h"
 
@@ -68,7 +69,7 @@ void printShortfalls(const BenchmarkRecord& record) {
                    "warning: %s: %d of %d stereo pairs could not be read and were left out\n",
                    sequence.name.c_str(), sequence.unreadable_images, sequence.stereo_frames);
   for (const std::string& sentence : tooShort(record))
-    std::fprintf(stderr, "warning: %s\n", sentence.c_str());
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }
 
 }  // namespace etalon::app

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "etalon/core/printable.h"
 #include "etalon/datasets/sensor_source.h"
 
 namespace etalon::app {
@@ -24,7 +25,7 @@ void printReadProblems(int unreadable_pairs, const std::vector<std::string>& war
     std::fflush(stdout);
   }
   for (const std::string& warning : warnings)
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
 }
 
 }  // namespace etalon::app

@@ -7,14 +7,17 @@
 #include "checks.h"
 #include "commands.h"
 #include "configuration_options.h"
+#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/printable.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/run_results.h"
 #include "etalon/odometry/run_configuration.h"
 #include "progress_line.h"
 #include "read_summary.h"
+#include "supervised_run.h"
 #include "versions.h"
 
 namespace etalon::app {
@@ -24,7 +27,7 @@ namespace {
 struct Arguments {
   std::string source, out = "out/replay";
   ConfigurationOptions configuration;
-  double from_s = 0.0, to_s = 1e18;
+  double from_s = 0.0, to_s = 1e18, time_limit_s = kDefaultTimeLimitS;
 };
 
 /** The live line: time in the recording, frames per second, state. */
@@ -63,9 +66,14 @@ void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool
 /** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
 class Replay {
  public:
-  Replay(SensorSource* source, const RunConfiguration& configuration)
+  /** @param died how a former run of the same ended too early: this one ends before that, and
+   * reports nothing on the way; null: there was none */
+  Replay(SensorSource* source, const RunConfiguration& configuration, RunState* state,
+         const RunEnd* died)
       : source_(*source),
         configuration_(configuration),
+        state_(*state),
+        died_(died),
         pipeline_(source->calibration(), configuration.pipeline, configuration.initializers) {}
 
   void run() {
@@ -74,6 +82,8 @@ class Replay {
         pipeline_.add(*sample);
       } else {
         const StereoFrame& frame = std::get<StereoFrame>(*event);
+        if (died_ && truncateToMrptTick(frame.t) > truncateToMrptTick(*died_->processed)) return;
+        if (images_.empty()) state_.first_image = frame.t;
         images_.push_back({frame.t, absolute(frame.left_path), absolute(frame.right_path)});
         pipeline_.add(frame);
       }
@@ -100,6 +110,8 @@ class Replay {
   }
 
   void report(bool last) {
+    if (!pipeline_.trajectory().empty()) state_.processed = pipeline_.trajectory().back().t;
+    if (died_) return;
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();
       const InitializationAttempt& attempt = pipeline_.attempts()[reported_];
@@ -117,6 +129,8 @@ class Replay {
 
   SensorSource& source_;
   const RunConfiguration& configuration_;
+  RunState& state_;
+  const RunEnd* died_;
   Pipeline pipeline_;
   std::vector<StereoReference> images_;
   ProgressLine progress_;
@@ -204,18 +218,48 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
   for (const std::string& file : files) std::printf("  %s\n", file.c_str());
 }
 
-int replay(const Arguments& arguments) {
-  if (!(arguments.from_s < arguments.to_s))
-    throw ConfigError("replay: --from must be less than --to");
-  const RunConfiguration configuration =
+/** "misbehaves crashed with signal 11 (Segmentation fault) at 2.25 s of RECORDING, in attempt 3".
+ */
+std::string describe(const RunEnd& end, const std::string& source) {
+  char when[64] = "";
+  if (end.first_image)
+    std::snprintf(when, sizeof when, " at %.2f s",
+                  secondsBetween(*end.first_image, !end.initializer.empty() ? end.attempt_t
+                                                   : end.processed          ? *end.processed
+                                                                            : *end.first_image));
+  if (end.initializer.empty())
+    return "the run " + end.how + when + " of " + source + ", outside of the initializer's call";
+  return end.initializer + " " + end.how + when + " of " + source + ", in its attempt number " +
+         std::to_string(end.attempts);
+}
+
+/** The attempt that did not come to its end, and words about it. */
+void addLostAttempt(const RunEnd& died, RunRecord* record) {
+  record->warnings.push_back(describe(died, record->source) + "; the run ends before that");
+  if (died.initializer.empty()) return;
+  AttemptRecord attempt;
+  attempt.t = died.attempt_t;
+  attempt.initializer = record->at_rest_initializer.empty() ? "" : died.initializer;
+  attempt.status = died.out_of_time ? kStatusTimeLimit : kStatusCrashed;
+  attempt.reason = died.how;
+  record->attempts.push_back(std::move(attempt));
+}
+
+/** The run itself, in a process of its own. @param died see Replay */
+int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) {
+  RunConfiguration configuration =
       loadRunConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path);
+  PipelineInitializers& initializers = configuration.initializers;
+  initializers.initializer = watched(initializers.initializer, initializers.name, state);
+  if (initializers.at_rest)
+    initializers.at_rest = watched(initializers.at_rest, initializers.at_rest_name, state);
   SourceOptions source_options;
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
   // What cannot be written should not show after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
-  Replay run(source.get(), configuration);
+  Replay run(source.get(), configuration, state, died);
   std::exception_ptr failure;
   try {
     run.run();
@@ -229,10 +273,32 @@ int replay(const Arguments& arguments) {
   }
   run.finish();
   const FinishedRun finished = run.finished();
-  const RunRecord record = makeRunRecord(finished);
+  RunRecord record = makeRunRecord(finished);
+  if (died) addLostAttempt(*died, &record);
   printSummary(record, writeRunResults(arguments.out, finished, record));
   if (failure) std::rethrow_exception(failure);
   return run.pipeline().state() == PipelineState::kInitialized ? kOk : kNotInitialised;
+}
+
+/** What a crash takes with it is done once more, up to the crash: the same again, bit by bit. */
+int replay(const Arguments& arguments) {
+  if (!(arguments.from_s < arguments.to_s))
+    throw ConfigError("replay: --from must be less than --to");
+  const auto run = [&arguments](const RunEnd* died) {
+    return runSupervised(arguments.time_limit_s, [&arguments, died](RunState& state) {
+      return replayHere(arguments, &state, died);
+    });
+  };
+  const RunEnd end = run(nullptr);
+  if (end.finished) return end.exit_code;
+  std::fprintf(stderr, "etalon: %s\n", printable(describe(end, arguments.source)).c_str());
+  if (!end.processed) return kPluginDied;
+  std::fprintf(stderr, "replay: keeping what came before\n");
+  const RunEnd before = run(&end);
+  if (!before.finished)
+    std::fprintf(stderr, "etalon: nothing could be kept: %s\n",
+                 printable(describe(before, arguments.source)).c_str());
+  return kPluginDied;
 }
 
 }  // namespace
@@ -252,12 +318,15 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
   arguments->configuration.addOverrides(command);
+  addTimeLimitOption(command, "Processor time that the initializer may use in an attempt",
+                     &arguments->time_limit_s);
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();
   command->footer(
       "Exit codes: 0 initialised, 1 never initialised (reasons printed), 2 usage or configuration, "
-      "3 data.");
+      "3 data, 4 the initializer crashed, ended the process or used up its time (said when; what "
+      "came before is written).");
   command->callback([arguments, exit_code] { *exit_code = replay(*arguments); });
 }
 

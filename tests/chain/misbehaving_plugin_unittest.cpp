@@ -91,5 +91,50 @@ TEST_P(MisbehavingPlugin, LosesItsSlotsInABenchmarkAndNothingElse) {
                                HasSubstr("misbehaves: 2 results")));
 }
 
+TEST_P(MisbehavingPlugin, EndsAReplayWhichKeepsWhatCameBefore) {
+  const Misdeed& misdeed = GetParam();
+  // The windows of 4 keyframes at 4 Hz end from 0.75 s on; the one from 1 s on ends at 1.75 s.
+  const auto replay = [&](const std::string& name, const std::string& how) {
+    return runEtalon({"replay", kFlight, "--plugin-path", ETALON_MISBEHAVES, "--initializer",
+                      "misbehaves", "--set", "pipeline.keyframes=4", "--set",
+                      "misbehaves.how=" + how, "--set", "misbehaves.begin_s=1400000001",
+                      "--time-limit", "1", "--to", "2.5", "--out", out(name)});
+  };
+  const CommandResult result = replay("bad", misdeed.how);
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  EXPECT_THAT(
+      result.err,
+      AllOf(HasSubstr(std::string("etalon: misbehaves ") + misdeed.words + " at "),
+            HasSubstr(std::string(" s of ") + kFlight), HasSubstr("in its attempt number 5")));
+  const auto run = readJson(out("bad") + "/initialization.json");
+  ASSERT_EQ(run.at("attempts").size(), 5u);
+  EXPECT_EQ(run.at("attempts").at(3).at("reason"), "polite");
+  EXPECT_EQ(run.at("attempts").at(4).at("status"), misdeed.status);
+  EXPECT_EQ(run.at("attempts").at(4).at("reason"), misdeed.words);
+  EXPECT_THAT(runEtalon({"compare", out("bad")}).out, HasSubstr(misdeed.words));
+
+  const CommandResult good = replay("good", "escape");
+  EXPECT_EQ(good.exit_code, 1) << good.err;
+  const std::string whole = readText(out("good") + "/trajectory.tum");
+  const std::string before = readText(out("bad") + "/trajectory.tum");
+  EXPECT_GT(before.size(), 1000u);
+  EXPECT_EQ(whole.substr(0, before.size()), before);
+}
+
+TEST(PluginsWords, ReachNeitherTerminalNorReportAsTheyAre) {
+  const TemporaryFolder folder;
+  const CommandResult result =
+      runEtalon({"replay", kFlight, "--plugin-path", ETALON_MISBEHAVES, "--initializer",
+                 "misbehaves", "--set", "pipeline.keyframes=4", "--set", "misbehaves.how=escape",
+                 "--to", "1.5", "--out", folder.path() + "/run"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("because \\x1b[31mred"), Not(HasSubstr("\x1b"))));
+  EXPECT_THAT(readText(folder.path() + "/run/report.html"),
+              AllOf(HasSubstr("x1b[31mred"), Not(HasSubstr("\x1b")), Not(HasSubstr("u001b")),
+                    Not(HasSubstr("<b>alarm"))));
+  EXPECT_THAT(runEtalon({"plugins", "--plugin-path", ETALON_MISBEHAVES}).out,
+              AllOf(HasSubstr("does \\x1b[31mwhat"), Not(HasSubstr("\x1b"))));
+}
+
 }  // namespace
 }  // namespace etalon::testing

@@ -128,6 +128,31 @@ TEST(CompareBenchmarks, PutsFoldersBesideEachOther) {
   EXPECT_THAT(result.out, HasSubstr("/bad"));
 }
 
+TEST(CompareBenchmarks, SaysAtTheTopWhatIsMissing) {
+  const TemporaryFolder folder, complete;
+  BenchmarkRecord record = exampleBenchmark();
+  // 8 slots, of which the example has not all, for 2 initializers.
+  record.sequences[0].last_image = record.sequences[0].first_image + 20'000'000'000;
+  BenchmarkSequence broken;
+  broken.name = "V9";
+  broken.error = "no IMU";
+  record.sequences.push_back(broken);
+  record.shard = 2;
+  record.shards = 8;
+  const CommandResult result = runEtalon({"compare", writeExample(folder, record)});
+  EXPECT_EQ(result.exit_code, 1);
+  const std::string count = std::to_string(missingSlots(record).size()) + " of 16 results";
+  EXPECT_EQ(result.out.rfind("INCOMPLETE: ", 0), 0u);
+  EXPECT_THAT(result.out, AllOf(HasSubstr("unfinished: " + count + " are missing"),
+                                HasSubstr("shard 2 of 8"), HasSubstr("V1: " + count + " missing\n"),
+                                HasSubstr("V9: not in it: no IMU"), HasSubstr("Success [%]")));
+  const CommandResult csv = runEtalon({"compare", folder.path(), "--format", "csv"});
+  EXPECT_EQ(csv.exit_code, 1);
+  EXPECT_THAT(csv.err, HasSubstr(count + " are missing"));
+  EXPECT_THAT(csv.out, Not(HasSubstr("INCOMPLETE")));
+  EXPECT_THAT(runEtalon({"compare", writeExample(complete)}).out, Not(HasSubstr("INCOMPLETE")));
+}
+
 TEST(CompareBenchmarks, RefusesWhatCannotBeCompared) {
   const TemporaryFolder folder, run;
   const std::string path = writeExample(folder);

@@ -62,7 +62,14 @@ TEST(ReplayUsage, SaysFileLineSectionKeyAndValueOfAWrongConfiguration) {
       {"[pipeline]\nkeyframes = 10\nkeyframes = 11\n", ":3: ", "expected each key once"},
       {"[pipeline]\nkeyframes\n", ":2: ", "'keyframes': expected a [section], `key = value`"},
       {"keyframes = 10\n", ":1: ", "before the first section"},
-      {"[pipeline\n", ":1: ", "no closing ']'"}};
+      {"[pipeline\n", ":1: ", "no closing ']'"},
+      {"[pipeline]\ninitializer = etta\n", ":2: ",
+       "[pipeline] initializer = 'etta': no initializer is called 'etta' (did you mean 'eta'?)"},
+      {"[pipeline]\ninitializer = auto\n[auto]\nat_rest = statik\n",
+       ":4: ", "[auto] at_rest = 'statik': no initializer"},
+      {"[frontend]\nklt_window_px = 10\n", ":2: ", "klt_window_px = '10': expected an odd integer"},
+      {"[frontend]\nanchor_window_px = 16\n", ":2: ", "expected an odd integer"},
+      {"[pipeline]\n\xEF\xBB\xBFkeyframes = 10\n", ":2: ", "key '\\ufeffkeyframes'"}};
   const TemporaryFolder folder;
   for (const WrongFile& file : wrong) {
     const std::string path = folder.write("wrong.ini", file.content);

@@ -303,8 +303,8 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
   std::mt19937 random(8);
   ChiSquare map, translations[2], gyro_bias;
   for (int run = 0; run < 40; ++run) {
-    SyntheticWindowOptions options = withTracks(run, 0.5, 60);
-    options.motion = run % 2 ? Motion::kAggressive : Motion::kGentle;
+    SyntheticWindowOptions options = withTracks(run, 0.5, 80);
+    options.motion = Motion::kGentle;
     options.keyframes = 8;
     options.bias = {0.1 * drawn(3, &random), 0.1 * drawn(3, &random)};
     SyntheticWindow window = makeSyntheticWindow(options);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "check_tools.h"
+#include "etalon/core/chi_square.h"
 
 namespace etalon::contract {
 
@@ -77,13 +78,6 @@ ContractCheck isPositiveDefinite(const Initializer& initializer, const ContractO
   return passed(format("%d motions: symmetric, smallest eigenvalue of the correlations %.2g", given,
                        smallest),
                 smallest);
-}
-
-/** Quantile of the chi-square distribution for `dof` degrees of freedom, `z` that of the normal
- * one; Wilson and Hilferty (1931), good to 1e-4 of itself for 100 and more. */
-double chiSquareQuantile(double dof, double z) {
-  const double c = 2.0 / (9.0 * dof);
-  return dof * std::pow(1.0 - c + z * std::sqrt(c), 3);
 }
 
 /** A window whose noise and biases are drawn from what the problem believes. */

@@ -13,6 +13,7 @@
 #include <exception>
 #include <fstream>
 
+#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 
 namespace etalon {
@@ -25,15 +26,6 @@ constexpr char kReturned = 'r', kThrew = 't';
 void setLimit(int resource, rlim_t soft, rlim_t hard) {
   const rlimit limit{soft, hard};
   setrlimit(static_cast<__rlimit_resource>(resource), &limit);
-}
-
-bool writeWhole(int file, const std::string& text) {
-  for (size_t done = 0; done < text.size();) {
-    const ssize_t n = write(file, text.data() + done, text.size() - done);
-    if (n < 0 && errno != EINTR) return false;
-    if (n > 0) done += static_cast<size_t>(n);
-  }
-  return true;
 }
 
 std::string readWhole(int file) {
@@ -78,7 +70,7 @@ rlim_t addressesInUse() {
     answer = std::string(1, kThrew) + "something that is no std::exception";
   }
   std::fflush(nullptr);
-  _exit(writeWhole(file, answer) ? 0 : 1);
+  _exit(writeWhole(file, answer.data(), answer.size()) ? 0 : 1);
 }
 
 std::string secondsText(double seconds) {
@@ -97,9 +89,8 @@ std::string describeEnd(int status, const IsolationLimits& limits) {
              " of processor time";
     if (signal == SIGALRM)
       return "did not end within " + secondsText(limits.clockSeconds()) + " on the clock";
-    return "crashed with signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
   }
-  return "ended the process with exit code " + std::to_string(WEXITSTATUS(status));
+  return describeProcessEnd(status);
 }
 
 }  // namespace

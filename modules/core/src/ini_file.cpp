@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 
 namespace etalon {
 
@@ -55,11 +56,7 @@ bool isName(const std::string& name) {
 }
 
 std::string inQuotes(const std::string& text) {
-  std::string shown;
-  for (const char c : text.substr(0, 60)) {
-    shown += std::iscntrl(static_cast<unsigned char>(c)) ? '?' : c;
-  }
-  return "'" + shown + (text.size() > 60 ? "...'" : "'");
+  return "'" + printable(text.substr(0, 60)) + (text.size() > 60 ? "...'" : "'");
 }
 
 [[noreturn]] void fail(const std::string& origin, const std::string& message) {
@@ -138,8 +135,7 @@ IniFile IniFile::fromText(const std::string& text, const std::string& name) {
   IniFile ini;
   ini.name_ = name;
   if (text.find('\0') != std::string::npos) fail(name, "holds zero bytes: expected a text file");
-  const bool has_byte_order_mark = text.rfind("\xEF\xBB\xBF", 0) == 0;
-  const std::string content = has_byte_order_mark ? text.substr(3) : text;
+  const std::string content = withoutByteOrderMark(text);
 
   std::istringstream stream(content);
   std::vector<ScannedLine> lines;

@@ -9,6 +9,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/printable.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/tum_file.h"
 
@@ -94,6 +95,7 @@ Trajectory readTum(const std::string& path) {
   Trajectory trajectory;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
+    if (number == 1) line = withoutByteOrderMark(line);
     if (line.empty() || line[0] == '#' || line == "\r") continue;
     std::istringstream words(line);
     std::string stamp;

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 
 namespace etalon {
 
@@ -30,7 +31,7 @@ CsvReader::CsvReader(const std::string& path, std::string columns)
 
 bool CsvReader::next(const std::vector<size_t>& counts) {
   while (std::getline(in_, row_)) {
-    ++line_;
+    if (++line_ == 1) row_ = withoutByteOrderMark(row_);
     const std::string_view content = trimmed(row_);
     if (content.empty() || content.front() == '#') continue;
     split();

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 #include "etalon/core/so3.h"
 
 namespace etalon {
@@ -29,7 +30,7 @@ class YamlFile {
     text << in.rdbuf();
     if (!in) throw DataError(path_, 0, "cannot be read; expected a sensor's calibration");
     try {
-      root_ = YAML::Load(withoutOpenCvDirective(text.str()));
+      root_ = YAML::Load(withoutOpenCvDirective(withoutByteOrderMark(text.str())));
     } catch (const YAML::Exception& e) {
       throw DataError(path_, lineOf(e.mark), "expected YAML: " + e.msg);
     }

@@ -153,24 +153,22 @@ double rmsPx(const Fit& fit) {
          std::sqrt(fit.residuals.squaredNorm() / static_cast<double>(fit.residuals.size()));
 }
 
-/** (J^T J)^-1 J^T r, and its standard errors from the scatter of the landmarks' parts of J^T r. */
+/** x that minimises |r + J x|, and its standard errors from the scatter of the landmarks' parts of
+ * J^T (r + J x). */
 void step(const Eigen::MatrixXd& J, const Fit& base, std::vector<RigParameter>* parameters) {
   const Eigen::Index n = J.cols();
+  const Eigen::MatrixXd inverse = (J.transpose() * J).ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::VectorXd x = -inverse * (J.transpose() * base.residuals);
+  const Eigen::VectorXd left = base.residuals + J * x;
   std::map<int, Eigen::VectorXd> by_landmark;
   for (size_t i = 0; i < base.landmark.size(); ++i) {
     const auto row = 2 * static_cast<Eigen::Index>(i);
-    Eigen::VectorXd& sum = by_landmark[base.landmark[i]];
-    if (sum.size() == 0) sum = Eigen::VectorXd::Zero(n);
-    sum += J.middleRows<2>(row).transpose() * base.residuals.segment<2>(row);
+    Eigen::VectorXd& sum =
+        by_landmark.emplace(base.landmark[i], Eigen::VectorXd::Zero(n)).first->second;
+    sum += J.middleRows<2>(row).transpose() * left.segment<2>(row);
   }
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
-  for (const auto& [landmark, part] : by_landmark) {
-    g += part;
-    scatter += part * part.transpose();
-  }
-  const Eigen::MatrixXd inverse = (J.transpose() * J).ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::VectorXd x = -inverse * g;
+  for (const auto& [landmark, part] : by_landmark) scatter += part * part.transpose();
   const Eigen::VectorXd variance = (inverse * scatter * inverse).diagonal();
   for (Eigen::Index p = 0; p < n; ++p) {
     (*parameters)[static_cast<size_t>(p)].correction = x[p];

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "etalon/core/printable.h"
 #include "etalon/evaluation/segment_metrics.h"
 
 namespace etalon {
@@ -140,7 +141,7 @@ AttemptRecord attemptFromJson(const JsonReader& json) {
   attempt.t = json.at("stamp_ns").stamp();
   if (json.has("initializer")) attempt.initializer = json.at("initializer").text();
   attempt.status = json.at("status").text();
-  attempt.reason = json.at("reason").text();
+  attempt.reason = printable(json.at("reason").text());
   attempt.reason_value = json.at("reason_value").number();
   for (const JsonReader& timing : json.at("milliseconds").elements())
     attempt.timings.push_back({timing.at("stage").text(), timing.at("ms").number()});

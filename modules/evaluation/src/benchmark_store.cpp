@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <sstream>
 #include <tuple>
 
@@ -141,31 +142,76 @@ void sortSlots(BenchmarkRecord* record) {
   record->slots = std::move(sorted);
 }
 
-std::vector<std::string> missingSlots(const BenchmarkRecord& record) {
-  std::vector<std::string> there;
-  for (const SlotRecord& slot : record.slots) there.push_back(slotKey(slot));
-  std::sort(there.begin(), there.end());
-  std::vector<std::string> missing;
-  for (const BenchmarkSequence& sequence : record.sequences) {
-    if (!sequence.error.empty()) continue;
-    for (const BenchmarkWindow& window : windowsOf(record.protocol)) {
-      const int slots =
-          slotCount(sequence.first_image, sequence.last_image, record.protocol.every_s, window);
-      for (int segment = 0; segment < slots; ++segment) {
-        for (const BenchmarkInitializer& initializer : record.initializers) {
-          SlotRecord slot;
-          slot.sequence = sequence.name;
-          slot.keyframes = window.keyframes;
-          slot.rate_hz = window.rate_hz;
-          slot.segment = segment;
-          slot.initializer = initializer.name;
-          const std::string key = slotKey(slot);
-          if (!std::binary_search(there.begin(), there.end(), key)) missing.push_back(key);
-        }
+namespace {
+
+/** What a complete record has of a sequence, as slotKey() names it. */
+std::vector<std::string> expectedSlots(const BenchmarkRecord& record,
+                                       const BenchmarkSequence& sequence) {
+  std::vector<std::string> keys;
+  if (!sequence.error.empty()) return keys;
+  SlotRecord slot;
+  slot.sequence = sequence.name;
+  for (const BenchmarkWindow& window : windowsOf(record.protocol)) {
+    slot.keyframes = window.keyframes;
+    slot.rate_hz = window.rate_hz;
+    const int slots =
+        slotCount(sequence.first_image, sequence.last_image, record.protocol.every_s, window);
+    for (slot.segment = 0; slot.segment < slots; ++slot.segment) {
+      for (const BenchmarkInitializer& initializer : record.initializers) {
+        slot.initializer = initializer.name;
+        keys.push_back(slotKey(slot));
       }
     }
   }
+  return keys;
+}
+
+/** slotKey()s of the record's slots. */
+std::set<std::string> slotsThere(const BenchmarkRecord& record) {
+  std::set<std::string> there;
+  for (const SlotRecord& slot : record.slots) there.insert(slotKey(slot));
+  return there;
+}
+
+std::string ofAll(size_t missing, size_t all) {
+  return std::to_string(missing) + " of " + std::to_string(all) + " results";
+}
+
+}  // namespace
+
+std::vector<std::string> missingSlots(const BenchmarkRecord& record) {
+  const std::set<std::string> there = slotsThere(record);
+  std::vector<std::string> missing;
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (const std::string& key : expectedSlots(record, sequence))
+      if (there.count(key) == 0) missing.push_back(key);
   return missing;
+}
+
+std::vector<std::string> incompleteness(const BenchmarkRecord& record) {
+  const std::set<std::string> there = slotsThere(record);
+  size_t all = 0, all_missing = 0;
+  std::vector<std::string> details;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    const std::vector<std::string> expected = expectedSlots(record, sequence);
+    const auto missing = static_cast<size_t>(
+        std::count_if(expected.begin(), expected.end(),
+                      [&there](const std::string& key) { return there.count(key) == 0; }));
+    all += expected.size();
+    all_missing += missing;
+    if (!sequence.error.empty())
+      details.push_back(sequence.name + ": not in it: " + sequence.error);
+    else if (missing > 0)
+      details.push_back(sequence.name + ": " + ofAll(missing, expected.size()) + " missing");
+  }
+  std::vector<std::string> sentences;
+  if (all_missing > 0)
+    sentences.push_back("unfinished: " + ofAll(all_missing, all) + " are missing");
+  if (record.shards > 1)
+    sentences.push_back("it is shard " + std::to_string(record.shard) + " of " +
+                        std::to_string(record.shards) + "; etalon merge joins the shards");
+  sentences.insert(sentences.end(), details.begin(), details.end());
+  return sentences;
 }
 
 std::string slotToText(const SlotRecord& slot) {

@@ -109,9 +109,9 @@ double largestMove(const NoiseFactors& a, const NoiseFactors& b) {
                    std::abs(b.sigma_px / a.sigma_px - 1.0)});
 }
 
-WindowOptions withoutChiSquareTest(WindowOptions options) {
+WindowOptions withoutResidualTest(WindowOptions options) {
   options.refine = true;
-  options.acceptance.max_chi2_per_dof_inertial = std::numeric_limits<double>::infinity();
+  options.acceptance.noise_margin = std::numeric_limits<double>::infinity();
   return options;
 }
 
@@ -119,7 +119,7 @@ WindowOptions withoutChiSquareTest(WindowOptions options) {
 NoiseIteration iterate(std::vector<Fit>* fits, const NoiseFactors& believed,
                        const Initializer& initializer, const NoiseCalibrationOptions& options,
                        NoiseCalibration* out) {
-  const WindowOptions window = withoutChiSquareTest(options.window);
+  const WindowOptions window = withoutResidualTest(options.window);
   NoiseIteration iteration;
   iteration.believed = believed;
   out->checks.clear();

@@ -30,7 +30,11 @@ void inParallel(int jobs, std::size_t count, const Work& work) {
   };
   std::vector<std::thread> threads;
   const auto others = std::min<std::size_t>(count, static_cast<std::size_t>(std::max(1, jobs)));
-  for (std::size_t i = 1; i < others; ++i) threads.emplace_back(worker);
+  try {
+    threads.reserve(others);
+    for (std::size_t i = 1; i < others; ++i) threads.emplace_back(worker);
+  } catch (const std::exception&) {  // no more threads, or no memory for them: these must do
+  }
   worker();
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);

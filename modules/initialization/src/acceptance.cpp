@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
+
+#include "etalon/core/chi_square.h"
 
 namespace etalon {
 
@@ -11,13 +14,13 @@ void AcceptanceOptions::declare(ParameterSet& parameters) {
   parameters.add("max_sigma_velocity_mps", &max_sigma_velocity_mps, {0.0, 100.0},
                  "Refuse if the standard deviation of a component of the last keyframe's velocity "
                  "is larger, m/s.");
-  parameters.add("max_gyro_bias_rps", &max_gyro_bias_rps, {0.0, 100.0},
-                 "Refuse a gyro bias whose norm is larger than is plausible, rad/s.");
-  parameters.add("max_accel_bias_mps2", &max_accel_bias_mps2, {0.0, 1000.0},
-                 "Refuse an accelerometer bias whose norm is larger than is plausible, m/s^2.");
-  parameters.add("max_chi2_per_dof_inertial", &max_chi2_per_dof_inertial, {0.0, 1e9},
-                 "Refuse if the whitened inertial residuals after VI-BA are larger (1 is what the "
-                 "noise model promises).");
+  parameters.add("false_alarm_rate", &false_alarm_rate, {1e-9, 0.5},
+                 "Share of good windows that each chi-square test may refuse: of the residuals of "
+                 "gyro, accelerometer and vision, were their noise noise_margin times what is "
+                 "believed, and of b_g and b_a against their prior.");
+  parameters.add("noise_margin", &noise_margin, {0.1, 1e9},
+                 "How many times what is believed a sensor's noise may be (standard deviations) "
+                 "before its residuals are refused. No IMU is quite as its factors say.");
   parameters.add("min_inlier_share", &min_inlier_share, {0.0, 1.0},
                  "Refuse if a smaller share of the visual measurements agrees with the solution.");
   parameters.add("min_measurements", &min_measurements, {0, 1000000},
@@ -38,26 +41,27 @@ AcceptanceDecision refuse(InitializationStatus status, double value, const char*
   return decision;
 }
 
-}  // namespace
+using Status = InitializationStatus;
+using Refusal = std::optional<AcceptanceDecision>;
 
-AcceptanceDecision judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
-  using Status = InitializationStatus;
+Refusal judgeSolution(const VisualInertialBaResult& refined) {
+  AcceptanceDecision decision;
   if (!refined.message.empty()) {
-    AcceptanceDecision decision;
     decision.reason = "visual-inertial BA failed: " + refined.message;
     return decision;
   }
-  if (!refined.converged) {
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "the visual-inertial BA has not converged: its last step was %.2f standard "
-                  "deviations long after %d iterations",
-                  refined.last_step_sigmas, refined.iterations);
-    AcceptanceDecision decision;
-    decision.reason = text;
-    decision.value = refined.last_step_sigmas;
-    return decision;
-  }
+  if (refined.converged) return std::nullopt;
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "the visual-inertial BA has not converged: its last step was %.2f standard "
+                "deviations long after %d iterations",
+                refined.last_step_sigmas, refined.iterations);
+  decision.reason = text;
+  decision.value = refined.last_step_sigmas;
+  return decision;
+}
+
+Refusal judgeSupport(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
   const double inliers = refined.inlier_measurements;
   if (inliers < options.min_measurements)
     return refuse(Status::kTooFewTracks, inliers,
@@ -69,11 +73,10 @@ AcceptanceDecision judge(const VisualInertialBaResult& refined, const Acceptance
                   "a share of %.2f of the visual measurements agrees with the solution, at least "
                   "%.2f is wanted",
                   options.min_inlier_share);
-  const double chi2 = refined.chi2_inertial / refined.dof_inertial;
-  if (!(chi2 <= options.max_chi2_per_dof_inertial))
-    return refuse(Status::kNotConverged, chi2,
-                  "the inertial residuals have chi2/dof %.2f, at most %.2f is wanted",
-                  options.max_chi2_per_dof_inertial);
+  return std::nullopt;
+}
+
+Refusal judgeCovariance(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
   if (refined.covariance.size() == 0) {
     AcceptanceDecision decision;
     decision.status = Status::kIllConditioned;
@@ -90,16 +93,59 @@ AcceptanceDecision judge(const VisualInertialBaResult& refined, const Acceptance
     return refuse(Status::kIllConditioned, sigma_velocity,
                   "the velocity is known to %.3f m/s (1 sigma), at most %.3f is wanted",
                   options.max_sigma_velocity_mps);
-  const double gyro_bias = refined.bias.gyro.norm();
-  if (!(gyro_bias <= options.max_gyro_bias_rps))
-    return refuse(Status::kImplausible, gyro_bias,
-                  "a gyro bias of %.3f rad/s is not plausible, at most %.3f is",
-                  options.max_gyro_bias_rps);
-  const double accel_bias = refined.bias.accel.norm();
-  if (!(accel_bias <= options.max_accel_bias_mps2))
-    return refuse(Status::kImplausible, accel_bias,
-                  "an accelerometer bias of %.3f m/s^2 is not plausible, at most %.3f is",
-                  options.max_accel_bias_mps2);
+  return std::nullopt;
+}
+
+/** @param z quantile of the normal distribution at the false-alarm rate */
+Refusal judgeResiduals(const NoiseCheck& noise, double z, double margin) {
+  const struct {
+    const char* format;
+    const ResidualGroup& group;
+    double square;  ///< tr M^2
+  } sensors[] = {{"the gyro's residuals have chi2/dof %.2f, at most %.2f is wanted", noise.gyro,
+                  noise.coupling(0, 0)},
+                 {"the accelerometer's residuals have chi2/dof %.2f, at most %.2f is wanted",
+                  noise.accel, noise.coupling(1, 1)},
+                 {"the pixels' residuals have chi2/dof %.2f, at most %.2f is wanted", noise.vision,
+                  noise.coupling(2, 2)}};
+  for (const auto& sensor : sensors) {
+    const double dof = sensor.group.dof;
+    if (!(dof > 0.0 && sensor.square > 0.0)) continue;  // nothing is left of what the fit takes out
+    const double scale = sensor.square / dof;
+    const double expected = dof + (margin * margin - 1.0) * sensor.square;
+    const double bound = expected / dof * scale * chiSquareQuantile(dof / scale, z) / dof;
+    const double ratio = sensor.group.chi2 / dof;
+    if (!(ratio <= bound)) return refuse(Status::kNotConverged, ratio, sensor.format, bound);
+  }
+  return std::nullopt;
+}
+
+/** @param z quantile of the normal distribution at the false-alarm rate */
+Refusal judgeBiases(const VisualInertialBaResult& refined, double z) {
+  const double farthest = std::sqrt(chiSquareQuantile(3.0, z));
+  if (!(refined.gyro_bias_sigmas <= farthest))
+    return refuse(Status::kImplausible, refined.gyro_bias_sigmas,
+                  "the gyro bias is %.2f standard deviations of its prior from the prior's mean, "
+                  "at most %.2f is plausible",
+                  farthest);
+  if (!(refined.accel_bias_sigmas <= farthest))
+    return refuse(Status::kImplausible, refined.accel_bias_sigmas,
+                  "the accelerometer bias is %.2f standard deviations of its prior from the "
+                  "prior's mean, at most %.2f is plausible",
+                  farthest);
+  return std::nullopt;
+}
+
+}  // namespace
+
+AcceptanceDecision judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
+  if (const Refusal refusal = judgeSolution(refined)) return *refusal;
+  if (const Refusal refusal = judgeSupport(refined, options)) return *refusal;
+  if (const Refusal refusal = judgeCovariance(refined, options)) return *refusal;
+  const double z = normalQuantile(options.false_alarm_rate);
+  if (const Refusal refusal = judgeResiduals(refined.noise, z, options.noise_margin))
+    return *refusal;
+  if (const Refusal refusal = judgeBiases(refined, z)) return *refusal;
   AcceptanceDecision decision;
   decision.accepted = true;
   decision.status = Status::kSuccess;

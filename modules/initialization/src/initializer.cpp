@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 
 namespace etalon {
 
@@ -23,8 +24,9 @@ std::string number(double value) {
   return text;
 }
 
+/** The reason may be a plugin's own words. */
 InitializationResult refuse(Status status, const std::string& reason, double value) {
-  return InitializationResult::refusal(status, reason, value);
+  return InitializationResult::refusal(status, printable(reason), value);
 }
 
 std::optional<InitializationResult> checkFrames(const InitializationProblem& problem) {
@@ -142,6 +144,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
     if (result.reason.empty()) {
       result.reason = std::string("refused without a reason (") + toString(result.status) + ")";
     }
+    result.reason = printable(result.reason);
     return result;
   }
   const std::string broken = brokenPromise(problem, result);

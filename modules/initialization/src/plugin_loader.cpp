@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 #include "shared_library.h"
 
 #ifndef ETALON_INSTALLED_INITIALIZERS
@@ -172,9 +173,9 @@ const PluginLoader::Loaded& PluginLoader::load(const std::string& path) {
     }
   }
   const auto* const class_id = registeredClass(descriptor, path);
-  loaded_.push_back(
-      {{descriptor.name, path, descriptor.version, descriptor.description, descriptor.class_name},
-       class_id});
+  loaded_.push_back({{descriptor.name, path, printable(descriptor.version),
+                      printable(descriptor.description), descriptor.class_name},
+                     class_id});
   available_.push_back(loaded_.back().info);
   return loaded_.back();
 }

@@ -44,6 +44,8 @@ class ConfigurationReader {
       known_.push_back(section.section());
       pipeline_ini_ += section.toIni() + "\n";
     }
+    checkOdd("klt_window_px", pipeline->frontend.klt_window_px);
+    checkOdd("anchor_window_px", pipeline->frontend.anchor_window_px);
     std::vector<std::string> search = plugin_path;
     for (const std::string& folder : split(plugin_options.path)) {
       if (!std::filesystem::exists(folder))
@@ -57,6 +59,21 @@ class ConfigurationReader {
 
   PluginLoader& loader() { return *loader_; }
   const std::string& pipelineIni() const { return pipeline_ini_; }
+
+  /** The initializer that the key names; where it cannot be had, the key's origin is said. */
+  ConfiguredInitializer initializerOfKey(const std::string& section, const std::string& key,
+                                         const std::string& name) {
+    const auto& values = ini_.section(section);
+    const auto value = values.find(key);
+    if (value == values.end()) return initializer(name);
+    try {
+      loader_->info(name);
+    } catch (const PluginError& e) {
+      throw PluginError(value->second.origin + ": [" + section + "] " + key + " = '" + name +
+                        "': " + e.what());
+    }
+    return initializer(name);
+  }
 
   /** A new instance of the initializer `name`, its section read. */
   ConfiguredInitializer initializer(const std::string& name) {
@@ -83,6 +100,14 @@ class ConfigurationReader {
   }
 
  private:
+  /** A patch of the front end has a pixel in its middle. */
+  void checkOdd(const std::string& key, int value) const {
+    if (value % 2 != 0) return;
+    const IniFile::Value& text = ini_.section("frontend").at(key);  // the defaults are odd
+    throw ConfigError(text.origin + ": [frontend] " + key + " = '" + text.text +
+                      "': expected an odd integer");
+  }
+
   const IniFile& ini_;
   std::vector<std::string> known_;
   std::string pipeline_ini_;
@@ -98,7 +123,8 @@ RunConfiguration loadRunConfiguration(const IniFile& ini,
   const bool automatic = run.pipeline.initializer == kAutoInitializer;
   const AutoOptions& names = run.pipeline.auto_initializer;
   ConfiguredInitializer configured =
-      reader.initializer(automatic ? names.moving : run.pipeline.initializer);
+      automatic ? reader.initializerOfKey(kAutoInitializer, "moving", names.moving)
+                : reader.initializerOfKey("pipeline", "initializer", run.pipeline.initializer);
   run.plugin = configured.plugin;
   run.initializers.name = configured.plugin.name;
   run.initializers.initializer = configured.initializer;
@@ -107,7 +133,8 @@ RunConfiguration loadRunConfiguration(const IniFile& ini,
     if (names.at_rest == names.moving)
       throw ConfigError("[auto] at_rest and moving name the same initializer, '" + names.moving +
                         "'; name it in [pipeline] initializer instead");
-    const ConfiguredInitializer at_rest = reader.initializer(names.at_rest);
+    const ConfiguredInitializer at_rest =
+        reader.initializerOfKey(kAutoInitializer, "at_rest", names.at_rest);
     run.initializers.at_rest = at_rest.initializer;
     run.initializers.at_rest_name = at_rest.plugin.name;
     run.at_rest_plugin = at_rest.plugin;

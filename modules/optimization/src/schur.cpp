@@ -1,6 +1,7 @@
 #include "schur.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -12,8 +13,11 @@ struct PoseContribution {
   int keyframe;
   Eigen::Matrix<double, 6, 6> H_pp = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 3> H_pl = Eigen::Matrix<double, 6, 3>::Zero();
-  /** Of H_pl in the curvature: gradient times the mixed derivative of position and rho. */
-  Eigen::Vector3d bent = Eigen::Vector3d::Zero();
+  /** Sum of the residuals times the mixed derivative by position and rho; made bent by bend(). */
+  Eigen::Vector3d mixed = Eigen::Vector3d::Zero();
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  Vector6d bent = Vector6d::Zero();  ///< derivative by rho of the gradient, residuals' part
+  Vector6d pull = Vector6d::Zero();  ///< of the best rho by this pose, less what is rigid
   explicit PoseContribution(int k) : keyframe(k) {}
 };
 
@@ -43,11 +47,39 @@ Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB
     pose.H_pl.noalias() += weight * J_pose.transpose() * J_landmark;
     // d(r)/d(position) is rho times what does not depend on rho, to first order.
     if (!held && rho > 0.0)
-      pose.bent.noalias() += (weight / rho) * J_pose.rightCols<3>().transpose() * r;
+      pose.mixed.noalias() += (weight / rho) * J_pose.rightCols<3>().transpose() * r;
     V.noalias() += weight * J_landmark.transpose() * J_landmark;
   }
   V.diagonal().array() += 1e-12 * V.trace();
   return V;
+}
+
+/**
+ * The curvature's part. Moving the landmark and all cameras together changes no residual, and must
+ * change no term of the curvature: what counts is a camera's position relative to the first pose
+ * that saw the landmark, in that body's frame, and rho in a chart that goes with that body. There
+ * the second derivatives that are left out are small.
+ */
+void bend(const std::vector<SE3>& T_WB, const InverseDepthLandmark& landmark,
+          const Eigen::Matrix3d& V_inv, std::vector<PoseContribution>* poses) {
+  PoseContribution& anchor = poses->front();
+  const SE3& T_WA = T_WB[static_cast<size_t>(anchor.keyframe)];
+  for (PoseContribution& pose : *poses) {
+    pose.pull = pose.H_pl * V_inv.col(2);
+    if (pose.keyframe == anchor.keyframe) continue;
+    pose.bent.tail<3>() = pose.mixed;
+    anchor.bent.tail<3>() -= pose.mixed;
+    const Eigen::Vector3d way = T_WB[static_cast<size_t>(pose.keyframe)].t - T_WA.t;
+    anchor.bent.head<3>() -= T_WA.R.transpose() * way.cross(pose.mixed);
+  }
+  // 1 / rho is the distance along the bearing c; a landmark that the anchor takes along moves it.
+  const double rho = landmark.parameters.z();
+  const Eigen::Vector3d c = T_WA.R.transpose() * landmark.axes.col(2);
+  const Eigen::Vector3d from_anchor =  // rho times the landmark's place in the anchor's body
+      T_WA.R.transpose() * (landmark.axes * landmark.parameters.head<2>().homogeneous() +
+                            rho * (landmark.origin - T_WA.t));
+  anchor.pull.head<3>() -= rho * from_anchor.cross(c);
+  anchor.pull.tail<3>() -= rho * rho * landmark.axes.col(2);
 }
 
 }  // namespace
@@ -64,19 +96,20 @@ void addReducedVisualInformation(const VisualWindow& window, const std::vector<S
                                       l, inlier, huber, &poses);
     if (poses.empty()) continue;
     const Eigen::Matrix3d V_inv = V.inverse();
+    if (!estimates.held[l]) bend(T_WB, estimates.landmarks[l], V_inv, &poses);
     for (size_t i = 0; i < poses.size(); ++i) {
       const PoseContribution& a = poses[i];
       const Eigen::Index row = stride * a.keyframe;
       equations->add(row, row, a.H_pp);
       const Eigen::Matrix<double, 6, 3> flat = a.H_pl * V_inv;
-      Eigen::Matrix<double, 6, 3> bent = flat;
-      bent.bottomRows<3>().noalias() += a.bent * V_inv.row(2);
+      const PoseContribution::Vector6d pull = a.pull + V_inv(2, 2) * a.bent;
       for (size_t j = 0; j <= i; ++j) {
         const PoseContribution& b = poses[j];
         const Eigen::Index column = stride * b.keyframe;
         const Eigen::Matrix<double, 6, 6> score = flat * b.H_pl.transpose();
-        Eigen::Matrix<double, 6, 6> curvature = bent * b.H_pl.transpose();
-        curvature.rightCols<3>().noalias() += bent.col(2) * b.bent.transpose();
+        Eigen::Matrix<double, 6, 6> curvature = score;
+        curvature.noalias() += pull * b.bent.transpose();
+        curvature.noalias() += a.bent * b.pull.transpose();
         equations->score.block<6, 6>(row, column) -= score;
         equations->curvature.block<6, 6>(row, column) -= curvature;
         if (j == i) continue;

@@ -19,7 +19,8 @@ namespace etalon {
  * depth and position. Far landmarks need it: parallax that is noise looks like information to
  * Gauss-Newton (a baseline times an inverse depth that was fitted to the same noise), and the
  * curvature does not have it. Every other second derivative is smaller than what stands beside it
- * by the size of a residual, about 1e-3 rad.
+ * by the size of a residual, about 1e-3 rad. (Positions relative to the first pose that saw the
+ * landmark, in its body's frame: moving all together changes no term.)
  *
  * The covariance of the estimate is curvature^-1 score curvature^-1 (Huber, The behavior of maximum
  * likelihood estimates under nonstandard conditions, 1967); with near landmarks the two agree and

@@ -13,11 +13,14 @@ namespace {
 /**
  * Variance of the estimate over what the information of the inliers alone says, for residuals as
  * normal as sigma_px promises. Leaving out those beyond `chi2` costs more than their number,
- * because an estimate moves the selection along with itself. Per unit of information, with psi the
- * sum of the residuals kept and r that of all: after the first round e = r (Huber's loss costs 1
- * %), after each further one e' = (psi + (p - s) e) / p,   p = P(kept) = E[d(psi)/dr] at a fixed
- * selection, s = E[psi^2]; for two dimensions p = 1 - exp(-chi2/2) and s = p - chi2/2
- * exp(-chi2/2). 1.12 for two rounds.
+ * because an estimate moves the selection along with itself.
+ *
+ * Per unit of information, with psi the sum of the residuals kept and r that of all of them, the
+ * error is e = r after the first round (Huber's loss costs less than one percent). Each further
+ * round selects by the last estimate:  e' = (psi + (p - s) e) / p.
+ *
+ * Here p is the share kept and s = E[psi^2]; for two dimensions, with q = exp(-chi2 / 2),
+ * p = 1 - q and s = 1 - q (1 + chi2 / 2). For two rounds the result is 1.12.
  */
 double truncationFactor(double chi2, int rounds) {
   const double s = 1.0 - std::exp(-0.5 * chi2) * (1.0 + 0.5 * chi2);

@@ -153,9 +153,10 @@ class VisualInertialSolver {
   void statistics(bool with_covariance, VisualInertialBaResult* result) {
     visual_.holdAtInfinity(result->inlier);
     const std::vector<InertialResidual> inertial = inertialResiduals(*result);
-    result->chi2_inertial = 0.0;
-    for (const InertialResidual& r : inertial) result->chi2_inertial += r.r.squaredNorm();
-    result->dof_inertial = 9 * static_cast<int>(preintegrations_.size());
+    result->gyro_bias_sigmas =
+        (result->bias.gyro - options_.prior_mean.gyro).norm() / options_.prior_sigma_gyro_rps;
+    result->accel_bias_sigmas =
+        (result->bias.accel - options_.prior_mean.accel).norm() / options_.prior_sigma_accel_mps2;
     int landmark_unknowns = 0;
     for (size_t l = 0; l < result->landmark_valid.size(); ++l)
       if (result->landmark_valid[l]) landmark_unknowns += visual_.held()[l] ? 2 : 3;

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 
 namespace etalon {
 
@@ -24,7 +25,7 @@ class NumberFile {
   bool next() {
     std::string text;
     while (std::getline(in_, text)) {
-      ++line_;
+      if (++line_ == 1) text = withoutByteOrderMark(text);
       while (!text.empty() && (text.back() == '\r' || text.back() == ' ')) text.pop_back();
       if (text.empty() || text.front() == '#') continue;
       parse(text);

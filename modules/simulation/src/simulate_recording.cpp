@@ -198,7 +198,11 @@ void renderAll(const Flight& flight, const StereoRenderer& renderer, const Euroc
     }
   };
   std::vector<std::thread> pool;
-  for (size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+  try {
+    pool.reserve(threads);
+    for (size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+  } catch (const std::exception&) {  // no more threads, or no memory for them: these must do
+  }
   work();
   for (std::thread& thread : pool) thread.join();
   if (failure) std::rethrow_exception(failure);

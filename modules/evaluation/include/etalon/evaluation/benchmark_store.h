@@ -44,6 +44,12 @@ void discardBenchmark(const std::string& folder);
 /** What tells a slot's line from all others: sequence, window, segment, initializer. */
 std::string slotKey(const SlotRecord& slot);
 
+/**
+ * What is missing for the record to be complete, in sentences: results in all and by recording,
+ * shards, recordings that could not be used. Empty if nothing is.
+ */
+std::vector<std::string> incompleteness(const BenchmarkRecord& record);
+
 /** A slot as its line in slots/, without the line's end. Numbers read back bit for bit (rotations,
  * stored as quaternions, to rounding). */
 std::string slotToText(const SlotRecord& slot);

@@ -86,8 +86,8 @@ struct NoiseCalibration {
  * Estimates the noise from residuals alone: variance components, iterated. Every window is
  * initialised once and then refitted by VI-BA from where it was, with the factors of the last
  * iteration; the chi-squares of all windows together give the next factors. Ground truth is not
- * used. A window takes part if VI-BA's result passes `options.window.acceptance` but for the
- * inertial chi-square, which would choose the windows by what is to be measured.
+ * used. A window takes part if VI-BA's result passes `options.window.acceptance` but for the tests
+ * of the residuals, which would choose the windows by what is to be measured.
  *
  * The windows should be made with priorsForCalibration(). White noise only: the random walks stay
  * the data sheet's. Deterministic.

@@ -13,9 +13,8 @@ namespace etalon {
 struct AcceptanceOptions {
   double max_sigma_gravity_deg = 1.0;
   double max_sigma_velocity_mps = 0.1;
-  double max_gyro_bias_rps = 0.3;
-  double max_accel_bias_mps2 = 1.0;
-  double max_chi2_per_dof_inertial = 5.0;
+  double false_alarm_rate = 0.001;
+  double noise_margin = 2.0;
   double min_inlier_share = 0.5;
   int min_measurements = 100;
 
@@ -29,7 +28,17 @@ struct AcceptanceDecision {
   double value = 0.0;
 };
 
-/** Judges the refined estimate by its own covariance and residuals; never looks at ground truth. */
+/**
+ * Judges the refined estimate by its own covariance and residuals; never looks at ground truth.
+ *
+ * Gyro, accelerometer and vision are judged each by the sum of its squared residuals: of a sum
+ * r^T r with r ~ N(0, M), M = (I - H) over the sensor's residuals (NoiseCheck), mean and variance
+ * are tr M and 2 tr M^2, those of (tr M^2 / tr M) times a chi-square variable of (tr M)^2 / tr M^2
+ * degrees of freedom (Satterthwaite, Biometrics 1946). The bound is its quantile at the false-alarm
+ * rate, times what the sum would grow by if this sensor's noise alone were `noise_margin` times
+ * what is believed: the residuals hold the others' noise too. A bias is judged by its distance from
+ * the prior's mean in the prior's standard deviations, three degrees of freedom, without a margin.
+ */
 AcceptanceDecision judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options);
 
 }  // namespace etalon

@@ -46,11 +46,11 @@ struct VisualInertialBaResult {
   std::vector<char> landmark_valid;
   std::vector<char> inlier;
   int iterations = 0;
-  double chi2_inertial = 0.0;  ///< sum of squared whitened inertial residuals
-  int dof_inertial = 0;        ///< number of them
-  double chi2_visual = 0.0;    ///< over the inliers
-  int dof_visual = 0;          ///< their number less the landmarks' unknowns
+  double chi2_visual = 0.0;  ///< over the inliers
+  int dof_visual = 0;        ///< their number less the landmarks' unknowns
   int inlier_measurements = 0, measurements = 0;
+  /** Distance of a bias from its prior's mean in the prior's standard deviations. */
+  double gyro_bias_sigmas = 0.0, accel_bias_sigmas = 0.0;
   NoiseCheck noise;  ///< residuals against their expectation; zero without covariance
   /**
    * Covariance of every keyframe's [rotation, position, velocity] and then [b_g, b_a]: (9N+6)

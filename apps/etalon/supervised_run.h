@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "etalon/core/time.h"
+#include "etalon/initialization/initializer.h"
+
+namespace etalon::app {
+
+/** Where a run stands; lies in memory that its supervisor sees, too. */
+struct RunState {
+  std::atomic<TimeNs> first_image{-1};     ///< of the run; -1: none yet
+  std::atomic<TimeNs> processed{-1};       ///< last frame that the pipeline has done with; -1: none
+  std::atomic<std::uint64_t> attempts{0};  ///< calls of an initializer that have begun
+  std::atomic<bool> in_attempt{false};
+  std::atomic<TimeNs> attempt_t{0};  ///< last keyframe of the window of the last attempt
+  char initializer[64] = "";         ///< of the last attempt
+  std::atomic<bool> finished{false};
+};
+
+/** How a supervised run ended. */
+struct RunEnd {
+  bool finished = false;
+  int exit_code = 0;  ///< if finished
+  /** Otherwise what happened instead, as the end of a sentence: "crashed with signal 11
+   * (Segmentation fault)", "used more than 60 s of processor time". */
+  std::string how;
+  bool out_of_time = false;
+  // Of its state at the end:
+  std::string initializer;  ///< that was being asked; empty: none
+  TimeNs attempt_t = 0;     ///< last keyframe of its window, if one was being asked
+  std::uint64_t attempts = 0;
+  std::optional<TimeNs> first_image, processed;
+};
+
+/**
+ * Runs `run` in a child process, in which it may crash or loop without harm to this one. An
+ * initializer's call that uses more processor time than `limit_s`, or waits that long, is ended
+ * with the child.
+ *
+ * To be called while this process has one thread.
+ * @throws Error if no process can be started
+ */
+RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& run);
+
+/** The initializer, saying in `state` when it is asked and when it has answered. */
+std::shared_ptr<const Initializer> watched(std::shared_ptr<const Initializer> initializer,
+                                           const std::string& name, RunState* state);
+
+}  // namespace etalon::app

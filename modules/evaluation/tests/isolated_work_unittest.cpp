@@ -1,0 +1,97 @@
+#include "isolated_work.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
+using Part = std::pair<std::size_t, std::size_t>;  // item, part
+
+/** Work of 5 items with 3 parts each; a part answers "<item>/<part>" unless `misdeed` acts. */
+struct Work {
+  IsolatedWork work;
+  std::map<Part, std::string> answers, losses;
+  std::multiset<std::size_t> done;
+
+  explicit Work(const std::function<void(Part)>& misdeed) {
+    work.items = 5;
+    work.parts = [](std::size_t) { return 3; };
+    work.run = [misdeed](std::size_t item, std::size_t first, const DoPart& do_part) {
+      for (std::size_t part = first; part < 3; ++part)
+        do_part(part, [&] {
+          misdeed({item, part});
+          return std::to_string(item) + "/" + std::to_string(part);
+        });
+    };
+    work.finished = [this](std::size_t item, std::size_t part, const std::string& answer) {
+      EXPECT_TRUE(answers.emplace(Part(item, part), answer).second);
+    };
+    work.died = [this](std::size_t item, std::size_t part, const std::string& how, bool) {
+      EXPECT_TRUE(losses.emplace(Part(item, part), how).second);
+    };
+    work.item_done = [this](std::size_t item) { done.insert(item); };
+    work.stopped = [] { return false; };
+  }
+};
+
+TEST(IsolatedWork, AllAnswersComeWhateverTheNumberOfWorkers) {
+  for (const int jobs : {1, 2, 9}) {
+    Work w([](Part) {});
+    runIsolatedWork(jobs, 10.0, w.work);
+    EXPECT_EQ(w.answers.size(), 15u);
+    EXPECT_EQ(w.answers.at({4, 2}), "4/2");
+    EXPECT_TRUE(w.losses.empty());
+    EXPECT_THAT(w.done, UnorderedElementsAre(0, 1, 2, 3, 4));
+  }
+}
+
+TEST(IsolatedWork, WhoDiesLosesOnePart) {
+  Work w([](Part part) {
+    if (part == Part(1, 1)) raise(SIGKILL);
+    if (part == Part(2, 2)) _exit(0);
+    if (part == Part(3, 0)) throw std::runtime_error("enough");
+  });
+  runIsolatedWork(2, 10.0, w.work);
+  EXPECT_EQ(w.answers.size(), 12u);
+  EXPECT_THAT(w.losses, UnorderedElementsAre(Pair(Part(1, 1), "crashed with signal 9 (Killed)"),
+                                             Pair(Part(2, 2), "ended the process with exit code 0"),
+                                             Pair(Part(3, 0), "threw: enough")));
+  EXPECT_THAT(w.done, UnorderedElementsAre(0, 1, 2, 3, 4));
+}
+
+TEST(IsolatedWork, NoItemBeginsOnceItIsStopped) {
+  Work w([](Part) {});
+  w.work.stopped = [&w] { return !w.done.empty(); };
+  runIsolatedWork(1, 10.0, w.work);
+  EXPECT_EQ(w.answers.size(), 3u);
+}
+
+TEST(IsolatedWork, WhatIsWrongOutsideOfThePartsEndsAll) {
+  Work w([](Part) {});
+  w.work.run = [](std::size_t, std::size_t, const DoPart&) { throw DataError("a.csv", 3, "no"); };
+  EXPECT_THROW(runIsolatedWork(2, 10.0, w.work), DataError);
+  w.work.run = [](std::size_t, std::size_t, const DoPart&) { _exit(7); };
+  try {
+    runIsolatedWork(2, 10.0, w.work);
+    FAIL() << "went on";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("ended the process with exit code 7"));
+  }
+}
+
+}  // namespace
+}  // namespace etalon
