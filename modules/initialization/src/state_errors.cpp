@@ -1,6 +1,6 @@
 #include "etalon/initialization/state_errors.h"
 
-#include "etalon/core/so3.h"
+#include "etalon/initialization/world_errors.h"
 #include "etalon/optimization/gravity_sphere.h"
 
 namespace etalon {
@@ -36,17 +36,9 @@ MatrixXd ErrorSources::select(Index first, Index rows) const {
 
 MatrixXd StateErrors::covariance(const Matrix3d& R_WV, const Vector3d& v_WB,
                                  double gravity_mps2) const {
-  // R_WV turns g_V to -z: an error of g_V, R_WV e = (e_x, e_y, .), tilts W by (-e_y, e_x, 0) / g.
-  const MatrixXd e_g = R_WV * map.middleRows<3>(kGravity) / gravity_mps2;
-  MatrixXd tilt = MatrixXd::Zero(3, map.cols());
-  tilt.row(0) = -e_g.row(1);
-  tilt.row(1) = e_g.row(0);
-  MatrixXd errors(11, map.cols());
-  errors.topRows<6>() = map.topRows<6>();
-  errors.middleRows<2>(6) = tilt.topRows<2>();
-  errors.bottomRows<3>() = R_WV * map.bottomRows<3>() - hat(v_WB) * tilt;
-  const MatrixXd P = sources.covarianceOf(errors);
-  return 0.5 * (P + P.transpose());
+  MatrixXd errors(12, map.cols());
+  errors << map.topRows<9>(), map.bottomRows<3>();
+  return covarianceInWorld(sources.covarianceOf(errors), R_WV, v_WB, gravity_mps2);
 }
 
 std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& problem,

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "etalon/core/so3.h"
 #include "etalon/initialization/world_errors.h"
 #include "etalon/optimization/gravity_sphere.h"
 
@@ -102,7 +103,8 @@ MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const Linea
   const Eigen::Matrix<double, 12, 12> P =
       errors * response.sources * errors.transpose() +
       by_gradient * noise.bottomRightCorner(unknowns, unknowns) * by_gradient.transpose();
-  return covarianceInWorld(P, state.g_V, state.v.back());
+  const Matrix3d R_WV = rotationBetween(state.g_V, -Vector3d::UnitZ());
+  return covarianceInWorld(P, R_WV, R_WV * state.v.back(), state.g_V.norm());
 }
 
 }  // namespace etalon::plugins

@@ -140,7 +140,8 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
   G.bottomRows<3>() = last;
   Eigen::Matrix<double, 12, 12> in_V = G * P * G.transpose();
   in_V.bottomRightCorner<3, 3>() += left;
-  return covarianceInWorld(in_V, estimate.g_V, estimate.v_VB.back());
+  const Matrix3d R_WV = rotationBetween(estimate.g_V, -Vector3d::UnitZ());
+  return covarianceInWorld(in_V, R_WV, R_WV * estimate.v_VB.back(), gravity_mps2_);
 }
 
 }  // namespace etalon::plugins
