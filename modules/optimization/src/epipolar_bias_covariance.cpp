@@ -28,7 +28,7 @@ void EpipolarBiasCovariance::add(const EpipolarPair& pair, const Matrix3d& R, co
   // Columns t_m with t_m^T N t_m = 1 and t_m^T M t_m = lambda_m, increasing. A match's residuals
   // are t . n for the first, or at rest for all three.
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix3d> eigen(pair.moments.normals(R), pair.N);
-  const Matrix3d T = eigen.eigenvectors();
+  const Matrix3d& T = eigen.eigenvectors();
   Matrix3d by_rotation = Matrix3d::Zero();
   for (int m = 0; m < (rotation_only ? 3 : 1); ++m) {
     const Vector3d t = T.col(m);
