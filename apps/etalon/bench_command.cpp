@@ -30,7 +30,7 @@ struct Arguments {
   std::vector<double> rates_hz;
   std::string out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
   ConfigurationOptions configuration;
-  double every_s = 2.5;
+  double every_s = 2.5, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool overwrite = false;
@@ -94,6 +94,7 @@ int bench(const Arguments& arguments) {
   if (options.protocol.rates_hz.empty())
     options.protocol.rates_hz = {configuration.pipeline.keyframe_rate_hz};
   options.protocol.vi_ba = arguments.vi_ba == "both";
+  options.min_coverage = arguments.min_coverage;
   options.jobs = arguments.jobs;
   options.time_limit_s = arguments.time_limit_s;
   options.overwrite = arguments.overwrite;
@@ -127,7 +128,7 @@ int bench(const Arguments& arguments) {
                outcome.slots_found + outcome.slots_tried, outcome.slots_found,
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record);
+  printShortfalls(outcome.record, arguments.min_coverage);
   const bool lost = printLostSlots(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;
@@ -175,6 +176,12 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command
       ->add_option("--vi-ba", arguments->vi_ba, "Stages: without and with VI-BA, or without only")
       ->check(CLI::IsMember({"both", "off"}))
+      ->capture_default_str();
+  command
+      ->add_option("--min-coverage", arguments->min_coverage,
+                   "Share of the keyframes of a window that must have ground truth; with less, "
+                   "errors are not given")
+      ->check(checkShare())
       ->capture_default_str();
   command->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the slots")
       ->check(within(1, 1024, "a whole number from 1 to 1024"))

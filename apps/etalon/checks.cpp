@@ -31,6 +31,16 @@ CLI::Validator checkSeconds(bool not_negative) {
           ""};
 }
 
+CLI::Validator checkShare() {
+  return {[](const std::string& text) {
+            double value = 0.0;
+            return parsesWhole(text, &value) && value >= 0.0 && value <= 1.0
+                       ? std::string()
+                       : "expected a share from 0 to 1, found '" + text + "'";
+          },
+          ""};
+}
+
 CLI::Validator checkOutputPath() {
   return {[](const std::string& text) {
             return text.empty() || text[0] == '-'

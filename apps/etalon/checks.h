@@ -9,6 +9,9 @@ namespace etalon::app {
 /** Accepts any finite number of seconds, at least 0 if `not_negative`. */
 CLI::Validator checkSeconds(bool not_negative);
 
+/** Accepts a share from 0 to 1. */
+CLI::Validator checkShare();
+
 /** Accepts a path that does not look like an option: `--out --help` is no wish for a folder. */
 CLI::Validator checkOutputPath();
 

@@ -23,6 +23,7 @@ struct Arguments {
   std::vector<std::string> runs, initializers, metrics;
   std::string format = "text";
   std::uint64_t seed = BootstrapOptions().seed;
+  double min_coverage = kMinCoverage;
   bool bold = false, all = false;
 };
 
@@ -50,7 +51,13 @@ void compareRunFolders(const Arguments& arguments, TableFormat format) {
   std::vector<std::pair<std::string, RunRecord>> runs;
   for (size_t i = 0; i < names.size(); ++i)
     runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
+  for (auto& [name, record] : runs) requireCoverage(&record, arguments.min_coverage);
   std::fputs(compareRuns(runs).toString(format).c_str(), stdout);
+  for (const auto& [name, record] : runs) {
+    if (!record.ground_truth) continue;
+    const std::string partly = describeCoverage(*record.ground_truth, arguments.min_coverage);
+    if (!partly.empty()) std::fprintf(stderr, "warning: %s: %s\n", name.c_str(), partly.c_str());
+  }
   const std::vector<std::string> refusals = refusalsOf(runs);
   if ((format == TableFormat::kText || format == TableFormat::kMarkdown) && !refusals.empty()) {
     std::printf("\n");
@@ -121,6 +128,9 @@ bool compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
   const bool complete = !printIncompleteness(benchmarks, format);
   BenchmarkRecord record = combineBenchmarks(benchmarks);
   if (!arguments.initializers.empty()) record = selectInitializers(record, arguments.initializers);
+  requireCoverage(&record, arguments.min_coverage);
+  for (const std::string& sentence : describeCoverage(record, arguments.min_coverage))
+    std::fprintf(stderr, "warning: %s\n", sentence.c_str());
   const bool several = initializersOf(record).size() > 1;
   if (!several && !isForPeople(format))
     throw ConfigError("format '" + arguments.format +
@@ -188,6 +198,12 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       ->check(CLI::IsMember(comparedFigures()))
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_option("--min-coverage", arguments->min_coverage,
+                   "Share of the frames of a run, or of a window's keyframes, that must have "
+                   "ground truth; with less, errors are not given")
+      ->check(checkShare())
+      ->capture_default_str();
   command->add_flag("--all", arguments->all,
                     "Benchmarks: print all tables, as `etalon bench --format markdown` does");
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")

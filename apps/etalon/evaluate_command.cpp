@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/evaluation/plot.h"
 #include "etalon/evaluation/table.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
@@ -22,7 +23,7 @@ namespace {
 struct Arguments {
   std::string trajectory, ground_truth, align = "all", unit = "frames", format = "text", plot;
   std::optional<double> delta;
-  double max_time_difference_s = 0.01;
+  double max_time_difference_s = 0.01, min_coverage = kMinCoverage;
 };
 
 struct NamedAlignment {
@@ -70,6 +71,17 @@ AssociatedTrajectories associated(const Arguments& arguments, const Trajectory& 
   Trajectory reference;
   for (const GroundTruthState& state : truth.states) reference.push_back({state.t, state.T_WB});
   AssociatedTrajectories pair = associate(estimate, reference, arguments.max_time_difference_s);
+  const size_t covered = coveredPoses(estimate, pair);
+  if (!pair.estimate.empty() && !coversEnough(covered, estimate.size(), arguments.min_coverage)) {
+    char wanted[60];
+    std::snprintf(wanted, sizeof wanted, "%g of them and at least %zu", arguments.min_coverage,
+                  kMinCoveredPoses);
+    throw DataError(arguments.trajectory, 0,
+                    std::to_string(covered) + " of " + std::to_string(estimate.size()) +
+                        " poses are covered by " + arguments.ground_truth +
+                        ": their errors say nothing of the trajectory; expected a share of " +
+                        wanted + " (see --min-coverage)");
+  }
   if (!pair.estimate.empty()) return pair;
   char limit[40];
   std::snprintf(limit, sizeof limit, "%g", arguments.max_time_difference_s);
@@ -98,8 +110,10 @@ Table emptyTable() {
   return Table(columns);
 }
 
+/** A row; none of errors that there is no pair of poses for. */
 void addErrors(Table* table, const std::string& error, const std::string& over,
                const TrajectoryErrors& errors) {
+  if (errors.position_m.count == 0) return;
   table->addRow();
   table->setText("error", error);
   table->setText("over", over);
@@ -136,7 +150,8 @@ void evaluate(const Arguments& arguments) {
   Table table = emptyTable();
   table.setCaption(std::to_string(pair.estimate.size()) + " of " + std::to_string(estimate.size()) +
                    " poses of " + arguments.trajectory + " associated with " +
-                   arguments.ground_truth);
+                   arguments.ground_truth + ", which covers " +
+                   std::to_string(coveredPoses(estimate, pair)) + " of them");
   for (const NamedAlignment& alignment : alignments())
     if (arguments.align == "all" || arguments.align == alignment.option)
       addErrors(&table, "ATE", alignment.title, absoluteErrors(pair, alignment.type));
@@ -179,6 +194,12 @@ void addEvaluateCommand(CLI::App& app, int* exit_code) {
       ->add_option("--max-time-difference", arguments->max_time_difference_s,
                    "Poses further apart in time are not associated, s")
       ->check(checkSeconds(true))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--min-coverage", arguments->min_coverage,
+          "Share of the poses that must have ground truth; with less, errors are not given")
+      ->check(checkShare())
       ->capture_default_str();
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))

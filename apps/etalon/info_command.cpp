@@ -90,6 +90,7 @@ Json toJson(const RecordingInfo& info) {
   json["time_offset"] = timeOffsetJson(info.time_offset);
   if (info.rotation_disagreement_deg)
     json["time_offset"]["R_BC0_disagreement_deg"] = *info.rotation_disagreement_deg;
+  json["errors"] = info.errors;
   json["warnings"] = info.warnings;
   return json;
 }
@@ -157,7 +158,8 @@ void print(const RecordingInfo& info) {
   if (info.rotation_disagreement_deg)
     std::printf("%-14s R_BC0 agrees with the motion to %.1f deg\n", "",
                 *info.rotation_disagreement_deg);
-  if (info.warnings.empty()) std::printf("warnings       none\n");
+  for (const std::string& error : info.errors) std::printf("error: %s\n", printable(error).c_str());
+  if (info.warnings.empty() && info.errors.empty()) std::printf("warnings       none\n");
   for (const std::string& warning : info.warnings)
     std::printf("warning: %s\n", printable(warning).c_str());
 }

@@ -26,8 +26,10 @@ int merge(const Arguments& arguments) {
   std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.slots_found, parts,
                parts == 1 ? "part" : "parts");
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record);
-  return printRecordingErrors(outcome.record) ? kDataErrorExit : kOk;
+  printShortfalls(outcome.record, kMinCoverage);
+  const bool lost = printLostSlots(outcome.record);
+  if (printRecordingErrors(outcome.record)) return kDataErrorExit;
+  return lost ? kPluginDied : kOk;
 }
 
 }  // namespace
@@ -50,7 +52,9 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->footer(
       "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "
-      "not be used by any part (the others are done).");
+      "not be used by any part (the others are done), 4 an initializer crashed, ended the process "
+      "or "
+      "used up its time in some slots.");
   command->callback([arguments, exit_code] { *exit_code = merge(*arguments); });
 }
 

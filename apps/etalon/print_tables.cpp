@@ -62,13 +62,15 @@ bool printLostSlots(const BenchmarkRecord& record) {
   return !lost.empty();
 }
 
-void printShortfalls(const BenchmarkRecord& record) {
+void printShortfalls(const BenchmarkRecord& record, double min_coverage) {
   for (const BenchmarkSequence& sequence : record.sequences)
     if (sequence.unreadable_images > 0)
       std::fprintf(stderr,
                    "warning: %s: %d of %d stereo pairs could not be read and were left out\n",
                    sequence.name.c_str(), sequence.unreadable_images, sequence.stereo_frames);
   for (const std::string& sentence : tooShort(record))
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
+  for (const std::string& sentence : describeCoverage(record, min_coverage))
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "etalon/evaluation/benchmark_tables.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 
 namespace etalon::app {
 
@@ -20,7 +21,8 @@ void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
  * any. */
 bool printLostSlots(const BenchmarkRecord& record);
 
-/** What a benchmark left out, to stderr: unreadable images, recordings too short for a window. */
-void printShortfalls(const BenchmarkRecord& record);
+/** What a benchmark left out, to stderr: unreadable images, recordings too short for a window,
+ * windows without enough ground truth. */
+void printShortfalls(const BenchmarkRecord& record, double min_coverage);
 
 }  // namespace etalon::app

@@ -12,9 +12,11 @@
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/datasets/recording_checks.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/run_results.h"
 #include "etalon/odometry/run_configuration.h"
+#include "print_stage_errors.h"
 #include "progress_line.h"
 #include "read_summary.h"
 #include "supervised_run.h"
@@ -27,7 +29,8 @@ namespace {
 struct Arguments {
   std::string source, out = "out/replay";
   ConfigurationOptions configuration;
-  double from_s = 0.0, to_s = 1e18, time_limit_s = kDefaultTimeLimitS;
+  double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
+  double time_limit_s = kDefaultTimeLimitS;
 };
 
 /** The live line: time in the recording, frames per second, state. */
@@ -96,9 +99,9 @@ class Replay {
     report(true);
   }
 
-  FinishedRun finished() {
-    return {source_,   configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-            versions()};
+  FinishedRun finished(double min_coverage) {
+    return {source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
+            versions(), min_coverage};
   }
 
   const Pipeline& pipeline() const { return pipeline_; }
@@ -139,19 +142,9 @@ class Replay {
   size_t reported_ = 0;
 };
 
-void printErrors(const StageRecord& stage) {
-  if (!stage.errors) return;
-  const SegmentErrors& e = *stage.errors;
-  std::printf(
-      "  %-6s RRE %.4f deg, ATE %.2f mm, velocity %.4f m/s, gravity %.2f deg, b_g %.5f "
-      "rad/s, b_a %.3f m/s^2\n",
-      stage.stage.c_str(), e.rre_deg, 1e3 * e.ate_m, e.velocity_mps, e.gravity_deg, e.gyro_bias_rps,
-      e.accel_bias_mps2);
-}
-
 /** Errors and times of an accepted attempt. */
 void printAccepted(const AttemptRecord& attempt) {
-  for (const StageRecord& stage : attempt.stages) printErrors(stage);
+  for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
   const double step1_ms = attempt.milliseconds(kTimingVisualOdometry);
   if (!std::isnan(step1_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", step1_ms);
   std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
@@ -181,6 +174,14 @@ void printAutoSummary(const RunRecord& record) {
   }
 }
 
+/** ", 9 of 100 frames": how much of the trajectory an error is of, if not all. */
+std::string partly(const RunRecord& record) {
+  if (!record.ground_truth || record.ground_truth->covered_frames == record.ground_truth->frames)
+    return "";
+  return ", " + std::to_string(record.ground_truth->covered_frames) + " of " +
+         std::to_string(record.ground_truth->frames) + " frames have ground truth";
+}
+
 void printSummary(const RunRecord& record, const std::vector<std::string>& files) {
   const AttemptRecord* attempt = record.acceptedAttempt();
   if (attempt && !record.at_rest_initializer.empty()) {
@@ -202,8 +203,8 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
               s.duration_s);
   if (!std::isnan(s.frame_median_ms)) std::printf(", %.1f ms a frame (median)", s.frame_median_ms);
   if (record.trajectory_errors)
-    std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned)",
-                record.trajectory_errors->position_m.rmse);
+    std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
+                record.trajectory_errors->position_m.rmse, partly(record).c_str());
   std::printf("\n");
   if (s.unpaired_left + s.unpaired_right > 0)
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
@@ -257,6 +258,9 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
+  if (!died)
+    for (const std::string& warning : requireSoundRecording(arguments.source))
+      std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
   // What cannot be written should not show after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration, state, died);
@@ -272,7 +276,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
     std::rethrow_exception(failure);
   }
   run.finish();
-  const FinishedRun finished = run.finished();
+  const FinishedRun finished = run.finished(arguments.min_coverage);
   RunRecord record = makeRunRecord(finished);
   if (died) addLostAttempt(*died, &record);
   printSummary(record, writeRunResults(arguments.out, finished, record));
@@ -318,6 +322,12 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
   arguments->configuration.addOverrides(command);
+  command
+      ->add_option("--min-coverage", arguments->min_coverage,
+                   "Share of the frames, and of a window's keyframes, that must have ground truth; "
+                   "with less, errors are not given")
+      ->check(checkShare())
+      ->capture_default_str();
   addTimeLimitOption(command, "Processor time that the initializer may use in an attempt",
                      &arguments->time_limit_s);
   command->add_option("--out", arguments->out, "Folder for the results")

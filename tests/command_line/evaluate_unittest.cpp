@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,35 @@ TEST(EvaluateCommand, TakesEurocsCsvAndAssociatesWithinTheLimit) {
   EXPECT_EQ(apart.exit_code, 3);
   EXPECT_THAT(apart.err, AllOf(HasSubstr(estimate), HasSubstr("0.001 s")));
   EXPECT_THAT(apart.out, IsEmpty());
+}
+
+/** The lines [first, last) of a file with one line of comment. */
+std::string linesOf(const std::string& text, int first, int last) {
+  std::istringstream in(text);
+  std::string part, line;
+  std::getline(in, line);
+  for (int k = 0; std::getline(in, line); ++k)
+    if (first <= k && k < last) part += line + "\n";
+  return part;
+}
+
+TEST(EvaluateCommand, AsksForAMinimumOfGroundTruth) {
+  const TemporaryFolder folder;
+  const std::string estimate = folder.write("estimate.tum", circleTum(0.0));
+  const std::string truth = folder.write("truth.tum", linesOf(circleTum(0.0), 40, 49));
+  const CommandResult barely = runEtalon({"evaluate", estimate, truth});
+  EXPECT_EQ(barely.exit_code, 3);
+  EXPECT_THAT(barely.err, AllOf(HasSubstr("9 of 100 poses are covered"), HasSubstr("0.5 of them"),
+                                HasSubstr("--min-coverage")));
+  EXPECT_THAT(barely.out, IsEmpty());
+  const CommandResult wanted = runEtalon({"evaluate", estimate, truth, "--min-coverage", "0.05"});
+  EXPECT_EQ(wanted.exit_code, 0) << wanted.err;
+  EXPECT_THAT(wanted.out, HasSubstr("covers 9 of them"));
+  EXPECT_THAT(wanted.out, ::testing::Not(HasSubstr("nan")));
+  // One row aligns with anything, however little is asked for.
+  const std::string row = folder.write("row.tum", linesOf(circleTum(0.0), 40, 41));
+  EXPECT_EQ(runEtalon({"evaluate", estimate, row, "--min-coverage", "0"}).exit_code, 3);
+  EXPECT_EQ(runEtalon({"evaluate", estimate, truth, "--min-coverage", "2"}).exit_code, 2);
 }
 
 TEST(EvaluateCommand, DrawsAPlot) {

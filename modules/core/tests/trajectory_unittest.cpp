@@ -114,6 +114,13 @@ class Tum : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
+TEST_F(Tum, AByteOrderMarkIsNoPartOfTheFile) {
+  write(
+      "\xEF\xBB\xBF"
+      "1.5 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(readTum(path()).size(), 1u);
+}
+
 TEST_F(Tum, ReadsBackWhatWasWritten) {
   Trajectory written;
   const std::vector<Vector3d> rotations = {

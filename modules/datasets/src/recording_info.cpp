@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <filesystem>
 
 #include "etalon/core/so3.h"
+#include "etalon/datasets/recording_checks.h"
+#include "etalon/imu/imu_limits.h"
+#include "sentence.h"
 
 namespace etalon {
 
@@ -18,41 +19,6 @@ std::vector<TimeNs> stampsOf(const Elements& elements) {
   stamps.reserve(elements.size());
   for (const auto& element : elements) stamps.push_back(element.t);
   return stamps;
-}
-
-__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...) {
-  char buffer[400];
-  va_list arguments;
-  va_start(arguments, text);
-  std::vsnprintf(buffer, sizeof buffer, text, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/**
- * Standard deviation of white noise in the quietest half second of one channel, from second
- * differences (which a smooth motion hardly enters; the variance of a - 2b + c is six times that of
- * the noise). An upper bound of the noise.
- */
-double quietestNoise(const std::vector<ImuSample>& imu, double rate_hz,
-                     Eigen::Vector3d ImuSample::*channel) {
-  const size_t window = std::max<size_t>(20, static_cast<size_t>(0.5 * rate_hz));
-  double quietest = -1;
-  for (size_t first = 0; first + window + 2 <= imu.size(); first += window) {
-    double sum = 0;
-    for (size_t i = first; i < first + window; ++i)
-      sum += (imu[i].*channel - 2 * imu[i + 1].*channel + imu[i + 2].*channel).squaredNorm();
-    const double sigma = std::sqrt(sum / (6.0 * 3.0 * static_cast<double>(window)));
-    if (quietest < 0 || sigma < quietest) quietest = sigma;
-  }
-  return quietest;
 }
 
 /** Well above the 2 to 3 deg that a few seconds of motion leave open. */
@@ -86,19 +52,25 @@ class Inspector {
     }
   }
 
-  void inspect() {
+  void inspect(const RecordingFindings& images) {
     checkStreams();
     checkImageFiles();
-    checkExtrinsics();
-    checkAccelerometer();
+    take(checkCalibration(source_));
+    take(checkImu(source_));
+    take(checkRepeatedImages(source_));
+    take(images);
+    checkRotation();
     checkGyro();
     checkCorrelation();
-    checkNoise();
     checkTimeOffset();
   }
 
  private:
   void warn(const std::string& sentence) { info_.warnings.push_back(sentence); }
+  void take(const RecordingFindings& found) {
+    info_.errors.insert(info_.errors.end(), found.errors.begin(), found.errors.end());
+    for (const std::string& sentence : found.warnings) warn(sentence);
+  }
 
   void checkStream(const StreamSummary& stream, double nominal_hz, const char* name) {
     if (!stream.gaps.empty()) {
@@ -133,14 +105,6 @@ class Inspector {
     if (!first_pair_.empty()) warn("images: no run can start at the first pair: " + first_pair_);
   }
 
-  void checkExtrinsics() {
-    const double baseline = info_.calibration.baseline();
-    if (baseline < 5e-3 || baseline > 5.0)
-      warn(format("extrinsics: a stereo baseline of %.4g m is unlikely; is T_BS in metres?",
-                  baseline));
-    checkRotation();
-  }
-
   /** The camera's rotation against the gyro's: the motion shows a swapped axis or an inverted T_BS.
    */
   void checkRotation() {
@@ -155,31 +119,8 @@ class Inspector {
           angle_deg));
   }
 
-  void checkAccelerometer() {
-    const double norm = info_.mean_accel_norm;
-    if (norm > 0.5 && norm < 2.0)
-      warn(
-          format("IMU: the mean acceleration is %.3f; the accelerometer seems to be in g, "
-                 "expected m/s^2",
-                 norm));
-    else if (norm < 0.5)
-      warn(
-          format("IMU: the mean acceleration is %.3f m/s^2; expected specific force, gravity "
-                 "(9.81) included",
-                 norm));
-    else if (norm < 7.0 || norm > 13.0)
-      warn(format("IMU: the mean acceleration is %.3f m/s^2; expected about 9.81", norm));
-  }
-
   void checkGyro() {
     const TimeOffsetEstimate& offset = info_.time_offset;
-    std::vector<double> rates;
-    for (const ImuSample& sample : source_.imuSamples()) rates.push_back(sample.gyro.norm());
-    const double typical = median(rates);
-    const double largest = rates.empty() ? 0 : *std::max_element(rates.begin(), rates.end());
-    // 35 rad/s is the full scale of usual gyros (2000 deg/s); 5 rad/s is more than vision can
-    // follow for long.
-    const bool too_fast = largest > 35.0 || typical > 5.0;
     if (offset.clear && offset.gyro_scale > 30 && offset.gyro_scale < 110)
       warn(
           format("IMU: the gyro's rates are %.1f times the camera's; the gyro seems to be in "
@@ -188,11 +129,6 @@ class Inspector {
     else if (offset.clear && (offset.gyro_scale < 0.6 || offset.gyro_scale > 1.6))
       warn(format("IMU: the gyro's rates are %.3f times the camera's; expected 1",
                   offset.gyro_scale));
-    else if (too_fast)
-      warn(
-          format("IMU: gyro rates of %.3g (median) and %.3g (largest) are unlikely in rad/s; are "
-                 "they in deg/s?",
-                 typical, largest));
   }
 
   /** Gyro and camera turn, but not alike: neither units nor extrinsics nor a time offset do that.
@@ -209,45 +145,6 @@ class Inspector {
                                   offset.correlation_mirrored)
                                .c_str()
                          : "are axes exchanged or scaled, or do the streams belong together?"));
-  }
-
-  void checkNoise() {
-    const ImuNoiseDensities& noise = info_.calibration.imu.noise;
-    // Continuous-time densities of MEMS sensors lie between 1e-5 and 1e-3 rad/s/sqrt(Hz), 1e-4 and
-    // 1e-2 m/s^2/sqrt(Hz); a discrete-time sigma at 200 Hz is 14 times its density.
-    checkDensity("gyroscope_noise_density", noise.gyro_noise_density, 1e-6, 2e-3, "rad/s/sqrt(Hz)",
-                 &ImuSample::gyro);
-    checkDensity("accelerometer_noise_density", noise.accel_noise_density, 1e-5, 2e-2,
-                 "m/s^2/sqrt(Hz)", &ImuSample::accel);
-    checkWalk("gyroscope_random_walk", noise.gyro_random_walk, 1e-2, "rad/s^2/sqrt(Hz)");
-    checkWalk("accelerometer_random_walk", noise.accel_random_walk, 1e-1, "m/s^3/sqrt(Hz)");
-  }
-
-  void checkDensity(const char* key, double density, double least, double most, const char* unit,
-                    Eigen::Vector3d ImuSample::*channel) {
-    const double measured = quietestNoise(source_.imuSamples(), info_.imu.rate_hz, channel);
-    const double sigma = density * std::sqrt(info_.imu.rate_hz);
-    if (density <= 0)
-      warn(format("noise model: %s is zero; expected a continuous-time density in %s", key, unit));
-    else if (density < least)
-      warn(format("noise model: %s = %.3g %s is implausibly small", key, density, unit));
-    else if (density > most)
-      warn(
-          format("noise model: %s = %.3g %s is implausibly large; is it a discrete-time sigma? "
-                 "expected a continuous-time density (sigma divided by sqrt(rate))",
-                 key, density, unit));
-    else if (measured > 0 && sigma > 8 * measured)
-      warn(
-          format("noise model: %s = %.3g %s means a sigma of %.3g a sample, the quietest half "
-                 "second has %.3g; is it a discrete-time sigma?",
-                 key, density, unit, sigma, measured));
-  }
-
-  void checkWalk(const char* key, double density, double most, const char* unit) {
-    if (density <= 0)
-      warn(format("noise model: %s is zero; expected a density in %s", key, unit));
-    else if (density > most)
-      warn(format("noise model: %s = %.3g %s is implausibly large", key, density, unit));
   }
 
   void checkTimeOffset() {
@@ -300,9 +197,10 @@ RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& optio
   info.ground_truth_biases = source.groundTruth().has_biases;
   info.unpaired_left = source.statistics().unpaired_left;
   info.unpaired_right = source.statistics().unpaired_right;
-  Eigen::Vector3d::Scalar norms = 0;
-  for (const ImuSample& sample : source.imuSamples()) norms += sample.accel.norm();
-  info.mean_accel_norm = norms / static_cast<double>(source.imuSamples().size());
+  double norms = 0, samples = 0;
+  for (const ImuSample& sample : source.imuSamples())
+    if (isMeasurement(sample)) norms += sample.accel.norm(), samples += 1;
+  if (samples > 0) info.mean_accel_norm = norms / samples;
   ImageProblems problems;
   if (options.max_frames > 0) {
     const FrameLoader::Result first = source.loadFrame(0);  // what every run begins with
@@ -314,9 +212,11 @@ RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& optio
     info.time_offset.reason = "not asked for";
   }
   info.warnings = source.statistics().warnings;
+  RecordingFindings images;
+  if (options.max_frames > 0) images = checkImages(*openRecording(source.name()));
   Inspector inspector(source, &info);
   inspector.lookAtImages(problems);
-  inspector.inspect();
+  inspector.inspect(images);
   return info;
 }
 

@@ -122,6 +122,13 @@ TEST_F(EurocSource, AcceptsOpenCvsYaml) {
                                     HasSubstr("supported is 'pinhole'")));
 }
 
+TEST_F(EurocSource, AByteOrderMarkIsNoPartOfAFile) {
+  for (const char* file : {"cam0/data.csv", "cam1/sensor.yaml", "imu0/data.csv",
+                           "state_groundtruth_estimate0/data.csv"})
+    writeText(mav0(file), "\xEF\xBB\xBF" + readText(mav0(file)));
+  EXPECT_FALSE(open()->groundTruth().empty());
+}
+
 TEST_F(EurocSource, WorksWithoutRatesAndGroundTruth) {
   for (const char* sensor : {"cam0", "cam1"})
     replaceInFile(mav0(std::string(sensor) + "/sensor.yaml"), "rate_hz: 20\n", "");

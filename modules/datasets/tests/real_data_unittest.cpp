@@ -28,6 +28,7 @@ TEST_P(RealRecording, GivesNoWarning) {
   const auto source = openRecording(path);
   const RecordingInfo info = describeRecording(*source);
   EXPECT_TRUE(info.warnings.empty()) << info.warnings.front();
+  EXPECT_TRUE(info.errors.empty()) << info.errors.front();
   readAll(*source);
   EXPECT_TRUE(source->statistics().warnings.empty());
   EXPECT_EQ(source->statistics().stereo_frames, static_cast<int>(info.images.count));

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
 #include <random>
 #include <sstream>
 
@@ -173,6 +175,9 @@ class RecordingInfoOfFolder : public ::testing::Test {
   std::vector<std::string> warnings() const {
     return describeRecording(*openRecording(folder.path().string())).warnings;
   }
+  std::vector<std::string> errors() const {
+    return describeRecording(*openRecording(folder.path().string())).errors;
+  }
 
   TemporaryFolder folder;
   const std::filesystem::path imu_csv = folder / "mav0/imu0/data.csv";
@@ -204,12 +209,13 @@ TEST_F(RecordingInfoOfFolder, NoiseMistakesAreNoticed) {
   const auto withDensity = [this](const std::string& value) {
     const std::string before = readText(imu_yaml);
     replaceInFile(imu_yaml, "1.6968e-04", value);
-    const auto found = warnings();
+    const auto found = value == "0" ? errors() : warnings();
     writeText(imu_yaml, before);
     return found;
   };
   EXPECT_THAT(withDensity("0"),
-              Contains(AllOf(HasSubstr("gyroscope_noise_density"), HasSubstr("zero"))));
+              Contains(AllOf(HasSubstr(imu_yaml.string()), HasSubstr("gyroscope_noise_density"),
+                             HasSubstr("zero"), HasSubstr("expected"))));
   EXPECT_THAT(withDensity("2.4e-3"), Contains(HasSubstr("discrete-time")));
   // Below the absolute limit, but 9 times what the quietest half second shows.
   EXPECT_THAT(withDensity("1.6e-3"), Contains(HasSubstr("quietest half second")));
@@ -253,8 +259,57 @@ TEST_F(RecordingInfoOfFolder, ImagesOutsideTheImusTimeAreNoticed) {
 }
 
 TEST_F(RecordingInfoOfFolder, MillimetresAreNoticed) {
-  replaceInFile(folder / "mav0/cam1/sensor.yaml", "0.06,", "60.0,");
+  const auto camera = folder / "mav0/cam1/sensor.yaml";
+  replaceInFile(camera, "0.06,", "60.0,");
+  EXPECT_THAT(errors(), Contains(AllOf(HasSubstr(camera.string()), HasSubstr("metres"))));
+  replaceInFile(camera, "60.0,", "6.0,");
   EXPECT_THAT(warnings(), Contains(HasSubstr("metres")));
+  replaceInFile(camera, "6.0,", "0.06,");
+  EXPECT_THAT(errors(), ::testing::IsEmpty());
+  writeText(camera, readText(folder / "mav0/cam0/sensor.yaml"));
+  EXPECT_THAT(errors(), Contains(AllOf(HasSubstr(camera.string()), HasSubstr("same place"))));
+}
+
+TEST_F(RecordingInfoOfFolder, SamplesThatAreNoMeasurementsAreNoticed) {
+  replaceLine(imu_csv, 7, std::to_string(kFirstStamp - 70'000'000) + ",1e30,0,0,0,0,9.81");
+  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("1 of 120 samples are no measurements"),
+                                         HasSubstr(std::to_string(kFirstStamp - 70'000'000)))));
+  writeImu(1e9, 9.81, 200);
+  EXPECT_THAT(errors(), Contains(HasSubstr("120 of 120 IMU samples")));
+}
+
+/** Replaces every image of a camera by what `change` makes of the pair. */
+void changeImages(const std::filesystem::path& folder, int camera,
+                  const std::function<cv::Mat(const cv::Mat& left, const cv::Mat& right)>& change) {
+  for (int i = 0; i < kFrames; ++i) {
+    const std::string name = std::to_string(frameStamp(i)) + ".png";
+    const auto path = [&](int c) {
+      return (folder / ("mav0/cam" + std::to_string(c)) / "data" / name).string();
+    };
+    const cv::Mat left = cv::imread(path(0), cv::IMREAD_GRAYSCALE);
+    const cv::Mat right = cv::imread(path(1), cv::IMREAD_GRAYSCALE);
+    cv::imwrite(path(camera), change(left, right));
+  }
+}
+
+TEST_F(RecordingInfoOfFolder, ACoveredLensAndLeftEqualToRightAreNoticed) {
+  changeImages(folder.path(), 1, [](const cv::Mat& left, const cv::Mat&) { return left; });
+  EXPECT_THAT(errors(), Contains(HasSubstr("left and right image are the same")));
+  changeImages(folder.path(), 1, [](const cv::Mat& left, const cv::Mat&) {
+    return cv::Mat(left.size(), CV_8UC1, cv::Scalar(2));
+  });
+  EXPECT_THAT(errors(), Contains(HasSubstr("without contrast")));
+}
+
+TEST_F(RecordingInfoOfFolder, ACameraThatHangsWhileTheGyroTurnsIsNoticed) {
+  const auto image = [this](int i) {
+    return folder / ("mav0/cam0/data/" + std::to_string(frameStamp(i)) + ".png");
+  };
+  writeText(image(3), readText(image(2)));
+  EXPECT_THAT(warnings(), ::testing::IsEmpty());  // at rest: a simulator without noise
+  writeImu(1.0, 9.81, 200, 0.5);
+  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("1 of 6 pairs repeat"),
+                                         HasSubstr(std::to_string(frameStamp(3))))));
 }
 
 }  // namespace

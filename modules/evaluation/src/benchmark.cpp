@@ -9,9 +9,11 @@
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/datasets/recording_checks.h"
 #include "etalon/evaluation/benchmark_slots.h"
 #include "etalon/evaluation/benchmark_store.h"
 #include "etalon/evaluation/content_hash.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/evaluation/sequence_tracks.h"
 #include "isolated_work.h"
 #include "parallel.h"
@@ -125,6 +127,8 @@ class Benchmark {
         sequence.stereo_frames = static_cast<int>(recording->imageStamps().size());
         sequence.has_ground_truth = !recording->groundTruth().empty();
         sequence.warnings = recording->statistics().warnings;
+        for (std::string& warning : requireSoundRecording(source))
+          sequence.warnings.push_back(std::move(warning));
       } catch (const DataError& e) {
         sequence.error = e.what();
         recording.reset();
@@ -320,6 +324,7 @@ class Benchmark {
     outcome_.slots_missing = missing - outcome_.slots_tried;
     outcome_.interrupted = stopped() && outcome_.slots_missing > 0;
     sortSlots(&record_);
+    requireCoverage(&record_, options_.min_coverage);  // what is stored keeps all errors
     writeBenchmarkHead(options_.out, record_);
     if (!outcome_.interrupted) outcome_.files = writeBenchmarkResults(options_.out, record_);
     outcome_.record = std::move(record_);

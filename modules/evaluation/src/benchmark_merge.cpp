@@ -7,6 +7,7 @@
 #include "etalon/core/output_file.h"
 #include "etalon/evaluation/benchmark.h"
 #include "etalon/evaluation/benchmark_store.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "table_text.h"
 
 namespace etalon {
@@ -191,6 +192,7 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   SlotStore store(folder);
   for (const SlotRecord& slot : outcome.record.slots) store.append(slot);
   outcome.slots_found = outcome.record.slots.size();
+  requireCoverage(&outcome.record, kMinCoverage);
   for (const std::string& file : writeBenchmarkResults(folder, outcome.record))
     outcome.files.push_back((fs::path(out) / fs::path(file).filename()).string());
   discardBenchmark(out);

@@ -43,6 +43,12 @@ Json statisticsJson(const RunStatistics& s) {
   json["unpaired_right"] = s.unpaired_right;
   json["unreadable_images"] = s.unreadable_images;
   json["frames_not_located"] = s.frames_not_located;
+  if (!s.input_faults.empty()) json["input_faults"] = Json::array();
+  for (const InputFaultRecord& f : s.input_faults)
+    json["input_faults"].push_back({{"fault", f.fault},
+                                    {"count", f.count},
+                                    {"first_ns", f.first},
+                                    {"value", numberJson(f.value)}});
   json["duration_s"] = numberJson(s.duration_s);
   json["wall_s"] = numberJson(s.wall_s);
   json["frame_median_ms"] = numberJson(s.frame_median_ms);
@@ -57,6 +63,10 @@ RunStatistics statisticsFromJson(const JsonReader& json) {
   s.unpaired_right = json.at("unpaired_right").count();
   s.unreadable_images = json.at("unreadable_images").count();
   s.frames_not_located = json.at("frames_not_located").count();
+  if (json.has("input_faults"))
+    for (const JsonReader& fault : json.at("input_faults").elements())
+      s.input_faults.push_back({fault.at("fault").text(), fault.at("count").count(),
+                                fault.at("first_ns").stamp(), fault.at("value").number()});
   s.duration_s = json.at("duration_s").number();
   s.wall_s = json.at("wall_s").number();
   s.frame_median_ms = json.at("frame_median_ms").number();
@@ -105,6 +115,11 @@ RunRecord recordFromJson(const JsonReader& json) {
   record.statistics = statisticsFromJson(json.at("statistics"));
   for (const JsonReader& warning : json.at("warnings").elements())
     record.warnings.push_back(warning.text());
+  if (json.has("ground_truth")) {
+    const JsonReader use = json.at("ground_truth");
+    record.ground_truth =
+        GroundTruthUse{use.at("frames").count(), use.at("covered_frames").count()};
+  }
   if (json.has("trajectory_errors")) {
     const JsonReader errors = json.at("trajectory_errors");
     record.trajectory_errors = {errorStatisticsFromJson(errors.at("position_m")),
@@ -170,6 +185,9 @@ std::string toJson(const RunRecord& record) {
   if (record.handed_over_at) json["handed_over_at_ns"] = *record.handed_over_at;
   json["statistics"] = statisticsJson(record.statistics);
   json["warnings"] = record.warnings;
+  if (record.ground_truth)
+    json["ground_truth"] = {{"frames", record.ground_truth->frames},
+                            {"covered_frames", record.ground_truth->covered_frames}};
   if (record.trajectory_errors) {
     const char* const rotation = record.initialized_at ? "yaw and position" : "SE(3)";
     json["trajectory_errors"]["alignment"] = {{"position_m", "SE(3)"}, {"rotation_deg", rotation}};

@@ -26,6 +26,8 @@ RunStatistics statisticsOf(const FinishedRun& run) {
   s.unpaired_right = read.unpaired_right;
   s.unreadable_images = read.unreadable_images;
   s.frames_not_located = run.pipeline.framesNotLocated();
+  for (const auto& [fault, c] : run.pipeline.inputFaults())
+    s.input_faults.push_back({toString(fault), c.count, c.first, c.value});
   if (!run.images.empty()) s.duration_s = secondsBetween(run.images.front().t, run.images.back().t);
   s.wall_s = run.wall_s;
   std::vector<double> frame_ms;
@@ -33,6 +35,17 @@ RunStatistics statisticsOf(const FinishedRun& run) {
     frame_ms.push_back(t.frontend_ms + t.odometry_ms);
   s.frame_median_ms = median(frame_ms);
   return s;
+}
+
+/** Those of reading, then what the pipeline found in its input; frames outside the IMU's time are
+ * known to both. */
+std::vector<std::string> warningsOf(const FinishedRun& run) {
+  const ReadStatistics& read = run.source.statistics();
+  std::vector<std::string> warnings = read.warnings;
+  for (const auto& [fault, count] : run.pipeline.inputFaults())
+    if (fault != InputFault::kFrameWithoutImu || count.count > read.outside_imu)
+      warnings.push_back(describe(fault, count));
+  return warnings;
 }
 
 /** Before initialisation the odometry's frame is not aligned with gravity: yaw alone aligns
@@ -77,9 +90,15 @@ RunRecord makeRunRecord(const FinishedRun& run) {
     record.attempts.push_back(
         makeAttemptRecord(attempt, run.configuration.pipeline.window.gravity_mps2, ground_truth));
   record.statistics = statisticsOf(run);
-  record.warnings = run.source.statistics().warnings;
-  if (!ground_truth.empty() && !run.pipeline.trajectory().empty())
-    record.trajectory_errors = trajectoryErrorsOf(record, run.pipeline.trajectory(), ground_truth);
+  record.warnings = warningsOf(run);
+  const Trajectory& trajectory = run.pipeline.trajectory();
+  if (ground_truth.empty() || trajectory.empty()) return record;
+  record.ground_truth = GroundTruthUse{static_cast<int>(trajectory.size()),
+                                       static_cast<int>(coveredPoses(trajectory, ground_truth))};
+  record.trajectory_errors = trajectoryErrorsOf(record, trajectory, ground_truth);
+  requireCoverage(&record, run.min_coverage);
+  if (!record.trajectory_errors)
+    record.warnings.push_back(describeCoverage(*record.ground_truth, run.min_coverage));
   return record;
 }
 

@@ -9,7 +9,9 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/evaluation/content_hash.h"
+#include "etalon/imu/imu_limits.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/odometry/repeated_images.h"
 #include "median.h"
 
 namespace etalon {
@@ -54,7 +56,8 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
   tracks.calibration = recording.calibration();
   tracks.ground_truth = recording.groundTruth();
   if (!recording.imageStamps().empty()) tracks.first_image = recording.imageStamps().front();
-  for (const ImuSample& sample : recording.imuSamples()) tracks.imu.add(sample);
+  for (const ImuSample& sample : recording.imuSamples())
+    if (isMeasurement(sample)) tracks.imu.add(sample);
   return tracks;
 }
 
@@ -66,7 +69,8 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
   std::string first_problem;
   PairReader reader(recording, options.decode_ahead);
   const size_t pairs = recording.imageStamps().size();
-  std::optional<TimeNs> previous;
+  std::optional<TimeNs> previous, last;  // tracked; of all
+  RepeatedImages repeated;
   for (size_t i = 0; i < pairs; ++i) {
     if (options.stop && options.stop->load()) throw Interrupted();
     const FrameLoader::Result pair = reader.read(i);
@@ -78,6 +82,9 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
     }
     const TimeNs t = pair.frame.t;
     if (!tracks.imu.covers(t, t)) continue;
+    const std::vector<ImuSample> since_last = tracks.imu.between(last.value_or(t), t);
+    last = t;
+    if (repeated.isRepeated(pair.frame.left, pair.frame.right, since_last)) continue;
     Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
     if (previous)
       R_prev_cur =
@@ -85,6 +92,7 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
               .deltas()
               .dR;
     tracks.frames.push_back(tracker.track(t, pair.frame.left, pair.frame.right, R_prev_cur));
+    repeated.tracked(tracks.frames.back());
     milliseconds.push_back(tracker.statistics().milliseconds);
     previous = t;
   }

@@ -82,9 +82,11 @@ RunRecord exampleRecord() {
   record.statistics.unpaired_right = 2;
   record.statistics.unreadable_images = 3;
   record.statistics.frames_not_located = 4;
+  record.statistics.input_faults = {{"imu_too_large", 2, kFirstImage, 1e30}};
   record.statistics.duration_s = 0.5;
   record.statistics.frame_median_ms = 8.75;  // wall_s stays NaN
   record.warnings = {"cam0/data.csv:3: a warning"};
+  record.ground_truth = GroundTruthUse{11, 10};
   record.trajectory_errors = TrajectoryErrors{{11, 0.01, 0.009, 0.008, 0.02}, {11, 1, 2, 3, 4}};
   return record;
 }

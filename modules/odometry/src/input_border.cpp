@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "etalon/imu/imu_limits.h"
+
 namespace etalon {
 
 namespace {
@@ -39,7 +41,7 @@ const std::vector<FaultText>& faultTexts() {
       {F::kFrameUnusable, "frame_unusable", "stereo frame",
        "dropped: an image is missing, not 8-bit gray or not of the calibrated size", nullptr},
       {F::kFrameRepeatedStamp, "frame_repeated_stamp", "stereo frame",
-       "dropped: the stamp is that of the frame before", nullptr},
+       "dropped: the stamp is that of the frame before, to 0.1 ms", nullptr},
       {F::kFrameFromThePast, "frame_from_the_past", "stereo frame",
        "dropped: earlier than the frame before", " s"},
       {F::kFrameStampAlone, "frame_stamp_alone", "stereo frame",
@@ -65,6 +67,10 @@ bool isPossible(TimeNs t) { return -kLastStamp <= t && t <= kLastStamp; }
 
 /** Whether a rawlog cannot tell two stamps apart. */
 bool inOneTick(TimeNs a, TimeNs b) { return truncateToMrptTick(a) == truncateToMrptTick(b); }
+
+/** No camera has 10,000 images a second: two that are this near are one, and the velocity between
+ * them would be noise divided by nothing. */
+constexpr TimeNs kShortestFrameStep = 100'000;
 
 }  // namespace
 
@@ -118,18 +124,18 @@ bool InputBorder::plausible(const ImuSample& sample) {
     count(InputFault::kImuNotFinite, sample.t);
     return false;
   }
+  if (isMeasurement(sample, options_.max_gyro_rps, options_.max_accel_mps2)) return true;
   const double gyro = sample.gyro.cwiseAbs().maxCoeff();
   const double accel = sample.accel.cwiseAbs().maxCoeff();
-  if (gyro <= options_.max_gyro_rps && accel <= options_.max_accel_mps2) return true;
   count(InputFault::kImuTooLarge, sample.t, gyro > options_.max_gyro_rps ? gyro : accel);
   return false;
 }
 
-void InputBorder::add(ImuSample sample) {
+void InputBorder::add(const ImuSample& sample) {
   if (!plausible(sample)) return;
   order(sample, &imu_,
-        {InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp, InputFault::kImuFromThePast,
-         InputFault::kImuStampAlone});
+        {kMrptTickNs, InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp,
+         InputFault::kImuFromThePast, InputFault::kImuStampAlone});
 }
 
 void InputBorder::add(StereoFrame frame) {
@@ -139,7 +145,7 @@ void InputBorder::add(StereoFrame frame) {
         images[c]->rows != heights_[c])
       return count(InputFault::kFrameUnusable, frame.t);
   order(std::move(frame), &frames_,
-        {InputFault::kFrameInvalidStamp, InputFault::kFrameRepeatedStamp,
+        {kShortestFrameStep, InputFault::kFrameInvalidStamp, InputFault::kFrameRepeatedStamp,
          InputFault::kFrameFromThePast, InputFault::kFrameStampAlone});
 }
 
@@ -150,7 +156,8 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   if (!isPossible(t)) return count(faults.invalid, t);
   if (stream->held) {
     const TimeNs held = stream->held->t;
-    if (inOneTick(t, held)) return count(faults.repeated, t);
+    if (inOneTick(t, held) || (t > held && t - held < faults.shortest_step))
+      return count(faults.repeated, t);
     if (t > held) {
       pass(std::move(*stream->held));
       stream->last = held;
@@ -161,7 +168,9 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   }
   if (stream->last) {
     const double step_s = secondsBetween(*stream->last, t);
-    if (inOneTick(t, *stream->last)) return count(faults.repeated, t);
+    if (inOneTick(t, *stream->last) ||
+        (t > *stream->last && t - *stream->last < faults.shortest_step))
+      return count(faults.repeated, t);
     if (step_s < 0.0) return count(faults.past, t, step_s);
     if (step_s > options_.max_gap_s) {
       stream->held = std::move(measurement);

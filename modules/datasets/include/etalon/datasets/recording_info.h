@@ -40,6 +40,7 @@ struct RecordingInfo {
   /** Between R_BC0 of the calibration and the one that gyro and images say; only where the offset
    * is clear. */
   std::optional<double> rotation_disagreement_deg;
+  std::vector<std::string> errors;    ///< sentences: with this no result can be right
   std::vector<std::string> warnings;  ///< sentences
 };
 

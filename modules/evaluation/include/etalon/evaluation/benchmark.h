@@ -8,6 +8,7 @@
 
 #include "etalon/core/child_process.h"
 #include "etalon/evaluation/benchmark_record.h"
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/odometry/run_configuration.h"
 
 namespace etalon {
@@ -30,8 +31,9 @@ struct BenchmarkOptions {
   int jobs = 1;  ///< threads of the front end, processes of the slots
   /** Processor time that an initializer and the VI-BA may use for a slot, s. */
   double time_limit_s = kDefaultTimeLimitS;
-  int shard = 1, shards = 1;  ///< part `shard` of `shards`, from 1
-  bool overwrite = false;     ///< begin anew: discard the slots in `out`
+  int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
+  double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
+  bool overwrite = false;              ///< begin anew: discard the slots in `out`
   std::map<std::string, std::string> versions;
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
   /** Called with a sentence as soon as an initializer has crashed or used up its time; may be

@@ -60,15 +60,30 @@ struct AttemptRecord {
   double milliseconds(const std::string& name) const;
 };
 
+/** A kind of broken input, and how often it was seen (InputBorder). */
+struct InputFaultRecord {
+  std::string fault;  ///< toString(InputFault)
+  int count = 0;
+  TimeNs first = 0;    ///< stamp of the first
+  double value = 0.0;  ///< of the first: a rate, a step in seconds...
+};
+
 /** Counts and times of a whole run. */
 struct RunStatistics {
   int stereo_frames = 0, imu_samples = 0;
   int unpaired_left = 0, unpaired_right = 0;
-  int unreadable_images = 0;   ///< pairs skipped
-  int frames_not_located = 0;  ///< frames whose pose is a prediction
-  double duration_s = 0.0;     ///< from the first to the last delivered image
+  int unreadable_images = 0;                   ///< pairs skipped
+  int frames_not_located = 0;                  ///< frames whose pose is a prediction
+  std::vector<InputFaultRecord> input_faults;  ///< what was dropped or bridged; empty if nothing
+  double duration_s = 0.0;                     ///< from the first to the last delivered image
   double wall_s = SegmentErrors::kNone;
   double frame_median_ms = SegmentErrors::kNone;  ///< front end and odometry of a stereo frame
+};
+
+/** How much of a run's frames the ground truth covers. */
+struct GroundTruthUse {
+  int frames = 0;          ///< of the trajectory
+  int covered_frames = 0;  ///< of these, with ground truth
 };
 
 /** A run: what initialization.json and the comment in run.rawlog hold. */
@@ -87,7 +102,9 @@ struct RunRecord {
   std::vector<AttemptRecord> attempts;
   RunStatistics statistics;
   std::vector<std::string> warnings;
-  /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is truth. */
+  std::optional<GroundTruthUse> ground_truth;  ///< where the recording has some
+  /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is enough truth.
+   */
   std::optional<TrajectoryErrors> trajectory_errors;
 
   /** The attempt that was accepted, the first one; null if there is none. */

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "etalon/evaluation/ground_truth_coverage.h"
 #include "etalon/evaluation/initialization_json.h"
 #include "etalon/evaluation/run_log.h"
 #include "etalon/odometry/run_configuration.h"
@@ -18,6 +19,7 @@ struct FinishedRun {
   std::vector<StereoReference> images;          ///< delivered stereo pairs
   double wall_s = 0.0;                          ///< of the whole run
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
+  double min_coverage = kMinCoverage;           ///< by ground truth, for errors to be given
 };
 
 /** What initialization.json and run.rawlog say of the run, errors against ground truth included. */

@@ -48,7 +48,9 @@ std::string recordingName(const std::string& source);
 SequenceTracks withoutTracks(const RecordedSource& recording);
 
 /**
- * Runs the front end over the recording; a pair that cannot be read is left out and counted.
+ * Runs the front end over the recording; a pair that cannot be read is left out and counted, one
+ * that repeats an image while the platform moves (RepeatedImages) is left out, as are samples that
+ * are no measurements (isMeasurement).
  * @throws DataError if no pair can be used
  */
 SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options);

@@ -73,9 +73,9 @@ using AdmittedInput = std::variant<ImuSample, StereoFrame, ClockJump>;
 /**
  * The border between whoever delivers measurements and the estimator behind it. What passes is in
  * order: the stamps of each stream increase strictly (in MRPT's tick of 100 ns, which is what a
- * rawlog can tell apart; the stamps themselves are not cut), numbers are finite and plausible,
- * images are as calibrated, a frame comes after the IMU samples up to its stamp. What does not fit
- * is dropped and counted with the reason; nothing throws.
+ * rawlog can tell apart, frames by 0.1 ms; the stamps themselves are not cut), numbers are finite
+ * and plausible, images are as calibrated, a frame comes after the IMU samples up to its stamp.
+ * What does not fit is dropped and counted with the reason; nothing throws.
  *
  * A frame waits for the IMU; where frames max_wait_s later are there, or kMaxWaitingFrames, it
  * passes without. A measurement more than max_gap_s ahead is held until the next one of its stream:
@@ -87,7 +87,7 @@ class InputBorder {
 
   InputBorder(const StereoInertialCalibration& calibration, const InputOptions& options);
 
-  void add(ImuSample sample);
+  void add(const ImuSample& sample);
   void add(StereoFrame frame);
   /** Lets pass what still waits: there is nothing more to come. */
   void finish();
@@ -105,8 +105,9 @@ class InputBorder {
     std::optional<TimeNs> last;       ///< stamp of the last one that passed
     std::optional<Measurement> held;  ///< beyond a gap, until the next one comes
   };
-  /** The faults that both streams know. */
+  /** The shortest step between two stamps, ns, and the faults that both streams know. */
   struct StreamFaults {
+    TimeNs shortest_step;
     InputFault invalid, repeated, past, alone;
   };
 
