@@ -279,11 +279,11 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
   }
 }
 
-/** Of the last keyframe's velocity over 30 windows whose landmarks are all at `distance_m`. */
+/** Of the last keyframe's velocity over 30 windows whose landmarks are all at `distance_m`: NEES
+ * summed over the windows that claim to know it, their number, landmarks at infinity. */
 struct VelocityOfFarLandmarks {
-  double nees = 0.0;   ///< sum over the windows that say they know it
-  int claiming = 0;    ///< their number
-  int far_at_all = 0;  ///< landmarks at infinity, over all windows
+  double nees = 0.0;
+  int claiming = 0, far_at_all = 0;
 };
 
 VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
@@ -327,9 +327,8 @@ TEST(VisualInertialBa, FarLandmarksGiveAVelocityAsGoodAsItSays) {
     const VelocityOfFarLandmarks sum = velocityOfFarLandmarks(distance_m);
     SCOPED_TRACE(distance_m);
     ASSERT_GE(sum.claiming, 20);
-    const double ratio = sum.nees / (3.0 * sum.claiming);
-    EXPECT_GT(ratio, 0.7);
-    EXPECT_LT(ratio, 1.5);
+    EXPECT_GT(sum.nees / (3.0 * sum.claiming), 0.7);
+    EXPECT_LT(sum.nees / (3.0 * sum.claiming), 1.5);
   }
 }
 
