@@ -122,6 +122,34 @@ bool BiasPriorCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
+SharedErrorCost::SharedErrorCost(double sigma_rad) {
+  inverse_sigma_ << Vector3d::Constant(1.0 / sigma_rad),
+      Vector3d::Constant(GaugeCost::kInverseSigma);
+}
+
+bool SharedErrorCost::Evaluate(double const* const* parameters, double* residuals,
+                               double** jacobians) const {
+  const SE3 body = fromBlock(parameters[0]), seen = fromBlock(parameters[1]);
+  const Eigen::Matrix3d R = body.R.transpose() * seen.R;
+  Eigen::Matrix<double, 6, 1> r;
+  r << logSO3(R), seen.t - body.t;
+  Map<Eigen::Matrix<double, 6, 1>>{residuals} = inverse_sigma_.cwiseProduct(r);
+  if (!jacobians) return true;
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+  J.topLeftCorner<3, 3>() = rightJacobianInverseSO3(r.head<3>());
+  J = inverse_sigma_.asDiagonal() * J;
+  for (int side = 0; side < 2; ++side) {
+    if (!jacobians[side]) continue;
+    Map<RowMajor<6, 7>> out(jacobians[side]);
+    out.col(6).setZero();
+    out.leftCols<6>() = J;
+    if (side == 1) continue;
+    out.topLeftCorner<3, 3>() = -J.topLeftCorner<3, 3>() * R.transpose();
+    out.block<3, 3>(3, 3) *= -1.0;
+  }
+  return true;
+}
+
 bool GaugeCost::Evaluate(double const* const* parameters, double* residuals,
                          double** jacobians) const {
   const SE3 T_WB = fromBlock(parameters[0]);

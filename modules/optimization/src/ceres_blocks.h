@@ -84,6 +84,24 @@ class BiasPriorCost : public ceres::SizedCostFunction<6, 6> {
 };
 
 /**
+ * The pose that the cameras see against that of the body, blocks (body 7, seen 7): they differ by a
+ * rotation of `sigma_rad` an axis. That is the error that all pixels of a frame share. The
+ * positions are the same.
+ */
+class SharedErrorCost : public ceres::SizedCostFunction<6, 7, 7> {
+ public:
+  explicit SharedErrorCost(double sigma_rad);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+  /** Whitening, order [rotation, position]. */
+  const Eigen::Matrix<double, 6, 1>& inverseSigma() const { return inverse_sigma_; }
+
+ private:
+  Eigen::Matrix<double, 6, 1> inverse_sigma_;
+};
+
+/**
  * Holds the gauge: position and yaw of one pose. A free gauge costs nothing, so any weight gives
  * the same minimum; this one keeps the normal equations well conditioned beside pixel residuals.
  */

@@ -120,6 +120,20 @@ void addReducedVisualInformation(const VisualWindow& window, const std::vector<S
   }
 }
 
+void eliminateErrors(const Eigen::VectorXd& information, NormalEquations* equations) {
+  // In units of the errors, where W is the identity.
+  const Eigen::VectorXd back = information.cwiseSqrt(), root = back.cwiseInverse();
+  const Eigen::MatrixXd C = root.asDiagonal() * equations->curvature * root.asDiagonal();
+  Eigen::MatrixXd A = C;
+  A.diagonal().array() += 1.0;
+  const Eigen::MatrixXd K = A.inverse();
+  const Eigen::MatrixXd KC = K * C;
+  const Eigen::MatrixXd S = root.asDiagonal() * equations->score * root.asDiagonal();
+  equations->curvature = back.asDiagonal() * (0.5 * (KC + KC.transpose())) * back.asDiagonal();
+  equations->score =
+      back.asDiagonal() * (K * S * K.transpose() + KC.transpose() * KC) * back.asDiagonal();
+}
+
 Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information) {
   // Scaled to a unit diagonal first: the blocks' units differ by many orders of magnitude.
   const Eigen::VectorXd diagonal = information.diagonal();

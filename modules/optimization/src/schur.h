@@ -55,6 +55,14 @@ void addReducedVisualInformation(const VisualWindow& window, const std::vector<S
                                  const std::vector<char>& inlier, double chi2_huber, int stride,
                                  NormalEquations* equations);
 
+/**
+ * Allows every pose an error of its own, Gaussian with the inverse covariance diag(`information`)
+ * (as long as the equations), and eliminates it: with C the curvature, S the score, W the
+ * information and K = (C + W)^-1, the curvature becomes W K C and the score
+ * W K S K W + C K W K C.
+ */
+void eliminateErrors(const Eigen::VectorXd& information, NormalEquations* equations);
+
 /** Inverse of a symmetric positive definite matrix, symmetrised; empty if it is not numerically so.
  */
 Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information);

@@ -141,6 +141,15 @@ TEST(CeresBlocks, GaugeJacobianAgreesWithDifferences) {
     }
 }
 
+TEST(CeresBlocks, SharedErrorJacobianAgreesWithDifferences) {
+  for (const Vector3d& attitude : kAttitudes)
+    for (const Vector3d& off : {Vector3d(0, 0, 0), Vector3d(0.1, 0.2, -0.3)}) {
+      const SE3 body(expSO3(attitude), kPosition);
+      const SE3 seen(body.R * expSO3(off), body.t + Vector3d(0.1, -0.2, 0.3));
+      expectJacobians("shared error", SharedErrorCost(1e-3), {poseBlock(body), poseBlock(seen)});
+    }
+}
+
 TEST(CeresBlocks, GaugeCostsNothingWhereOnlyTheTiltDiffers) {
   const SE3 reference(expSO3({0.7, -1.1, 0.4}), kPosition);
   const GaugeCost cost(reference);

@@ -11,7 +11,7 @@ namespace etalon {
  * behind the defaults).
  */
 struct ImuNoiseOptions {
-  double gyro_noise_factor = 1.5;
+  double gyro_noise_factor = 2.0;
   double accel_noise_factor = 6.0;
 
   void declare(ParameterSet& parameters);

@@ -21,6 +21,9 @@ struct VisualInertialBaOptions {
   ImuBias prior_mean;
   double prior_sigma_gyro_rps = 0.1;
   double prior_sigma_accel_mps2 = 0.1;
+  /** Of the error that all pixels of a keyframe share, as a rotation an axis. Without it any number
+   * of pixels would average out to nothing, and overrule the gyro. */
+  double sigma_shared_deg = 0.012;
   double gravity_mps2 = 9.81;
   double reintegrate_gyro_rps = 0.01;   ///< re-integrate the raw samples if b_g moved farther
   double reintegrate_accel_mps2 = 0.1;  ///< the same for b_a

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Prints, for several beliefs about the noise, how often and how well eta initialises after VI-BA, whether its covariances are
+# as large as its errors (medians of the NEES a degree of freedom), and chi2/dof of gyro, accelerometer and pixels.
+#
+#   scripts/measure_noise_factors.sh OUT SRC...        -- OUT keeps tracks and results; EVERY=1 for a window a second
+#   BELIEFS="0.012,0.4,2,6 0.001,0.5,1.5,6"            -- sigma_shared_deg,sigma_px,gyro factor,accelerometer factor
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+[[ $# -ge 2 ]] || { sed -n '2,6p' "$0"; exit 2; }
+etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
+out=$1
+shift
+mkdir -p "$out"
+printf '%-22s %-18s %7s %8s %7s %9s %8s %6s %6s   %s\n' "shared,px,gyro,accel" recording success "RRE deg" "ATE mm" "v m/s" gravity \
+  tilt velocity "chi2/dof gyro, accelerometer, vision"
+for belief in ${BELIEFS:-0.001,0.5,1.5,6 0.012,0.4,1.5,3 0.012,0.4,2,3 0.012,0.4,2,4 0.012,0.4,2,6 0.012,0.35,2,6}; do
+  IFS=, read -r shared px gyro accel <<<"$belief"
+  "$etalon" bench "$@" --initializers eta --every "${EVERY:-2.5}" --tracks "$out/tracks" --out "$out/$belief" --overwrite --format csv \
+    --set "vi_ba.sigma_shared_deg=$shared" --set "odometry.sigma_px=$px" --set "imu_noise.gyro_noise_factor=$gyro" \
+    --set "imu_noise.accel_noise_factor=$accel" >"$out/$belief.csv" 2>"$out/$belief.log" || { cat "$out/$belief.log" >&2; exit 1; }
+  awk -F, -v belief="$belief" '
+    $5 == "all" && $8 == "vi_ba" && ($2 == "median" || $1 == "success" || $1 ~ /^noise_.*chi2/) {
+      value[$6, $1] = $10
+      if (!($6 in seen)) { seen[$6]; order[++count] = $6 }
+    }
+    END {
+      for (i = 1; i <= count; i++) {
+        r = order[i]
+        printf "%-22s %-18s %7.3f %8.4f %7.3f %9.4f %8.3f %6.2f %6.2f   %.2f, %.2f, %.2f\n", belief, r, value[r, "success"], \
+          value[r, "rre_deg"], 1000 * value[r, "ate_m"], value[r, "velocity_mps"], value[r, "gravity_deg"], value[r, "tilt_nees"], \
+          value[r, "velocity_nees"], value[r, "noise_gyro_chi2_per_dof"], value[r, "noise_accel_chi2_per_dof"], \
+          value[r, "noise_vision_chi2_per_dof"]
+      }
+    }' "$out/$belief.csv"
+done
