@@ -155,9 +155,10 @@ void print(const std::vector<Score>& scores, int windows, size_t block) {
       pairs.a.push_back(score.rms_px[kAfter]);
       pairs.b.push_back(score.rms_px[s]);
     }
+    if (pairs.b.empty()) continue;
     const auto n = static_cast<double>(pairs.b.size());
     std::printf("%-15s | %.4f |    %.4f |", kNames[s], rms / n, median_px / n);
-    pairs.block = std::max<size_t>(1, std::min(block, pairs.b.size()));
+    pairs.block = std::min(block, pairs.b.size());
     const BootstrapInterval interval = pairedBootstrap({pairs}, PairedStatistic::kMean);
     if (s == kAfter)
       std::printf("\n");
@@ -192,6 +193,9 @@ void run(const Arguments& arguments) {
         tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
     if (score) scores.push_back(*score);
   }
+  if (scores.empty())
+    throw DataError(arguments.source, 0,
+                    "none of " + std::to_string(windows) + " windows could be judged");
   const double overlapping = (window.keyframes - 1) / window.rate_hz / arguments.every_s;
   print(scores, windows, static_cast<size_t>(std::ceil(overlapping)));
 }
