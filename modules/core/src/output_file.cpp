@@ -137,9 +137,13 @@ void OutputFiles::putInPlace() {
     written.push_back(i->path());
   if (error) throw DataError(temporary_, 0, "cannot be read: " + error.message());
   std::sort(written.begin(), written.end());
+  const auto place = [this](const fs::path& from) { return fs::path(folder_) / from.filename(); };
+  for (const fs::path& from : written)  // before anything has moved
+    if (!fs::is_directory(from, error) && fs::is_directory(place(from), error))
+      throw DataError(place(from).string(), 0, "cannot be written: a folder has this name");
   for (const fs::path& from : written) {
-    const fs::path to = fs::path(folder_) / from.filename();
-    if (fs::is_directory(from, error) || fs::is_directory(to, error)) fs::remove_all(to, error);
+    const fs::path to = place(from);
+    if (fs::is_directory(from, error)) fs::remove_all(to, error);
     fs::rename(from, to, error);
     if (error) throw DataError(to.string(), 0, "cannot be written: " + error.message());
   }

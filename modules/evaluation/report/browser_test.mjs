@@ -38,7 +38,9 @@ const shapes = (page) =>
     ),
   );
 
+// Charts in a <details> are drawn when its toggle event arrives, which is some time after the click.
 async function expectCharts(page, ids) {
+  await page.waitForFunction((names) => names.every((id) => window.etalonReport.charts.has(id)), ids, { timeout: 5000 });
   const drawn = await shapes(page);
   for (const id of ids) assert.ok(drawn[id] > 10, `chart ${id} has ${drawn[id]} shapes`);
 }

@@ -30,7 +30,7 @@ class TestInitializer : public Initializer {
     if (!step.ok) return step.refusal;
     const VisualSolution& visual = problem.visualSolution();
     return alignWithGravity(
-        problem, {visual.T_VB, step.map.v_VB, step.map.g_V, visual.landmarks, step.map.bias});
+        problem, {visual.T_VB, step.map.v_VB, step.map.g_V, visual.landmarks, step.map.bias, {}});
   }
 };
 
@@ -117,7 +117,8 @@ constexpr double kTolerance = 0.15;
 
 void expectFound(const Truth& truth, std::uint64_t seed) {
   NoiseCalibrationOptions options;
-  options.start = {1.0, 1.0, 1.0};  // the data sheet's, and a pixel
+  options.start = {1.0, 1.0, 1.0};               // the data sheet's, and a pixel
+  options.window.vi_ba.sigma_shared_deg = 1e-4;  // simulated pixels err each by itself
   const NoiseCalibration found =
       calibrateNoise(simulatedWindows(truth, seed, 32), TestInitializer(), options);
   EXPECT_TRUE(found.converged) << found.message;
@@ -213,12 +214,13 @@ TEST(NoiseCalibration, CorrectsByTheRootWhereTheCouplingIsNotKnown) {
 }
 
 TEST(NoiseCalibration, ItsIniIsAConfiguration) {
-  const IniFile ini = IniFile::fromText(toIni({1.5, 6.25, 0.4}, {"a comment"}), "noise.ini");
+  const IniFile ini = IniFile::fromText(toIni({1.5, 6.25, 0.3}, {"a comment"}), "noise.ini");
   PipelineOptions options;
   for (const ParameterSet& section : options.sections()) section.read(ini);
   EXPECT_EQ(options.imu_noise.gyro_noise_factor, 1.5);
   EXPECT_EQ(options.imu_noise.accel_noise_factor, 6.25);
-  EXPECT_EQ(options.window.odometry.sigma_px, 0.5);  // a comment only
+  // a comment only
+  EXPECT_EQ(options.window.odometry.sigma_px, PipelineOptions().window.odometry.sigma_px);
 }
 
 }  // namespace
