@@ -25,6 +25,7 @@
 #include <opencv2/core/utility.hpp>
 #include <string>
 
+#include "cut_tracks.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/tum_file.h"
@@ -278,12 +279,7 @@ struct Arguments {
 SequenceTracks readTracks(const Arguments& arguments) {
   const auto recording = openRecording(arguments.source);
   SequenceTracks tracks = trackSequence(*recording, {});
-  const auto outside = [&](const TrackedFrame& frame) {
-    const double after = secondsBetween(tracks.first_image, frame.t);
-    return after < arguments.from_s || after > arguments.to_s;
-  };
-  tracks.frames.erase(std::remove_if(tracks.frames.begin(), tracks.frames.end(), outside),
-                      tracks.frames.end());
+  cutTracks(arguments.from_s, arguments.to_s, &tracks);
   if (!arguments.truth.empty()) {
     tracks.ground_truth = GroundTruth();
     for (const StampedPose& pose : readTum(arguments.truth)) {
