@@ -15,7 +15,7 @@ namespace etalon {
 
 /** Section [odometry]. */
 struct StereoOdometryOptions {
-  double sigma_px = 0.4;
+  double sigma_px = 0.35;
   double pose_chi2 = 16.0;
   int min_pose_inliers = 12;
   int window_keyframes = 10;

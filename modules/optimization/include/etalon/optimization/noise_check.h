@@ -23,8 +23,12 @@ struct ResidualGroup {
  *
  * `gyro` are the rotation rows of the inertial residuals, whitened alone; `accel` the position and
  * velocity rows given the rotation's (conditional covariance, of which the gyro's noise is a small
- * part); `vision` the pixels. Leverages J P J^T come from the joint covariance P of the fit; vision
- * has what remains of the parameters after the inertial residuals, the bias priors and the gauge.
+ * part); `vision` the pixels, from the poses that the cameras see: those of the body turned by the
+ * error that all pixels of a keyframe share (`[vi_ba] sigma_shared_deg`), which is part of the
+ * noise in use. Leverages J P J^T come from the joint covariance P of the fit, shared errors
+ * eliminated; vision has what remains of the parameters after the inertial residuals, the bias
+ * priors and the gauge. Its dof holds that of the shared errors themselves, at most three a
+ * keyframe.
  *
  * Robust losses. An inertial residual beyond the Huber width (weight w < 1) enters chi2 and dof
  * with w^2, so that its part of the former is bounded and that of the latter vanishes; with
