@@ -24,7 +24,7 @@ struct SyntheticWindowOptions {
   int landmarks = 250;  ///< seen per frame, about
   /** Of all landmarks from the middle of the path, m; zero: the walls of a room, 3 m away. */
   double landmark_distance_m = 0.0;
-  ImuBias bias;         ///< added to the measurements
+  ImuBias bias;  ///< added to the measurements
   /** Noise; zero means none. The IMU's are factors on the calibration's densities. */
   double sigma_px = 0.0;
   double gyro_noise_factor = 0.0;
