@@ -14,10 +14,10 @@ void AcceptanceOptions::declare(ParameterSet& parameters) {
   parameters.add("max_sigma_velocity_mps", &max_sigma_velocity_mps, {0.0, 100.0},
                  "Refuse if the standard deviation of a component of the last keyframe's velocity "
                  "is larger, m/s.");
-  parameters.add("false_alarm_rate", &false_alarm_rate, {1e-9, 0.5},
+  parameters.add("false_alarm_rate", &false_alarm_rate, {0.0, 0.5},
                  "Share of good windows that each chi-square test may refuse: of the residuals of "
                  "gyro, accelerometer and vision, were their noise noise_margin times what is "
-                 "believed, and of b_g and b_a against their prior.");
+                 "believed, and of b_g and b_a against their prior. 0: no such test.");
   parameters.add("noise_margin", &noise_margin, {0.1, 1e9},
                  "How many times what is believed a sensor's noise may be (standard deviations) "
                  "before its residuals are refused. No IMU is quite as its factors say.");
@@ -142,10 +142,12 @@ AcceptanceDecision judge(const VisualInertialBaResult& refined, const Acceptance
   if (const Refusal refusal = judgeSolution(refined)) return *refusal;
   if (const Refusal refusal = judgeSupport(refined, options)) return *refusal;
   if (const Refusal refusal = judgeCovariance(refined, options)) return *refusal;
-  const double z = normalQuantile(options.false_alarm_rate);
-  if (const Refusal refusal = judgeResiduals(refined.noise, z, options.noise_margin))
-    return *refusal;
-  if (const Refusal refusal = judgeBiases(refined, z)) return *refusal;
+  if (options.false_alarm_rate > 0.0) {
+    const double z = normalQuantile(options.false_alarm_rate);
+    if (const Refusal refusal = judgeResiduals(refined.noise, z, options.noise_margin))
+      return *refusal;
+    if (const Refusal refusal = judgeBiases(refined, z)) return *refusal;
+  }
   AcceptanceDecision decision;
   decision.accepted = true;
   decision.status = Status::kSuccess;

@@ -47,6 +47,16 @@ void setSensor(VisualInertialBaResult* result, Eigen::Index sensor, double chi2,
   result->noise.coupling(sensor, sensor) = square;
 }
 
+TEST(Acceptance, AFalseAlarmRateOfZeroLeavesTheChiSquareTestsOut) {
+  VisualInertialBaResult result = good();
+  setSensor(&result, 1, 1e6, 10.0, 10.0);
+  result.accel_bias_sigmas = 40.0;
+  EXPECT_FALSE(judge(result, {}).accepted);
+  AcceptanceOptions options;
+  options.false_alarm_rate = 0.0;
+  EXPECT_TRUE(judge(result, options).accepted);
+}
+
 TEST(Acceptance, RefusesASensorByItsOwnChiSquareAtTheFalseAlarmRate) {
   AcceptanceOptions options;
   options.false_alarm_rate = 0.01;
