@@ -40,12 +40,12 @@ std::vector<ImuSample> exampleImu(double scale) {
 
 std::vector<RotationStep> exampleSteps(double offset_s, double noise_rad, int count = 120) {
   std::mt19937 generator(5);
-  std::normal_distribution<double> noise(0, noise_rad);
+  std::normal_distribution<double> noise;
   std::vector<RotationStep> steps;
   for (int i = 0; i < count; ++i) {
     const double middle_s = 0.05 * i + 0.025 + offset_s;
     Eigen::Vector3d rotation = kR_CB * (0.05 * exampleRate(middle_s));
-    for (int k = 0; k < 3; ++k) rotation[k] += noise(generator);
+    for (int k = 0; k < 3; ++k) rotation[k] += noise_rad * noise(generator);
     steps.push_back({50'000'000LL * i, 50'000'000LL * (i + 1), rotation});
   }
   return steps;

@@ -31,7 +31,8 @@ TEST(StereoMatcher, LooksForNoMoreThanTheImageShowsHoweverLongTheBaseline) {
 
 TEST(StereoMatcher, LooksWhereverTheRightImageShowsThePoint) {
   const StereoInertialCalibration rig = smallRig();
-  const StereoMatcher matcher(rig, StereoTrackerOptions{});
+  const StereoTrackerOptions options;  // the matcher refers to them
+  const StereoMatcher matcher(rig, options);
   const PinholeRadtan& left = rig.cameras[0].model;
   const PinholeRadtan& right = rig.cameras[1].model;
   int visible = 0;
