@@ -59,8 +59,6 @@ double VisualInertialBaResult::sigmaVelocity() const {
 
 namespace {
 
-constexpr double kRadians = 3.14159265358979323846 / 180.0;  ///< in a degree
-
 /**
  * Ends a run by the length of the step in its own standard deviations: the square of that is twice
  * the decrease that the step promises (g^T H^-1 g, Newton's decrement). The relative decrease of
@@ -102,7 +100,7 @@ class VisualInertialSolver {
         preintegrations_(std::move(preintegrations)),
         g_W_(0.0, 0.0, -options.gravity_mps2),
         visual_(window, poses(states), landmarks),
-        shared_(options.sigma_shared_deg * kRadians),
+        shared_(M_PI / 180.0 * options.sigma_shared_deg),
         gauge_(states.front().T_WB),
         prior_(options.prior_mean, options.prior_sigma_gyro_rps, options.prior_sigma_accel_mps2),
         inertial_loss_(std::sqrt(options.huber_inertial)) {
