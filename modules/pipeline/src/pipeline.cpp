@@ -1,55 +1,26 @@
 #include "etalon/pipeline/pipeline.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "etalon/core/stopwatch.h"
+#include "etalon/pipeline/odometry_start.h"
 
 namespace etalon {
 
-std::vector<ParameterSet> PipelineOptions::sections() {
-  std::vector<ParameterSet> sets;
-  ParameterSet pipeline("pipeline");
-  pipeline.add("initializer", &initializer,
-               "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
-  pipeline.add("keyframes", &keyframes, {2, 200}, "Keyframes in the initialization window.");
-  pipeline.add("keyframe_rate_hz", &keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
-  pipeline.add("gravity_mps2", &window.gravity_mps2, {0.1, 100.0}, "Magnitude of gravity, m/s^2.");
-  sets.push_back(pipeline);
+namespace {
 
-  ParameterSet automatic(kAutoInitializer);
-  auto_initializer.declare(automatic);
-  sets.push_back(automatic);
-
-  ParameterSet priors("priors");
-  const char* axes[] = {"x", "y", "z"};
-  for (int i = 0; i < 3; ++i)
-    priors.add(std::string("gyro_bias_mean_") + axes[i] + "_rps", &window.priors.mean.gyro[i],
-               {-10.0, 10.0}, "Mean of the gyro bias before any measurement, rad/s.");
-  priors.add("gyro_bias_sigma_rps", &window.priors.sigma_gyro_rps, {1e-9, 1e9},
-             "Its standard deviation per axis, rad/s.");
-  for (int i = 0; i < 3; ++i)
-    priors.add(std::string("accel_bias_mean_") + axes[i] + "_mps2", &window.priors.mean.accel[i],
-               {-100.0, 100.0}, "Mean of the accelerometer bias before any measurement, m/s^2.");
-  priors.add("accel_bias_sigma_mps2", &window.priors.sigma_accel_mps2, {1e-9, 1e9},
-             "Its standard deviation per axis, m/s^2.");
-  sets.push_back(priors);
-
-  const auto declared = [&sets](const char* name, auto& options) {
-    ParameterSet set(name);
-    options.declare(set);
-    sets.push_back(set);
-  };
-  declared("input", input);
-  declared("imu_noise", imu_noise);
-  declared("frontend", frontend);
-  declared("odometry", window.odometry);
-  declared("vi_ba", window.vi_ba);
-  declared("acceptance", window.acceptance);
-  return sets;
+std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
+                          const OdometryOutput& output) {
+  if (!tracked) return "the camera repeats its image";
+  if (output.observations == 0) return "the images show no landmark";
+  return "of " + std::to_string(output.observations) + " landmarks only " +
+         std::to_string(output.used) + " are where the motion has them";
 }
+
+}  // namespace
 
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
@@ -61,7 +32,10 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       odometry_(calibration, options.window.odometry),
       window_(options.keyframes, options.keyframe_rate_hz),
       starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
-      bias_(options.window.priors.mean) {}
+      bias_(options.window.priors.mean) {
+  options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
+  options_.fixed_lag.imu_noise = noise_;
+}
 
 Pipeline::~Pipeline() = default;
 
@@ -97,7 +71,8 @@ void Pipeline::processAdmitted() {
 void Pipeline::process(const ImuSample& sample) {
   imu_.add(sample);
   // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
-  const TimeNs needed = sample.t - durationNs(options_.input.max_gap_s);
+  const TimeNs needed = sample.t - durationNs(std::max(options_.input.max_gap_s,
+                                                       options_.max_dead_reckoning_s));
   if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
 }
 
@@ -113,67 +88,176 @@ void Pipeline::process(const StereoFrame& frame) {
   const TimeNs before = last_frame_.value_or(frame.t);
   last_frame_ = frame.t;
   const Eigen::Matrix3d R_prev_cur = rotationSince(tracked_at_.value_or(frame.t), frame.t);
-  if (repeated_images_.isRepeated(frame.left, frame.right, imu_.between(before, frame.t))) {
-    border_.count(InputFault::kFrameRepeatsImage, frame.t);
-    ++frames_not_located_;
-    trajectory_.push_back({frame.t, odometry_.predict(frame.t, R_prev_cur)});
-    timings_.push_back(timing);
-    return;
-  }
-  if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
-    window_.restart();
-  tracked_at_ = frame.t;
-  const TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
-  repeated_images_.tracked(tracked);
+  const std::optional<TrackedFrame> tracked = track(frame, before, R_prev_cur);
   timing.frontend_ms = watch.lapMilliseconds();
-
-  const bool keyframe = window_.isKeyframe(frame.t);
-  const StereoOdometry::FrameResult pose = odometry_.track(tracked, R_prev_cur, keyframe);
-  if (!pose.located) ++frames_not_located_;
-  trajectory_.push_back({frame.t, pose.T_VB});
+  const bool keyframe = tracked && window_.isKeyframe(frame.t);
+  if (inertial_)
+    followInertially(frame.t, before, tracked);
+  else
+    follow(frame.t, tracked, R_prev_cur, keyframe);
   timing.odometry_ms = watch.lapMilliseconds();
 
-  if (collecting()) {
-    if (window_.add(tracked)) tryInitialize();
+  if (tracked && collecting()) {
+    if (window_.add(*tracked)) tryInitialize(*tracked);
     timing.initialization_ms = watch.lapMilliseconds();
-  } else {
+  } else if (!collecting()) {
     imu_.dropBefore(frame.t);
   }
   timings_.push_back(timing);
 }
 
-void Pipeline::tryInitialize() {
+/** The front end; nothing for a frame that shows the past. */
+std::optional<TrackedFrame> Pipeline::track(const StereoFrame& frame, TimeNs before,
+                                            const Eigen::Matrix3d& R_prev_cur) {
+  if (repeated_images_.isRepeated(frame.left, frame.right, imu_.between(before, frame.t))) {
+    border_.count(InputFault::kFrameRepeatsImage, frame.t);
+    return std::nullopt;
+  }
+  if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
+    window_.restart();
+  tracked_at_ = frame.t;
+  TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
+  repeated_images_.tracked(tracked);
+  return tracked;
+}
+
+/** Stereo odometry. */
+void Pipeline::follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
+                      const Eigen::Matrix3d& R_prev_cur, bool keyframe) {
+  FrameEstimate estimate;
+  estimate.t = t;
+  if (state_ == PipelineState::kWaiting) enter(PipelineState::kVisual, t, "the first images came");
+  bool located = false;
+  if (tracked) {
+    const StereoOdometry::FrameResult pose = odometry_.track(*tracked, R_prev_cur, keyframe);
+    estimate.nav.T_WB = pose.T_VB;
+    located = pose.located;
+  } else {
+    estimate.nav.T_WB = odometry_.predict(t, R_prev_cur);
+  }
+  if (!located) ++frames_not_located_;
+  estimate.state = state_;
+  trajectory_.push_back({t, estimate.nav.T_WB});
+  estimates_.push_back(estimate);
+}
+
+/** Fixed-lag odometry. */
+void Pipeline::followInertially(TimeNs t, TimeNs before,
+                                const std::optional<TrackedFrame>& tracked) {
+  TrackedFrame frame = tracked.value_or(TrackedFrame());
+  frame.t = t;
+  const OdometryOutput output = inertial_->process(frame, imu_.between(before, t));
+  const bool located = output.unlocated_s == 0.0;
+  if (!located) ++frames_not_located_;
+  if (located) {
+    enter(PipelineState::kInertial, t, "images locate the platform again");
+  } else if (output.imu_missing) {
+    lose(output, "neither images nor the IMU tell where the platform is");
+  } else if (output.unlocated_s > options_.max_dead_reckoning_s) {
+    char text[120];
+    std::snprintf(text, sizeof text, "no image has located the platform for %.1f s",
+                  output.unlocated_s);
+    lose(output, text);
+  } else {
+    enter(PipelineState::kDeadReckoning, t, whyNotLocated(tracked, output));
+  }
+  keep(output);
+  if (state_ != PipelineState::kLost) return;
+  if (tracked) odometry_.track(*tracked, Eigen::Matrix3d::Identity(), true);
+  odometry_.transform(output.state.T_WB * odometry_.pose().inverse());
+}
+
+void Pipeline::keep(const OdometryOutput& output) {
+  FrameEstimate estimate;
+  estimate.t = output.t;
+  estimate.state = state_;
+  estimate.nav = output.state;
+  estimate.sigma = output.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  bias_ = output.state.bias;
+  trajectory_.push_back({output.t, output.state.T_WB});
+  estimates_.push_back(estimate);
+}
+
+void Pipeline::enter(PipelineState state, TimeNs t, const std::string& reason) {
+  if (state == state_) return;
+  state_ = state;
+  events_.push_back({t, state, reason, std::nullopt});
+}
+
+/** Stereo odometry begins anew, at the predicted pose, until a start is accepted. */
+void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
+  enter(PipelineState::kLost, output.t, reason);
+  inertial_.reset();
+  lost_covariance_ = output.covariance.topLeftCorner<6, 6>();
+  odometry_ = StereoOdometry(calibration_, options_.window.odometry);
+  window_.restart();
+}
+
+void Pipeline::tryInitialize(const TrackedFrame& frame) {
   imu_.dropBefore(window_.stamps().front());
   if (!window_.complete()) return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
     return window_.problem(calibration_, noise_, options, imu_);
   });
-  if (outcome == Starter::Outcome::kStarts) start(attempts().back());
-  if (outcome == Starter::Outcome::kTakesOver) takeOver(attempts().back());
+  if (outcome == Starter::Outcome::kRefused) return;
+  const InitializationAttempt& attempt = attempts().back();
+  if (outcome == Starter::Outcome::kTakesOver) {
+    handed_over_at_ = attempt.t;
+    adopt(attempt, keepingYawAndPosition(attempt));
+  } else if (state_ == PipelineState::kLost) {
+    startAgain(attempt, frame);
+  } else {
+    start(attempt, frame);
+  }
 }
 
-void Pipeline::start(const InitializationAttempt& attempt) {
+void Pipeline::start(const InitializationAttempt& attempt, const TrackedFrame& frame) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WV = attempt.poses().back() * odometry_.pose().inverse();
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
-  adopt(attempt, SE3());
-  state_ = PipelineState::kInitialized;
+  for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
   initialized_at_ = attempt.t;
+  if (options_.odometry_kind == kFixedLag)
+    startInertially(attempt, SE3(), frame);
+  else
+    adopt(attempt, SE3());
 }
 
-void Pipeline::takeOver(const InitializationAttempt& attempt) {
-  // The attempt has a world A of its own. The rotation about z that brings its current pose nearest
-  // to the odometry's: the trace of Rz(yaw)^T R_WB R_AB^T is greatest.
+void Pipeline::startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame) {
+  const SE3 before = trajectory_.back().T_WB;
+  startInertially(attempt, keepingYawAndPosition(attempt), frame);
+  PoseJump jump;
+  jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
+  jump.covariance = lost_covariance_;
+  events_.back().jump = jump;
+}
+
+void Pipeline::startInertially(const InitializationAttempt& attempt, const SE3& T_WA,
+                               const TrackedFrame& frame) {
+  inertial_ = std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag);
+  starter_.endWaitForMotion();
+  window_.clear();
+  const std::string by = attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
+  enter(PipelineState::kInertial, frame.t, by + " accepted");
+  trajectory_.pop_back();
+  estimates_.pop_back();
+  keep(inertial_->start(odometryStart(attempt, T_WA), frame));
+}
+
+/** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and
+ * position. */
+SE3 Pipeline::keepingYawAndPosition(const InitializationAttempt& attempt) const {
+  // The rotation about z that brings the attempt's current pose nearest to the odometry's: the
+  // trace of Rz(yaw)^T R_WB R_AB^T is greatest.
   const SE3& T_WB = odometry_.pose();
   const SE3 T_AB = attempt.poses().back();
   const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
   const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
   const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  handed_over_at_ = attempt.t;
-  adopt(attempt, {R_WA, T_WB.t - R_WA * T_AB.t});
+  return {R_WA, T_WB.t - R_WA * T_AB.t};
 }
 
-/** Moves the odometry to the attempt's estimate, whose world is A. */
+/** Moves the stereo odometry to the attempt's estimate, whose world is A. */
 void Pipeline::adopt(const InitializationAttempt& attempt, const SE3& T_WA) {
   const std::vector<SE3> poses = attempt.poses();
   odometry_.transform(T_WA * poses.back() * odometry_.pose().inverse());

@@ -1,36 +1,21 @@
 #pragma once
 
+#include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/stereo_tracker.h"
-#include "etalon/imu/imu_noise.h"
+#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/input_border.h"
+#include "etalon/pipeline/pipeline_options.h"
+#include "etalon/pipeline/pipeline_state.h"
 #include "etalon/pipeline/repeated_images.h"
 #include "etalon/pipeline/starter.h"
 
 namespace etalon {
-
-/** Everything that a run needs to know; one INI section a member (see PipelineOptions::sections).
- */
-struct PipelineOptions {
-  std::string initializer = "eta";  ///< name of the plugin, or kAutoInitializer
-  int keyframes = 10;               ///< in the initialization window
-  double keyframe_rate_hz = 4.0;    ///< until initialised
-  WindowOptions window;
-  InputOptions input;
-  ImuNoiseOptions imu_noise;
-  StereoTrackerOptions frontend;
-  AutoOptions auto_initializer;
-
-  /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
-   * [frontend], ... */
-  std::vector<ParameterSet> sections();
-};
-
-enum class PipelineState { kCollecting, kInitialized };
 
 /** Milliseconds of the stages of one frame. */
 struct FrameTiming {
@@ -39,18 +24,34 @@ struct FrameTiming {
   double initialization_ms = 0.0;
 };
 
+/** What was known of a frame when it had been processed: nothing later is in it. */
+struct FrameEstimate {
+  TimeNs t = 0;
+  PipelineState state = PipelineState::kVisual;
+  NavState nav;  ///< in W; velocity and biases in the states kInertial and kDeadReckoning alone
+  /** Standard deviations of the errors, in the order of state_index; of position and yaw since the
+   * first start. NaN where they are not known. */
+  Eigen::Matrix<double, 15, 1> sigma =
+      Eigen::Matrix<double, 15, 1>::Constant(std::numeric_limits<double>::quiet_NaN());
+};
+
 /**
- * The stages tied together: measurements in, trajectory and initialization attempts out. What is
- * wrong with a measurement is recognised at the InputBorder, dropped or repaired, and counted; bad
- * data never throw. Stamps stay those of the measurements, to the nanosecond.
+ * The stages tied together: measurements in, states and initialization attempts out. What is wrong
+ * with a measurement is recognised at the InputBorder, dropped or repaired, and counted; bad data
+ * never throw. Stamps stay those of the measurements, to the nanosecond.
  *
- * After a jump of the clock, or a gap that long, the trajectory goes on from the last pose, and a
- * window of keyframes starts anew. A frame that repeats an image of the one before while the
- * platform moves is not tracked: its pose is a prediction.
+ * From the first image stereo odometry runs (kVisual), until an attempt at initialising is accepted
+ * (Starter). With [odometry] kind = fixed_lag the fixed-lag odometry begins there, with the
+ * attempt's covariance (kInertial); where images fail it, the IMU carries it (kDeadReckoning).
+ * After max_dead_reckoning_s, or if the IMU fails, too, it is lost: stereo odometry begins anew at
+ * the predicted pose, and the next attempt that is accepted starts the fixed-lag odometry in the
+ * same world: position and yaw go on, and the event says how far off they may be.
  *
- * With an initializer for the start at rest (Starter), the one that takes over brings its biases,
- * landmarks, roll and pitch, turned and moved so that yaw and position of the current pose stay.
- * Poses before keep theirs.
+ * With kind = stereo_visual stereo odometry goes on in the world of the start. With an initializer
+ * for the start at rest, the one that takes over brings its biases, landmarks, roll and pitch,
+ * turned and moved so that yaw and position of the current pose stay. Poses before keep theirs.
+ *
+ * A frame that repeats an image of the one before while the platform moves is not tracked.
  */
 class Pipeline {
  public:
@@ -65,8 +66,14 @@ class Pipeline {
   void finish();
 
   PipelineState state() const { return state_; }
+  /** When the state changed, and why. */
+  const std::vector<PipelineEvent>& events() const { return events_; }
+  /** Stamp of the frame at which the first attempt was accepted. */
+  const std::optional<TimeNs>& initializedAt() const { return initialized_at_; }
   /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
   const Trajectory& trajectory() const { return trajectory_; }
+  /** One a pose of trajectory(). */
+  const std::vector<FrameEstimate>& estimates() const { return estimates_; }
   /** What the initializers said (Starter::attempts). */
   const std::vector<InitializationAttempt>& attempts() const { return starter_.attempts(); }
   /** One a processed frame. */
@@ -77,10 +84,9 @@ class Pipeline {
   const InputFaultCounts& inputFaults() const { return border_.faults(); }
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
-  TimeNs initializedAt() const { return initialized_at_; }
   /** When the initializer for motion took over from the one at rest. */
   const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
-  /** The running odometry: its window and landmarks, in the frame of the last pose. */
+  /** The stereo odometry: its window and landmarks, in the frame of the last pose. */
   const StereoOdometry& odometry() const { return odometry_; }
   /** Whether it was started at rest and the initializer for motion has not taken over yet. */
   bool waitsForMotion() const { return starter_.waitsForMotion(); }
@@ -89,13 +95,24 @@ class Pipeline {
   void processAdmitted();
   void process(const ImuSample& sample);
   void process(const StereoFrame& frame);
+  std::optional<TrackedFrame> track(const StereoFrame& frame, TimeNs before,
+                                    const Eigen::Matrix3d& R_prev_cur);
+  void follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
+              const Eigen::Matrix3d& R_prev_cur, bool keyframe);
+  void followInertially(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
+  void keep(const OdometryOutput& output);
+  void enter(PipelineState state, TimeNs t, const std::string& reason);
+  void lose(const OdometryOutput& output, const std::string& reason);
   Eigen::Matrix3d rotationSince(TimeNs t0, TimeNs t1) const;
   bool collecting() const {
-    return state_ == PipelineState::kCollecting || starter_.waitsForMotion();
+    return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
   }
-  void tryInitialize();
-  void start(const InitializationAttempt& attempt);
-  void takeOver(const InitializationAttempt& attempt);
+  void tryInitialize(const TrackedFrame& frame);
+  void start(const InitializationAttempt& attempt, const TrackedFrame& frame);
+  void startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame);
+  void startInertially(const InitializationAttempt& attempt, const SE3& T_WA,
+                       const TrackedFrame& frame);
+  SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
   StereoInertialCalibration calibration_;
@@ -105,16 +122,20 @@ class Pipeline {
   RepeatedImages repeated_images_;
   StereoTracker tracker_;
   StereoOdometry odometry_;
+  std::unique_ptr<Odometry> inertial_;  ///< while kInertial or kDeadReckoning
   ImuBuffer imu_;
   KeyframeWindow window_;
   Starter starter_;
   std::optional<TimeNs> tracked_at_;  ///< the last frame that the tracker saw
   std::optional<TimeNs> last_frame_;  ///< the last frame of all
-  PipelineState state_ = PipelineState::kCollecting;
-  TimeNs initialized_at_ = 0;
-  std::optional<TimeNs> handed_over_at_;
+  PipelineState state_ = PipelineState::kWaiting;
+  std::vector<PipelineEvent> events_;
+  std::optional<TimeNs> initialized_at_, handed_over_at_;
   ImuBias bias_;
+  /** Of the last pose of the fixed-lag odometry, when it was lost. */
+  Eigen::Matrix<double, 6, 6> lost_covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
   Trajectory trajectory_;
+  std::vector<FrameEstimate> estimates_;
   std::vector<FrameTiming> timings_;
   int frames_not_located_ = 0;
 };

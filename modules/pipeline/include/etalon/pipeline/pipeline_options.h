@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "etalon/core/parameters.h"
+#include "etalon/frontend/stereo_tracker.h"
+#include "etalon/imu/imu_noise.h"
+#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/input_border.h"
+#include "etalon/pipeline/starter.h"
+
+namespace etalon {
+
+/** [odometry] kind: what runs after the start. */
+constexpr const char* kFixedLag = "fixed_lag";
+constexpr const char* kStereoVisual = "stereo_visual";
+
+/** Everything that a run needs to know; one INI section a member (see sections()). */
+struct PipelineOptions {
+  std::string initializer = "eta";  ///< name of the plugin, or kAutoInitializer
+  int keyframes = 10;               ///< in the initialization window
+  double keyframe_rate_hz = 4.0;    ///< of the initialization window
+  std::string odometry_kind = kFixedLag;
+  double max_dead_reckoning_s = 5.0;
+  WindowOptions window;
+  FixedLagOptions fixed_lag;
+  InputOptions input;
+  ImuNoiseOptions imu_noise;
+  StereoTrackerOptions frontend;
+  AutoOptions auto_initializer;
+
+  /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
+   * [frontend], ... */
+  std::vector<ParameterSet> sections();
+};
+
+}  // namespace etalon

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "etalon/core/se3.h"
+#include "etalon/core/time.h"
+
+namespace etalon {
+
+/** What the poses of a pipeline rest on. */
+enum class PipelineState {
+  kWaiting,        ///< no image yet
+  kVisual,         ///< stereo odometry; its world is aligned with gravity once a start was accepted
+  kInertial,       ///< images and IMU together
+  kDeadReckoning,  ///< the IMU alone: no image says where the platform is
+  kLost,           ///< neither: stereo odometry from a guess, until another start is accepted
+};
+
+/** Lower-case name as it stands in files, e.g. "dead_reckoning". */
+const char* toString(PipelineState state);
+
+/** By how much a start in flight moved the current pose. */
+struct PoseJump {
+  SE3 T_before_after;  ///< the pose after, seen from the pose before
+  /** Of the pose after as an error in the world of before: [rotation, position], rad and m, in the
+   * order of state_index. */
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+/** The state changed. */
+struct PipelineEvent {
+  TimeNs t = 0;  ///< stamp of the first frame in the new state
+  PipelineState state = PipelineState::kWaiting;
+  std::string reason;            ///< a clause: "because ..."
+  std::optional<PoseJump> jump;  ///< of a start in flight
+};
+
+}  // namespace etalon

@@ -1,0 +1,68 @@
+#include "etalon/pipeline/odometry_start.h"
+
+#include <cmath>
+
+#include "etalon/imu/preintegration.h"
+
+namespace etalon {
+namespace {
+
+using Matrix15d = Eigen::Matrix<double, 15, 15>;
+using namespace state_index;
+
+constexpr double kRoughTilt = 2.0 * M_PI / 180.0;  // rad
+constexpr double kRoughVelocity = 0.1;             // m/s
+constexpr double kRoughGyroBias = 0.01;            // rad/s
+constexpr double kRoughAccelBias = 0.1;            // m/s^2
+/** Of position and yaw, which are free: m and rad. */
+constexpr double kFree = 1e-4;
+
+Matrix15d roughCovariance() {
+  Eigen::Matrix<double, 15, 1> sigma;
+  sigma.segment<3>(kRotation).setConstant(kRoughTilt);
+  sigma.segment<3>(kPosition).setConstant(kFree);
+  sigma.segment<3>(kVelocity).setConstant(kRoughVelocity);
+  sigma.segment<3>(kGyroBias).setConstant(kRoughGyroBias);
+  sigma.segment<3>(kAccelBias).setConstant(kRoughAccelBias);
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
+/** From the covariance of InitializationResult: [b_g, b_a, tilt of the world, velocity]. */
+Matrix15d covarianceOf(const InitializationResult& result, const Eigen::Matrix3d& R_AB) {
+  Eigen::Matrix<double, 15, 11> J = Eigen::Matrix<double, 15, 11>::Zero();
+  J.block<3, 2>(kRotation, 6) = R_AB.transpose().leftCols<2>();
+  J.block<3, 3>(kVelocity, 8).setIdentity();
+  J.block<3, 3>(kGyroBias, 0).setIdentity();
+  J.block<3, 3>(kAccelBias, 3).setIdentity();
+  return J * result.covariance * J.transpose();
+}
+
+}  // namespace
+
+OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA) {
+  OdometryStart start;
+  const SE3 T_AB = attempt.poses().back();
+  Eigen::Vector3d v_A;
+  Matrix15d covariance;
+  if (attempt.has_vi_ba) {
+    v_A = attempt.vi_ba.states.back().v_WB;
+    const Eigen::MatrixXd& joint = attempt.vi_ba.covariance;
+    covariance = joint.rows() >= 15 ? Matrix15d(joint.bottomRightCorner<15, 15>()) : roughCovariance();
+  } else {
+    v_A = attempt.init.states.back().v_WB;
+    covariance = attempt.init.covariance.rows() == 11 ? covarianceOf(attempt.init, T_AB.R)
+                                                      : roughCovariance();
+  }
+  start.state.T_WB = T_WA * T_AB;
+  start.state.v_WB = T_WA.R * v_A;
+  start.state.bias = attempt.bias();
+  Matrix15d turn = Matrix15d::Identity();
+  turn.block<3, 3>(kPosition, kPosition) = T_WA.R;
+  turn.block<3, 3>(kVelocity, kVelocity) = T_WA.R;
+  start.covariance = turn * covariance * turn.transpose();
+  // The window's first keyframe is its gauge; the odometry's own gauge is where it begins.
+  start.covariance.diagonal().segment<6>(kRotation).array() += kFree * kFree;
+  return start;
+}
+
+}  // namespace etalon

@@ -1,0 +1,56 @@
+#include "etalon/pipeline/pipeline_options.h"
+
+namespace etalon {
+
+std::vector<ParameterSet> PipelineOptions::sections() {
+  std::vector<ParameterSet> sets;
+  ParameterSet pipeline("pipeline");
+  pipeline.add("initializer", &initializer,
+               "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
+  pipeline.add("keyframes", &keyframes, {2, 200}, "Keyframes in the initialization window.");
+  pipeline.add("keyframe_rate_hz", &keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
+  pipeline.add("gravity_mps2", &window.gravity_mps2, {0.1, 100.0}, "Magnitude of gravity, m/s^2.");
+  sets.push_back(pipeline);
+
+  ParameterSet automatic(kAutoInitializer);
+  auto_initializer.declare(automatic);
+  sets.push_back(automatic);
+
+  ParameterSet priors("priors");
+  const char* axes[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i)
+    priors.add(std::string("gyro_bias_mean_") + axes[i] + "_rps", &window.priors.mean.gyro[i],
+               {-10.0, 10.0}, "Mean of the gyro bias before any measurement, rad/s.");
+  priors.add("gyro_bias_sigma_rps", &window.priors.sigma_gyro_rps, {1e-9, 1e9},
+             "Its standard deviation per axis, rad/s.");
+  for (int i = 0; i < 3; ++i)
+    priors.add(std::string("accel_bias_mean_") + axes[i] + "_mps2", &window.priors.mean.accel[i],
+               {-100.0, 100.0}, "Mean of the accelerometer bias before any measurement, m/s^2.");
+  priors.add("accel_bias_sigma_mps2", &window.priors.sigma_accel_mps2, {1e-9, 1e9},
+             "Its standard deviation per axis, m/s^2.");
+  sets.push_back(priors);
+
+  const auto declared = [&sets](const char* name, auto& options) {
+    ParameterSet set(name);
+    options.declare(set);
+    sets.push_back(set);
+  };
+  declared("input", input);
+  declared("imu_noise", imu_noise);
+  declared("frontend", frontend);
+  ParameterSet odometry("odometry");
+  odometry.add("kind", &odometry_kind,
+               "What runs after the start: fixed_lag (images and IMU, tightly coupled) or "
+               "stereo_visual (images alone).");
+  odometry.add("max_dead_reckoning_s", &max_dead_reckoning_s, {0.0, 1e6},
+               "Seconds for which the IMU alone carries the pose where images fail; then the "
+               "odometry is lost, and starts again.");
+  window.odometry.declare(odometry);
+  sets.push_back(odometry);
+  declared(kFixedLag, fixed_lag);
+  declared("vi_ba", window.vi_ba);
+  declared("acceptance", window.acceptance);
+  return sets;
+}
+
+}  // namespace etalon
