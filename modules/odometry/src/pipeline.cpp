@@ -46,6 +46,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   declared("imu_noise", imu_noise);
   declared("frontend", frontend);
   declared("odometry", window.odometry);
+  declared("fixed_lag", fixed_lag);
   declared("vi_ba", window.vi_ba);
   declared("acceptance", window.acceptance);
   return sets;

@@ -10,6 +10,7 @@
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_noise.h"
+#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/odometry/input_border.h"
 #include "etalon/odometry/repeated_images.h"
 #include "etalon/odometry/window_initialization.h"
@@ -50,6 +51,7 @@ struct PipelineOptions {
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
   AutoOptions auto_initializer;
+  FixedLagOptions fixed_lag;
 
   /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
    * [frontend], ... */
