@@ -1,24 +1,27 @@
-# etalon_add_module(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...])
-# A shared library etalon_<name>, alias etalon::<name>, with its public headers in include/etalon/<name>/.
-# PUBLIC and PRIVATE are the targets to link.
+# etalon_add_module(NAME [PUBLIC ...] [PRIVATE ...])
+# A shared library etalon_<name>, alias etalon::<name>, of all src/*.cpp and src/*/*.cpp, with its public headers in
+# include/etalon/<name>/. PUBLIC and PRIVATE are the targets to link.
 function(etalon_add_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
   set(target etalon_${name})
-  add_library(${target} SHARED ${ARG_SOURCES})
+  file(GLOB sources CONFIGURE_DEPENDS src/*.cpp src/*/*.cpp)
+  add_library(${target} SHARED ${sources})
   add_library(etalon::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION} SOVERSION
                                              ${PROJECT_VERSION_MAJOR})
   target_include_directories(
-    ${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
-                     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+    ${target}
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE src)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:etalon_build_settings>)
   set_property(GLOBAL APPEND PROPERTY ETALON_MODULE_TARGETS ${target})
   set_property(GLOBAL APPEND PROPERTY ETALON_MODULE_INCLUDE_DIRS "${CMAKE_CURRENT_SOURCE_DIR}/include/etalon")
 endfunction()
 
-# etalon_add_tests(NAME SOURCES ... [LINK ...])
-# One GoogleTest executable etalon_<name>_tests; every TEST in it becomes a ctest.
+# etalon_add_tests(NAME [SOURCES ...] [LINK ...])
+# One GoogleTest executable etalon_<name>_tests; every TEST in it becomes the ctest <name>.<suite>.<test>. Without SOURCES
+# it is made of tests/*.cpp and finds the private headers of the module beside it.
 function(etalon_add_tests name)
   if(NOT ETALON_BUILD_TESTS)
     return()
@@ -26,7 +29,13 @@ function(etalon_add_tests name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   include(GoogleTest)
   set(target etalon_${name}_tests)
+  if(NOT ARG_SOURCES)
+    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS tests/*.cpp)
+  endif()
   add_executable(${target} ${ARG_SOURCES})
+  if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/src")
+    target_include_directories(${target} PRIVATE src)
+  endif()
   target_link_libraries(${target} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main
                                           etalon_build_settings)
   gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${ETALON_TEST_TIMEOUT})

@@ -15,7 +15,7 @@ packages=(
   libmrpt-obs-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev
   nlohmann-json3-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
-report_folder="$(dirname "${BASH_SOURCE[0]}")/../modules/evaluation/report"
+report_folder="$(dirname "${BASH_SOURCE[0]}")/../modules/report/page"
 npm_omit=(--omit=dev)
 for argument in "$@"; do
   case "$argument" in

@@ -10,11 +10,12 @@
 #include "checks.h"
 #include "commands.h"
 #include "configuration_options.h"
+#include "etalon/benchmark/benchmark.h"
+#include "etalon/benchmark/benchmark_store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
-#include "etalon/evaluation/benchmark.h"
-#include "etalon/evaluation/benchmark_store.h"
-#include "etalon/evaluation/benchmark_tables.h"
+#include "etalon/report/benchmark_tables.h"
+#include "etalon/report/report.h"
 #include "print_recording_errors.h"
 #include "print_tables.h"
 #include "progress_line.h"
@@ -113,6 +114,7 @@ int bench(const Arguments& arguments) {
   std::signal(SIGINT, requestStop);
   std::signal(SIGTERM, requestStop);
 
+  options.report = benchmarkReportHtml;
   const BenchmarkOutcome outcome = runBenchmark(configuration, options);
   line.interrupt();
   printNotes(outcome);

@@ -13,7 +13,7 @@
 #include "etalon/core/ini_file.h"
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/plugin_loader.h"
-#include "etalon/odometry/run_configuration.h"
+#include "etalon/pipeline/run_configuration.h"
 
 namespace etalon::app {
 

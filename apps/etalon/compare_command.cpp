@@ -7,12 +7,12 @@
 
 #include "checks.h"
 #include "commands.h"
+#include "etalon/benchmark/benchmark_store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
-#include "etalon/evaluation/benchmark_comparison.h"
-#include "etalon/evaluation/benchmark_store.h"
-#include "etalon/evaluation/comparison_table.h"
-#include "etalon/evaluation/run_log.h"
+#include "etalon/report/benchmark_comparison.h"
+#include "etalon/report/comparison_table.h"
+#include "etalon/runlog/run_log.h"
 #include "print_tables.h"
 
 namespace etalon::app {

@@ -8,12 +8,12 @@
 
 #include "checks.h"
 #include "commands.h"
+#include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/sensor_source.h"
-#include "etalon/evaluation/ground_truth_coverage.h"
-#include "etalon/evaluation/plot.h"
-#include "etalon/evaluation/table.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
+#include "etalon/report/plot.h"
+#include "etalon/report/table.h"
 #include "etalon/simulation/recorded_files.h"
 
 namespace etalon::app {

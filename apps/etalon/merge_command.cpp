@@ -3,7 +3,8 @@
 
 #include "checks.h"
 #include "commands.h"
-#include "etalon/evaluation/benchmark.h"
+#include "etalon/benchmark/benchmark.h"
+#include "etalon/report/report.h"
 #include "print_recording_errors.h"
 #include "print_tables.h"
 
@@ -20,7 +21,7 @@ struct Arguments {
 int merge(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const BenchmarkOutcome outcome =
-      mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite);
+      mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite, benchmarkReportHtml);
   printBenchmarkTables(outcome.record, format);
   const size_t parts = arguments.folders.size();
   std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.slots_found, parts,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "etalon/evaluation/benchmark_record.h"
+#include "etalon/benchmark/benchmark_record.h"
 
 namespace etalon::app {
 

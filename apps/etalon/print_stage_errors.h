@@ -1,6 +1,6 @@
 #pragma once
 
-#include "etalon/evaluation/initialization_json.h"
+#include "etalon/runlog/initialization_json.h"
 
 namespace etalon::app {
 

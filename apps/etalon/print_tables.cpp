@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "etalon/benchmark/benchmark_slots.h"
 #include "etalon/core/printable.h"
-#include "etalon/evaluation/benchmark_slots.h"
 #include "read_summary.h"
 
 namespace etalon::app {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "etalon/evaluation/benchmark_tables.h"
-#include "etalon/evaluation/ground_truth_coverage.h"
+#include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/report/benchmark_tables.h"
 
 namespace etalon::app {
 

@@ -4,8 +4,8 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
 
 namespace my_lab {
 

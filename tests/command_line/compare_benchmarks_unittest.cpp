@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "etalon/evaluation/benchmark_store.h"
-#include "example_benchmark.h"
+#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/testing/example_benchmark.h"
 #include "run_command.h"
 
 namespace etalon::testing {

@@ -4,7 +4,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/imu/preintegration.h"
-#include "etalon/optimization/visual_window.h"
+#include "etalon/optimization/bundle/visual_window.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon::testing {

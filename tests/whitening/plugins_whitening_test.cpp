@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 
 #include "drt/imu_alignment.h"
-#include "etalon/optimization/preintegration_residual.h"
-#include "etalon/optimization/track_information.h"
+#include "etalon/initialization/steps/track_information.h"
+#include "etalon/optimization/residuals/preintegration_residual.h"
 #include "joint_closed_form/closed_form_motion.h"
 #include "noisy_window.h"
 #include "statistics.h"

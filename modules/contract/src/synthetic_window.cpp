@@ -8,7 +8,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_noise.h"
 #include "etalon/initialization/estimation_error.h"
-#include "etalon/odometry/window_initialization.h"
+#include "etalon/pipeline/window_initialization.h"
 
 namespace etalon::testing {
 

@@ -97,4 +97,14 @@ Matrix3d rotationBetween(const Vector3d& from, const Vector3d& to) {
   return Eigen::Quaterniond::FromTwoVectors(-a, b).toRotationMatrix() * half_turn;
 }
 
+Eigen::Matrix<double, 3, 2> tangentBasis(const Eigen::Vector3d& v) {
+  const Eigen::Vector3d d = v.normalized();
+  const Eigen::Vector3d axis =
+      std::abs(d.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+  Eigen::Matrix<double, 3, 2> B;
+  B.col(0) = d.cross(axis).normalized();
+  B.col(1) = d.cross(B.col(0));
+  return B;
+}
+
 }  // namespace etalon

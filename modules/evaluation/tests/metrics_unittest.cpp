@@ -10,8 +10,8 @@
 #include <random>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/median.h"
 #include "etalon/core/so3.h"
-#include "median.h"
 
 namespace etalon {
 namespace {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
-#include "etalon/frontend/tracked_frame.h"
 
 namespace etalon {
 

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "etalon/core/so3.h"
-#include "etalon/initialization/inertial_only_step.h"
-#include "etalon/initialization/normal_epipolar_step.h"
-#include "etalon/initialization/translation_step.h"
+#include "etalon/initialization/steps/inertial_only_step.h"
+#include "etalon/initialization/steps/normal_epipolar_step.h"
+#include "etalon/initialization/steps/translation_step.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {

@@ -4,8 +4,8 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/optimization/pose_only.h"
-#include "etalon/optimization/starting_landmarks.h"
+#include "etalon/optimization/bundle/pose_only.h"
+#include "etalon/optimization/bundle/starting_landmarks.h"
 
 namespace etalon {
 

@@ -1,4 +1,4 @@
-#include "ceres_blocks.h"
+#include "residuals/ceres_blocks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "etalon/optimization/noise_check.h"
+#include "etalon/optimization/bundle/noise_check.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
-#include "etalon/optimization/visual_inertial_ba.h"
+#include "etalon/optimization/bundle/visual_inertial_ba.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {

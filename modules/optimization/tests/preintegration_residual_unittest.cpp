@@ -1,4 +1,4 @@
-#include "etalon/optimization/preintegration_residual.h"
+#include "etalon/optimization/residuals/preintegration_residual.h"
 
 #include <gtest/gtest.h>
 

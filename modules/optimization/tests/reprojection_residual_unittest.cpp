@@ -1,4 +1,4 @@
-#include "etalon/optimization/reprojection_residual.h"
+#include "etalon/optimization/residuals/reprojection_residual.h"
 
 #include <gtest/gtest.h>
 

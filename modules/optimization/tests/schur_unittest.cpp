@@ -1,4 +1,4 @@
-#include "schur.h"
+#include "bundle/schur.h"
 
 #include <gtest/gtest.h>
 

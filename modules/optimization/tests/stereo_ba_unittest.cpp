@@ -1,4 +1,4 @@
-#include "etalon/optimization/stereo_ba.h"
+#include "etalon/optimization/bundle/stereo_ba.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
-#include "etalon/optimization/pose_only.h"
+#include "etalon/optimization/bundle/pose_only.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {

@@ -1,4 +1,4 @@
-#include "etalon/optimization/visual_inertial_ba.h"
+#include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
-#include "etalon/optimization/starting_landmarks.h"
+#include "etalon/optimization/bundle/starting_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {

@@ -1,4 +1,4 @@
-#include "etalon/optimization/visual_window.h"
+#include "etalon/optimization/bundle/visual_window.h"
 
 #include <gtest/gtest.h>
 

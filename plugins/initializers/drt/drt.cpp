@@ -3,11 +3,11 @@
 #include <string>
 
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
-#include "etalon/initialization/normal_epipolar_step.h"
-#include "etalon/initialization/translation_step.h"
-#include "etalon/optimization/linear_alignment.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/initialization/steps/linear_alignment.h"
+#include "etalon/initialization/steps/normal_epipolar_step.h"
+#include "etalon/initialization/steps/translation_step.h"
 #include "imu_alignment.h"
 #include "reprojection_refinement.h"
 #include "translation_constraint.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
-#include "etalon/optimization/gravity_sphere.h"
+#include "etalon/initialization/steps/gravity_sphere.h"
 
 namespace etalon::plugins {
 

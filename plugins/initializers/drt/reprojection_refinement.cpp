@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
-#include "etalon/initialization/world_errors.h"
-#include "etalon/optimization/gravity_sphere.h"
+#include "etalon/initialization/steps/gravity_sphere.h"
+#include "etalon/initialization/steps/world_errors.h"
 
 namespace etalon::plugins {
 

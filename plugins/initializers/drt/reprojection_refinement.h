@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "etalon/initialization/initialization_problem.h"
-#include "etalon/optimization/track_information.h"
+#include "etalon/initialization/steps/track_information.h"
 #include "imu_alignment.h"
 
 namespace etalon::plugins {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
-#include "etalon/frontend/tracked_frame.h"
+#include "etalon/core/tracked_frame.h"
 
 namespace etalon::plugins {
 

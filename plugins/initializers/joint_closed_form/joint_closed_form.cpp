@@ -5,9 +5,9 @@
 #include "closed_form_motion.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
-#include "etalon/optimization/track_information.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/initialization/steps/track_information.h"
 #include "joint_system.h"
 
 namespace etalon::plugins {

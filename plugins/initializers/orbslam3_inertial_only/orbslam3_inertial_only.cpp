@@ -1,7 +1,7 @@
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/gravity_alignment.h"
-#include "etalon/initialization/inertial_only_step.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/initialization/steps/inertial_only_step.h"
 
 namespace etalon::plugins {
 

@@ -2,11 +2,11 @@
 #include <string>
 
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/gravity_alignment.h"
-#include "etalon/initialization/inertial_only_step.h"
 #include "etalon/initialization/initializer.h"
-#include "etalon/initialization/normal_epipolar_step.h"
-#include "etalon/initialization/translation_step.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/initialization/steps/inertial_only_step.h"
+#include "etalon/initialization/steps/normal_epipolar_step.h"
+#include "etalon/initialization/steps/translation_step.h"
 
 namespace etalon::plugins {
 

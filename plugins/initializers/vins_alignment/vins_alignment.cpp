@@ -6,9 +6,9 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/gravity_alignment.h"
 #include "etalon/initialization/initializer.h"
-#include "etalon/optimization/linear_alignment.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/initialization/steps/linear_alignment.h"
 
 namespace etalon::plugins {
 

@@ -5,7 +5,7 @@
 #include <benchmark/benchmark.h>
 
 #include "etalon/initialization/plugin_loader.h"
-#include "etalon/odometry/window_initialization.h"
+#include "etalon/pipeline/window_initialization.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {

@@ -14,7 +14,7 @@
 #include "etalon/contract/synthetic_window.h"
 #include "etalon/core/errors.h"
 #include "etalon/initialization/plugin_loader.h"
-#include "etalon/odometry/window_initialization.h"
+#include "etalon/pipeline/window_initialization.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/recorded_files.h"
 #include "etalon/simulation/recorded_trajectory.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "etalon/initialization/plugin_loader.h"
-#include "etalon/odometry/window_initialization.h"
+#include "etalon/pipeline/window_initialization.h"
 
 namespace etalon::testing {
 

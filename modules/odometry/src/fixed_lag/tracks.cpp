@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "etalon/optimization/visual_window.h"
+#include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon::fixed_lag {
 namespace {

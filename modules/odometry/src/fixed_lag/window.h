@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
-#include "etalon/frontend/tracked_frame.h"
-#include "etalon/optimization/inertial_residual.h"
+#include "etalon/core/tracked_frame.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
 #include "etalon/optimization/marginalization/linear_rows.h"
-#include "etalon/optimization/reprojection_residual.h"
+#include "etalon/optimization/residuals/reprojection_residual.h"
 
 namespace etalon::fixed_lag {
 

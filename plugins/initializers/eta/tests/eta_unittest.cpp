@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "etalon/odometry/window_initialization.h"
+#include "etalon/pipeline/window_initialization.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon {

@@ -28,4 +28,7 @@ double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 /** The rotation of least angle that takes the direction of `from` to that of `to`. */
 Eigen::Matrix3d rotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
+/** Two unit vectors that span the plane orthogonal to `v`, 3x2. */
+Eigen::Matrix<double, 3, 2> tangentBasis(const Eigen::Vector3d& v);
+
 }  // namespace etalon

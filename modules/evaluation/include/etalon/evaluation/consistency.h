@@ -5,7 +5,7 @@
 
 #include "etalon/core/trajectory.h"
 #include "etalon/evaluation/metrics.h"
-#include "etalon/optimization/visual_inertial_ba.h"
+#include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 namespace etalon {
 

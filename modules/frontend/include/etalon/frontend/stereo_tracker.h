@@ -6,7 +6,7 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
-#include "etalon/frontend/tracked_frame.h"
+#include "etalon/core/tracked_frame.h"
 
 namespace etalon {
 

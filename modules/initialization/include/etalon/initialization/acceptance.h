@@ -4,7 +4,7 @@
 
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/initialization_result.h"
-#include "etalon/optimization/visual_inertial_ba.h"
+#include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 namespace etalon {
 

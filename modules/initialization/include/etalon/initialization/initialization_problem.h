@@ -6,10 +6,10 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
-#include "etalon/frontend/tracked_frame.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
-#include "etalon/optimization/visual_solution.h"
+#include "etalon/optimization/bundle/visual_solution.h"
 
 namespace etalon {
 

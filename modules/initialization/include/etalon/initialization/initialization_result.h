@@ -7,7 +7,7 @@
 
 #include "etalon/core/se3.h"
 #include "etalon/core/time.h"
-#include "etalon/frontend/tracked_frame.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/imu/imu_sample.h"
 
 namespace etalon {

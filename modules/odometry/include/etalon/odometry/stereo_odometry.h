@@ -6,10 +6,10 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
-#include "etalon/frontend/tracked_frame.h"
-#include "etalon/optimization/stereo_ba.h"
-#include "etalon/optimization/visual_solution.h"
+#include "etalon/optimization/bundle/stereo_ba.h"
+#include "etalon/optimization/bundle/visual_solution.h"
 
 namespace etalon {
 

@@ -5,7 +5,7 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
 #include "etalon/odometry/fixed_lag/odometry.h"
-#include "etalon/optimization/visual_window.h"
+#include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon {
 

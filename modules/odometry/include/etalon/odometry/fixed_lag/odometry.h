@@ -3,9 +3,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "etalon/frontend/tracked_frame.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/imu/imu_sample.h"
-#include "etalon/optimization/inertial_residual.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
 
 namespace etalon {
 

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/core/child_process.h"
+#include "etalon/pipeline/run_configuration.h"
+
+namespace etalon {
+
+/** Where a benchmark stands. */
+struct BenchmarkProgress {
+  enum class Stage { kFrontEnd, kSlots };
+  Stage stage = Stage::kFrontEnd;
+  size_t done = 0;           ///< stereo pairs, or slots of this run (all initializers)
+  size_t total = 0;          ///< of this run: what was on disk does not count
+  double elapsed_s = 0.0;    ///< in this stage
+  double remaining_s = 0.0;  ///< at the rate so far
+};
+
+struct BenchmarkOptions {
+  std::vector<std::string> sources;  ///< EuRoC folders and rawlogs
+  std::string out;                   ///< the benchmark's folder (benchmark_store.h)
+  std::string tracks;                ///< folder of the cached tracks; empty: `out`/tracks
+  BenchmarkProtocol protocol;
+  int jobs = 1;  ///< threads of the front end, processes of the slots
+  /** Processor time that an initializer and the VI-BA may use for a slot, s. */
+  double time_limit_s = kDefaultTimeLimitS;
+  int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
+  double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
+  bool overwrite = false;              ///< begin anew: discard the slots in `out`
+  std::map<std::string, std::string> versions;
+  BenchmarkReport report;  ///< makes report.html; without it there is none
+  std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
+  /** Called with a sentence as soon as an initializer has crashed or used up its time; may be
+   * empty. */
+  std::function<void(const std::string&)> warn;
+  /** Becomes true when the benchmark shall stop; may be null. */
+  const std::atomic<bool>* stop = nullptr;
+};
+
+struct BenchmarkOutcome {
+  BenchmarkRecord record;
+  size_t slots_found = 0;    ///< slots (times initializers) that were on disk already
+  size_t slots_tried = 0;    ///< the same for this run
+  size_t slots_missing = 0;  ///< of the shard: more than 0 only if interrupted
+  bool interrupted = false;
+  double frontend_s = 0.0, slots_s = 0.0;  ///< wall clock
+  std::vector<std::string> files;          ///< results written; empty if interrupted
+  std::vector<std::string> notes;          ///< what happened to the cached tracks, in sentences
+};
+
+/**
+ * The exhaustive initialization test: every slot of every recording, for every window and
+ * initializer, is an independent, deterministic problem; the front end runs once a recording. Every
+ * finished slot is on disk at once; the same call resumes. Slots are tried in child processes (a
+ * fork: call it while the process has one thread): an initializer that crashes, ends the process or
+ * uses up its time loses the slot, which is recorded as kStatusCrashed or kStatusTimeLimit, and the
+ * next one is tried. The results do not depend on `jobs`, on interruptions or shards (run times
+ * apart). A recording that cannot be used has its `error` set in the record, and the others go on.
+ *
+ * @throws ConfigError if `out` holds a benchmark of other code, configuration, data or protocol, or
+ *         two recordings have the same name; DataError if results cannot be written
+ */
+BenchmarkOutcome runBenchmark(const SuiteConfiguration& configuration,
+                              const BenchmarkOptions& options);
+
+/**
+ * Joins the parts of a benchmark that ran as shards into the folder `out` and writes its results.
+ * @throws ConfigError naming the folders and what differs, is missing or is there twice
+ */
+BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const std::string& out,
+                                 bool overwrite, const BenchmarkReport& report);
+
+/** How two benchmarks differ in what must agree for their slots to be parts of one: code,
+ * configuration, protocol, initializers, recordings. Empty if in nothing. */
+std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b);
+
+}  // namespace etalon

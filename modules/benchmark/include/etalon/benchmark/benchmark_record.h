@@ -1,0 +1,110 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/core/trajectory.h"
+#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/gyro_agreement.h"
+#include "etalon/optimization/bundle/noise_check.h"
+#include "etalon/runlog/initialization_json.h"
+
+namespace etalon {
+
+/** Which windows of a recording are tried. */
+struct BenchmarkProtocol {
+  double every_s = 2.5;               ///< from slot to slot
+  std::vector<int> keyframes{10};     ///< of a window; every one is combined with every rate
+  std::vector<double> rates_hz{4.0};  ///< keyframes a second
+  bool vi_ba = true;                  ///< visual-inertial BA and acceptance after the initializer
+};
+
+/** A recording of the benchmark. */
+struct BenchmarkSequence {
+  std::string name;  ///< unique in the benchmark
+  std::string source, source_kind;
+  std::string content;  ///< hash of the recording's files; empty where no slot of it was tried
+  TimeNs first_image = 0, last_image = 0;
+  double duration_s = 0.0;
+  int stereo_frames = 0;  ///< in the recording
+  int unreadable_images = 0;
+  bool has_ground_truth = false;
+  std::vector<std::string> warnings;  ///< from opening it
+  GroundTruthFloor floor;
+  GyroAgreement gyro_agreement;
+  double frontend_ms = SegmentErrors::kNone;  ///< median of the front end's frames, decoding apart
+  std::string error;                          ///< why it could not be used; empty if it could
+};
+
+/** An initializer as it was used. */
+struct BenchmarkInitializer {
+  std::string name, version, description;
+  std::string binary;  ///< hash of the plugin's file
+  std::string config;  ///< its section, INI text
+};
+
+/** One window of one sequence, tried by one initializer. */
+struct SlotRecord {
+  std::string sequence;
+  int segment = 0;  ///< number of the slot: it starts segment * every_s after the first image
+  TimeNs t0 = 0;    ///< stamp of the window's first keyframe
+  int keyframes = 0;
+  double rate_hz = 0.0;
+  std::string initializer;
+  /** Stages that were reached, their errors, status and reason. No covariances. */
+  AttemptRecord attempt;
+  /** Ground truth at the window's keyframes, where there is any. */
+  std::vector<GroundTruthState> truth;
+  GyroWindowFloor gyro_floor;
+  std::optional<NoiseCheck> noise;  ///< of the VI-BA
+};
+
+/** A benchmark: what its folder holds. */
+struct BenchmarkRecord {
+  BenchmarkProtocol protocol;
+  std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
+  std::string binaries;       ///< hash of the program's own binaries, plugins apart
+  int shard = 1, shards = 1;  ///< which part of the slots was tried
+  std::string config;         ///< of the pipeline, effective, INI text
+  std::vector<BenchmarkInitializer> initializers;
+  std::vector<BenchmarkSequence> sequences;
+  /** In order of sequence, keyframes, rate, segment, initializer (each as listed above). */
+  std::vector<SlotRecord> slots;
+};
+
+/** One row of segments.csv (docs/evaluation.md). */
+struct SegmentRow {
+  std::string sequence;
+  int segment = 0;
+  TimeNs t0 = 0;
+  int keyframes = 0;
+  double rate_hz = 0.0;
+  std::string initializer;
+  std::string stage;  ///< kStageInit or kStageViBa
+  std::string status, reason;
+  SegmentErrors errors;  ///< NaN where there is no estimate or no ground truth
+  /** init: the initializer without step 1; vi_ba: the VI-BA. */
+  double runtime_ms = SegmentErrors::kNone;
+
+  /** Status success, gravity < 2 deg and velocity < 0.1 m/s. Nothing where that cannot be judged:
+   * an estimate without ground truth. */
+  std::optional<bool> success() const;
+};
+
+/**
+ * The row of a stage. init: `success` if the initializer gave an estimate. vi_ba: `success` if it
+ * was accepted; an estimate that was not accepted keeps its errors. A stage that was not reached
+ * has the status and the reason of what stopped it.
+ */
+SegmentRow segmentRow(const SlotRecord& slot, const std::string& stage);
+
+/** All rows, in the order of the slots; init before vi_ba, which only is there if the protocol has
+ * it. */
+std::vector<SegmentRow> segmentRows(const BenchmarkRecord& record);
+
+/** segments.csv: RFC 4180, header, numbers as %.9g, empty where there is none. */
+std::string segmentsCsv(const std::vector<SegmentRow>& rows);
+
+}  // namespace etalon

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/pipeline/window_initialization.h"
+
+namespace etalon {
+
+/** Length and rate of the windows of a benchmark. */
+struct BenchmarkWindow {
+  int keyframes = 10;
+  double rate_hz = 4.0;
+};
+
+/** Every number of keyframes with every rate, in the protocol's order. */
+std::vector<BenchmarkWindow> windowsOf(const BenchmarkProtocol& protocol);
+
+/** A week. Images further apart speak of a damaged stamp, and of years of empty slots. */
+constexpr double kLongestRecordingS = 7 * 86'400.0;
+
+/** @throws DataError if the images of the recording `name` are further apart than that */
+void checkLength(const std::string& name, TimeNs first_image, TimeNs last_image);
+
+/** From the first image to the last that a window needs, s: half a keyframe interval is granted. */
+double shortestRecording(const BenchmarkWindow& window);
+
+/**
+ * Why recordings that could be used have no slot, a sentence each: "NAME: too short for N keyframes
+ * at R Hz (needs X s, has Y s): 0 slots". Nothing where the record has a slot.
+ */
+std::vector<std::string> tooShort(const BenchmarkRecord& record, const BenchmarkWindow& window);
+/** The same over the windows of the protocol and of the slots. */
+std::vector<std::string> tooShort(const BenchmarkRecord& record);
+
+/** Images a second: from the median of the intervals. 0 with fewer than two. */
+double imageRate(const std::vector<TimeNs>& stamps);
+
+/** @throws ConfigError if a rate is above that of the camera: keyframes are images. */
+void checkKeyframeRates(const std::vector<double>& rates_hz, double camera_hz,
+                        const std::string& recording);
+
+/**
+ * Number of slots of a recording: slot i starts every_s * i after the first image, and is there if
+ * its window ends at the last image or before (see shortestRecording()).
+ */
+int slotCount(TimeNs first_image, TimeNs last_image, double every_s, const BenchmarkWindow& window);
+
+/**
+ * The window of slot number `segment` as a problem: keyframes by KeyframeSelector from the first
+ * frame of the slot on, all frames between them, raw IMU. Depends on nothing but its arguments. If
+ * images are missing to the end of the recording, the problem has fewer keyframes.
+ * @param noise densities to use
+ */
+InitializationProblem slotProblem(const SequenceTracks& tracks, double every_s,
+                                  const BenchmarkWindow& window, int segment,
+                                  const ImuNoiseDensities& noise, const WindowOptions& options);
+
+}  // namespace etalon

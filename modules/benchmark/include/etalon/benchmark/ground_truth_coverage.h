@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
+#include "etalon/runlog/initialization_json.h"
+
+namespace etalon {
+
+// Errors against ground truth that covers a trajectory or a window barely say nothing of it: a few
+// poses can be aligned with anything. Below a minimum the errors are not known.
+
+/** Share of the poses of a trajectory, or of the keyframes of a window, that must have ground
+ * truth before errors are given. */
+constexpr double kMinCoverage = 0.5;
+
+/** Poses that ground truth covers at least, whatever the share: two can be aligned exactly. */
+constexpr size_t kMinCoveredPoses = 3;
+
+/** @param wanted share; fewer than kMinCoveredPoses poses are never enough, unless they are all */
+bool coversEnough(size_t covered, size_t total, double wanted);
+
+/** Poses of the trajectory that have ground truth (GroundTruth::at). */
+size_t coveredPoses(const Trajectory& trajectory, const GroundTruth& ground_truth);
+
+/**
+ * Poses of the estimate that are associated, or lie between two associated ones at most a second
+ * apart: a reference of a lower rate covers what is between its poses.
+ */
+size_t coveredPoses(const Trajectory& estimate, const AssociatedTrajectories& associated);
+
+/** Makes unknown (NaN) the errors of stages of which too few keyframes have ground truth. */
+void requireCoverage(AttemptRecord* attempt, double wanted);
+/** The same of the run's attempts, and of its whole trajectory. */
+void requireCoverage(RunRecord* run, double wanted);
+/** The same of all slots. */
+void requireCoverage(BenchmarkRecord* benchmark, double wanted);
+
+/** What ground truth covers of a run, a sentence; empty if it covers everything, or there is none.
+ */
+std::string describeCoverage(const GroundTruthUse& use, double wanted);
+
+/** The same of a benchmark's windows, a sentence for every recording that is not covered wholly. */
+std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, double wanted);
+
+}  // namespace etalon

@@ -1,0 +1,356 @@
+#include "etalon/benchmark/benchmark.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <mutex>
+#include <set>
+
+#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/content_hash.h"
+#include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/folder_lock.h"
+#include "etalon/core/output_file.h"
+#include "etalon/core/stopwatch.h"
+#include "etalon/datasets/recording_checks.h"
+#include "isolated_work.h"
+#include "parallel.h"
+#include "slot_trial.h"
+
+namespace etalon {
+namespace {
+
+namespace fs = std::filesystem;
+
+/** A slot that this run shall try, and which of the initializers. */
+struct Task {
+  size_t sequence = 0;
+  BenchmarkWindow window;
+  int segment = 0;
+  std::vector<size_t> initializers;
+};
+
+/** Calls the caller's progress function, one thread at a time. */
+class ProgressReport {
+ public:
+  ProgressReport(const BenchmarkOptions& options, BenchmarkProgress::Stage stage, size_t total)
+      : call_(options.progress) {
+    progress_.stage = stage;
+    progress_.total = total;
+  }
+
+  void add(size_t done) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    progress_.done += done;
+    progress_.elapsed_s += 1e-3 * watch_.lapMilliseconds();
+    if (!call_ || progress_.done == 0) return;
+    progress_.remaining_s = progress_.elapsed_s / static_cast<double>(progress_.done) *
+                            static_cast<double>(progress_.total - progress_.done);
+    call_(progress_);
+  }
+
+ private:
+  std::function<void(const BenchmarkProgress&)> call_;
+  std::mutex mutex_;
+  BenchmarkProgress progress_;
+  Stopwatch watch_;
+};
+
+class Benchmark {
+ public:
+  Benchmark(const SuiteConfiguration& configuration, const BenchmarkOptions& options)
+      : configuration_(configuration),
+        options_(options),
+        tracks_folder_(options.tracks.empty() ? (fs::path(options.out) / "tracks").string()
+                                              : options.tracks),
+        store_(options.out) {
+    window_options_ = configuration.pipeline.window;
+    window_options_.refine = options.protocol.vi_ba;
+  }
+
+  BenchmarkOutcome run() {
+    describe();
+    openRecordings();
+    makeFolder(options_.out);
+    const FolderLock lock(options_.out);
+    adoptFormerRun();
+    writeBenchmarkHead(options_.out, record_);
+    chooseSlots();
+    Stopwatch watch;
+    runFrontEnd();
+    outcome_.frontend_s = 1e-3 * watch.lapMilliseconds();
+    if (!stopped()) {
+      writeBenchmarkHead(options_.out, record_);
+      runSlots();
+    }
+    outcome_.slots_s = 1e-3 * watch.lapMilliseconds();
+    finish();
+    return std::move(outcome_);
+  }
+
+ private:
+  bool stopped() const { return options_.stop && options_.stop->load(); }
+
+  void describe() {
+    record_.protocol = options_.protocol;
+    record_.versions = options_.versions;
+    record_.binaries = programHash();
+    record_.shard = options_.shard;
+    record_.shards = options_.shards;
+    record_.config = configuration_.pipeline_ini;
+    for (const ConfiguredInitializer& initializer : configuration_.initializers)
+      record_.initializers.push_back({initializer.plugin.name, initializer.plugin.version,
+                                      initializer.plugin.description,
+                                      fileHash(initializer.plugin.path), initializer.ini});
+  }
+
+  void openRecordings() {
+    std::set<std::string> names;
+    for (const std::string& source : options_.sources) {
+      BenchmarkSequence sequence;
+      sequence.name = recordingName(source);
+      if (!names.insert(sequence.name).second)
+        throw ConfigError("two recordings are called '" + sequence.name +
+                          "'; their folders or files need different names (" + source + ")");
+      sequence.source = fs::absolute(source).lexically_normal().string();
+      std::unique_ptr<RecordedSource> recording;
+      try {
+        recording = openRecording(source);
+        sequence.source_kind = recording->kind();
+        const std::vector<TimeNs>& stamps = recording->imageStamps();
+        checkLength(source, stamps.front(), stamps.back());
+        sequence.first_image = stamps.front();
+        sequence.last_image = stamps.back();
+        sequence.duration_s = secondsBetween(sequence.first_image, sequence.last_image);
+        sequence.stereo_frames = static_cast<int>(recording->imageStamps().size());
+        sequence.has_ground_truth = !recording->groundTruth().empty();
+        sequence.warnings = recording->statistics().warnings;
+        for (std::string& warning : requireSoundRecording(source))
+          sequence.warnings.push_back(std::move(warning));
+      } catch (const DataError& e) {
+        sequence.error = e.what();
+        recording.reset();
+      }
+      if (recording)
+        checkKeyframeRates(options_.protocol.rates_hz, imageRate(recording->imageStamps()),
+                           sequence.name);
+      record_.sequences.push_back(std::move(sequence));
+      recordings_.push_back(std::move(recording));
+    }
+    tracks_.resize(recordings_.size());
+  }
+
+  /** Finds the slots that an interrupted run of the same benchmark has finished. */
+  void adoptFormerRun() {
+    if (!isBenchmarkFolder(options_.out)) return;
+    if (options_.overwrite) {
+      discardBenchmark(options_.out);
+      return;
+    }
+    const BenchmarkRecord former = readBenchmarkHead(options_.out);
+    std::string difference = differenceOf(former, record_);
+    if (difference.empty() && (former.shard != record_.shard || former.shards != record_.shards))
+      difference = "it is another shard";
+    if (!difference.empty())
+      throw ConfigError("'" + options_.out + "' holds a benchmark that cannot be resumed: " +
+                        difference + "; choose another --out, or --overwrite it");
+    for (size_t i = 0; i < record_.sequences.size(); ++i)
+      record_.sequences[i].content = former.sequences[i].content;
+    for (const BenchmarkSequence& sequence : record_.sequences)
+      for (SlotRecord& slot : store_.read(sequence.name)) {
+        finished_.insert(slotKey(slot));
+        record_.slots.push_back(std::move(slot));
+      }
+    outcome_.slots_found = record_.slots.size();
+  }
+
+  /** The slots of this shard, in order, less those that are finished. */
+  void chooseSlots() {
+    std::vector<Task> all;
+    for (size_t s = 0; s < recordings_.size(); ++s) {
+      if (!recordings_[s]) continue;
+      const BenchmarkSequence& sequence = record_.sequences[s];
+      for (const BenchmarkWindow& window : windowsOf(options_.protocol)) {
+        const int slots =
+            slotCount(sequence.first_image, sequence.last_image, options_.protocol.every_s, window);
+        for (int segment = 0; segment < slots; ++segment) all.push_back({s, window, segment, {}});
+      }
+    }
+    // In one piece: a shard needs the tracks of few recordings.
+    const auto shard = static_cast<size_t>(options_.shard);
+    const auto shards = static_cast<size_t>(options_.shards);
+    const size_t begin = all.size() * (shard - 1) / shards;
+    const size_t end = all.size() * shard / shards;
+    for (size_t i = begin; i < end; ++i) {
+      Task task = all[i];
+      needed_.insert(task.sequence);
+      for (size_t k = 0; k < configuration_.initializers.size(); ++k)
+        if (finished_.count(slotKey(emptySlot(task, k))) == 0) task.initializers.push_back(k);
+      if (!task.initializers.empty()) tasks_.push_back(std::move(task));
+    }
+  }
+
+  SlotRecord emptySlot(const Task& task, size_t initializer) const {
+    SlotRecord slot;
+    slot.sequence = record_.sequences[task.sequence].name;
+    slot.segment = task.segment;
+    slot.keyframes = task.window.keyframes;
+    slot.rate_hz = task.window.rate_hz;
+    slot.initializer = configuration_.initializers[initializer].plugin.name;
+    return slot;
+  }
+
+  void runFrontEnd() {
+    std::vector<size_t> order(needed_.begin(), needed_.end());
+    // The longest first, so that the threads end together.
+    std::stable_sort(order.begin(), order.end(), [this](size_t a, size_t b) {
+      return record_.sequences[a].stereo_frames > record_.sequences[b].stereo_frames;
+    });
+    size_t pairs = 0;
+    for (const size_t s : order) pairs += recordings_[s]->imageStamps().size();
+    ProgressReport progress(options_, BenchmarkProgress::Stage::kFrontEnd, pairs);
+    inParallel(options_.jobs, order.size(), [&](size_t i) {
+      if (!stopped()) prepare(order[i], &progress);
+    });
+  }
+
+  /** Tracks of a recording, from the cache where that can be trusted. */
+  void prepare(size_t s, ProgressReport* progress) {
+    BenchmarkSequence& sequence = record_.sequences[s];
+    RecordedSource& recording = *recordings_[s];
+    try {
+      const std::string content = recordingHash(recording);
+      if (!sequence.content.empty() && sequence.content != content)
+        throw ConfigError("'" + options_.out + "' has slots of '" + sequence.name +
+                          "', but the recording has changed since; choose another --out, or "
+                          "--overwrite it");
+      sequence.content = content;
+      tracks_[s] = std::make_unique<SequenceTracks>(tracksOf(sequence, &recording, progress));
+    } catch (const Interrupted&) {
+      return;
+    } catch (const DataError& e) {
+      sequence.error = e.what();
+      return;
+    }
+    sequence.unreadable_images = tracks_[s]->unreadable_images;
+    sequence.frontend_ms = tracks_[s]->frontend_ms;
+    if (sequence.has_ground_truth) {
+      const GroundTruth& truth = tracks_[s]->ground_truth;
+      sequence.floor = groundTruthFloor(truth, recording.imuSamples());
+      sequence.gyro_agreement =
+          gyroAgreement(truth, recording.imuSamples(), sequence.floor.bias.gyro,
+                        recording.calibration().imu.noise.gyro_noise_density);
+    }
+    recordings_[s].reset();
+  }
+
+  SequenceTracks tracksOf(const BenchmarkSequence& sequence, RecordedSource* recording,
+                          ProgressReport* progress) {
+    TrackingOptions tracking;
+    tracking.frontend = configuration_.pipeline.frontend;
+    tracking.gyro_bias = configuration_.pipeline.window.priors.mean.gyro;
+    tracking.decode_ahead = options_.jobs > 1;
+    tracking.stop = options_.stop;
+    size_t tracked = 0;
+    tracking.progress = [progress, &tracked](size_t, size_t) {
+      progress->add(1);
+      ++tracked;
+    };
+    std::string sentence;
+    SequenceTracks tracks = loadOrTrack(*recording, sequence.content, sequence.name, tracks_folder_,
+                                        tracking, &sentence);
+    if (tracked == 0) progress->add(recording->imageStamps().size());
+    if (!sentence.empty()) note(sentence);
+    return tracks;
+  }
+
+  void note(const std::string& sentence) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    outcome_.notes.push_back(sentence);
+  }
+
+  void runSlots() {
+    tasks_.erase(std::remove_if(tasks_.begin(), tasks_.end(),
+                                [this](const Task& task) { return !tracks_[task.sequence]; }),
+                 tasks_.end());
+    ProgressReport progress(options_, BenchmarkProgress::Stage::kSlots, tasks_.size());
+    IsolatedWork work;
+    work.items = tasks_.size();
+    work.parts = [this](size_t i) { return tasks_[i].initializers.size(); };
+    work.run = [this](size_t i, size_t first, const DoPart& do_part) {
+      const SlotTrial trial = trialOf(tasks_[i]);
+      for (size_t part = first; part < tasks_[i].initializers.size(); ++part)
+        do_part(part, [&] { return slotToText(trial.tryWith(initializerOf(i, part))); });
+    };
+    work.finished = [this](size_t i, size_t, const std::string& text) {
+      store_.append(record_.sequences[tasks_[i].sequence].name, text);
+      keep(slotFromText(text));
+    };
+    work.died = [this](size_t i, size_t part, const std::string& how, bool out_of_time) {
+      SlotRecord slot = trialOf(tasks_[i]).lost(
+          initializerOf(i, part).plugin.name, out_of_time ? kStatusTimeLimit : kStatusCrashed, how);
+      if (options_.warn) options_.warn(slotKey(slot) + ": " + how);
+      store_.append(slot);
+      keep(std::move(slot));
+    };
+    work.item_done = [&progress](size_t) { progress.add(1); };
+    work.stopped = [this] { return stopped(); };
+    runIsolatedWork(options_.jobs, options_.time_limit_s, work);
+  }
+
+  const ConfiguredInitializer& initializerOf(size_t task, size_t part) const {
+    return configuration_.initializers[tasks_[task].initializers[part]];
+  }
+
+  SlotTrial trialOf(const Task& task) const {
+    return {emptySlot(task, 0),
+            *tracks_[task.sequence],
+            record_.sequences[task.sequence].floor,
+            options_.protocol.every_s,
+            configuration_.pipeline.imu_noise,
+            window_options_};
+  }
+
+  void keep(SlotRecord slot) {
+    record_.slots.push_back(std::move(slot));
+    ++outcome_.slots_tried;
+  }
+
+  void finish() {
+    size_t missing = 0;
+    for (const Task& task : tasks_) missing += task.initializers.size();
+    outcome_.slots_missing = missing - outcome_.slots_tried;
+    outcome_.interrupted = stopped() && outcome_.slots_missing > 0;
+    sortSlots(&record_);
+    requireCoverage(&record_, options_.min_coverage);  // what is stored keeps all errors
+    writeBenchmarkHead(options_.out, record_);
+    if (!outcome_.interrupted)
+      outcome_.files = writeBenchmarkResults(options_.out, record_, options_.report);
+    outcome_.record = std::move(record_);
+  }
+
+  const SuiteConfiguration& configuration_;
+  const BenchmarkOptions& options_;
+  std::string tracks_folder_;
+  WindowOptions window_options_;
+  SlotStore store_;
+  BenchmarkRecord record_;
+  BenchmarkOutcome outcome_;
+  std::vector<std::unique_ptr<RecordedSource>> recordings_;  ///< null where it cannot be read
+  std::vector<std::unique_ptr<SequenceTracks>> tracks_;      ///< null where there are none
+  std::set<std::string> finished_;                           ///< slotKey()s
+  std::set<size_t> needed_;                                  ///< sequences of this shard
+  std::vector<Task> tasks_;
+  std::mutex mutex_;  ///< of outcome_ while threads run
+};
+
+}  // namespace
+
+BenchmarkOutcome runBenchmark(const SuiteConfiguration& configuration,
+                              const BenchmarkOptions& options) {
+  return Benchmark(configuration, options).run();
+}
+
+}  // namespace etalon

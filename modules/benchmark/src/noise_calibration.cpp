@@ -1,0 +1,261 @@
+#include "etalon/benchmark/noise_calibration.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+namespace etalon {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d chi2Of(const NoiseCheck& c) { return {c.gyro.chi2, c.accel.chi2, c.vision.chi2}; }
+Vector3d dofOf(const NoiseCheck& c) { return {c.gyro.dof, c.accel.dof, c.vision.dof}; }
+
+/** Whether the coupling can be solved. */
+bool determined(const Matrix3d& coupling) {
+  const Vector3d diagonal = coupling.diagonal();
+  if (!(diagonal.minCoeff() > 0.0)) return false;
+  const Vector3d scale = diagonal.cwiseSqrt().cwiseInverse();
+  return std::abs((scale.asDiagonal() * coupling * scale.asDiagonal()).determinant()) > 1e-6;
+}
+
+/** Relative standard errors of the factors, given the covariance of the chi-squares. */
+Vector3d sigmaOf(const Matrix3d& coupling, const Matrix3d& chi2_covariance) {
+  const Matrix3d inverse = coupling.inverse();
+  return 0.5 * (inverse * chi2_covariance * inverse.transpose()).diagonal().cwiseSqrt();
+}
+
+/** Cov(chi2_g, chi2_h) = 2 tr((I-H)_gh (I-H)_hg) for Gaussian noise believed right. */
+Matrix3d gaussianCovariance(const Matrix3d& coupling) { return coupling + coupling.transpose(); }
+
+std::string text(const char* format, double a, double b = 0.0, double c = 0.0) {
+  char buffer[200];
+  std::snprintf(buffer, sizeof buffer, format, a, b, c);
+  return buffer;
+}
+
+/** One window and where its last fit ended. */
+class Fit {
+ public:
+  explicit Fit(const NoiseWindow& window) : window_(window) {}
+
+  void refit(const NoiseFactors& factors, const Initializer& initializer,
+             const WindowOptions& options) {
+    ok_ = false;
+    const InitializationProblem problem = window_(factors);
+    std::map<LandmarkId, Eigen::Vector3d> landmarks;
+    VisualInertialBaResult refined;
+    if (start_) {
+      refined = refine(problem, *start_, options, &landmarks);
+    } else {
+      InitializationAttempt attempt = attemptInitialization(problem, initializer, options);
+      if (!attempt.has_vi_ba) return;
+      refined = std::move(attempt.vi_ba);
+      landmarks = std::move(attempt.landmarks);
+    }
+    if (!judge(refined, options.acceptance).accepted || !(refined.noise.vision.dof > 0.0)) {
+      start_.reset();
+      return;
+    }
+    ok_ = true;
+    check_ = refined.noise;
+    keep(problem, refined, std::move(landmarks));
+  }
+
+  bool ok() const { return ok_; }
+  const NoiseCheck& check() const { return check_; }
+  double speed() const { return speed_mps_; }
+
+ private:
+  void keep(const InitializationProblem& problem, const VisualInertialBaResult& refined,
+            std::map<LandmarkId, Eigen::Vector3d> landmarks) {
+    start_.emplace();
+    start_->status = InitializationStatus::kSuccess;
+    start_->bias = refined.bias;
+    start_->landmarks = std::move(landmarks);
+    double sum = 0.0;
+    for (size_t k = 0; k < refined.states.size(); ++k) {
+      const VisualInertialState& s = refined.states[k];
+      start_->states.push_back({problem.keyframe(static_cast<int>(k)).t, s.T_WB, s.v_WB});
+      sum += s.v_WB.squaredNorm();
+    }
+    speed_mps_ = std::sqrt(sum / static_cast<double>(refined.states.size()));
+  }
+
+  NoiseWindow window_;
+  std::optional<InitializationResult> start_;
+  bool ok_ = false;
+  NoiseCheck check_;
+  double speed_mps_ = 0.0;
+};
+
+/** `value` times `factor`, by no more than three in one step and within what the INI takes. */
+double moved(double value, double factor, double least, double most) {
+  return std::clamp(value * std::clamp(factor, 1.0 / 3.0, 3.0), least, most);
+}
+
+NoiseFactors corrected(const NoiseFactors& f, const Vector3d& by) {
+  return {moved(f.gyro, by[0], 0.1, 1000.0), moved(f.accel, by[1], 0.1, 1000.0),
+          moved(f.sigma_px, by[2], 0.01, 100.0)};
+}
+
+double largestMove(const NoiseFactors& a, const NoiseFactors& b) {
+  return std::max({std::abs(b.gyro / a.gyro - 1.0), std::abs(b.accel / a.accel - 1.0),
+                   std::abs(b.sigma_px / a.sigma_px - 1.0)});
+}
+
+WindowOptions withoutResidualTest(WindowOptions options) {
+  options.refine = true;
+  options.acceptance.noise_margin = std::numeric_limits<double>::infinity();
+  return options;
+}
+
+/** Refits all windows with `believed`; fills the iteration, and the counts and checks of `out`. */
+NoiseIteration iterate(std::vector<Fit>* fits, const NoiseFactors& believed,
+                       const Initializer& initializer, const NoiseCalibrationOptions& options,
+                       NoiseCalibration* out) {
+  const WindowOptions window = withoutResidualTest(options.window);
+  NoiseIteration iteration;
+  iteration.believed = believed;
+  out->checks.clear();
+  out->at_rest = out->failed = 0;
+  for (size_t i = 0; i < fits->size(); ++i) {
+    Fit& fit = (*fits)[i];
+    fit.refit(believed, initializer, window);
+    if (options.progress) options.progress(i + 1, fits->size());
+    if (!fit.ok()) {
+      ++out->failed;
+    } else if (fit.speed() < options.min_speed_mps) {
+      ++out->at_rest;
+    } else {
+      iteration.check += fit.check();
+      out->checks.push_back(fit.check());
+    }
+  }
+  iteration.windows = static_cast<int>(out->checks.size());
+  return iteration;
+}
+
+/** The larger of the chi-squares' own spread and the scatter of the windows about the sum, as of so
+ * many windows as are independent. */
+NoiseFactors relativeSigma(const NoiseCheck& sum, const std::vector<NoiseCheck>& windows,
+                           double overlap) {
+  Vector3d sigma = correctionOf(sum).sigma;
+  if (determined(sum.coupling)) {
+    Matrix3d scatter = Matrix3d::Zero();
+    for (const NoiseCheck& window : windows) {
+      const Vector3d d = chi2Of(window) - dofOf(window);
+      scatter += d * d.transpose();
+    }
+    sigma = sigma.cwiseMax(sigmaOf(sum.coupling, scatter));
+  }
+  sigma *= std::sqrt(std::max(1.0, overlap));
+  return {sigma[0], sigma[1], sigma[2]};
+}
+
+}  // namespace
+
+NoiseCorrection correctionOf(const NoiseCheck& check) {
+  NoiseCorrection correction;
+  const Vector3d chi2 = chi2Of(check), dof = dofOf(check);
+  Vector3d variance = Vector3d::Ones();
+  for (int g = 0; g < 3; ++g)
+    if (dof[g] > 0.0) {
+      variance[g] = chi2[g] / dof[g];
+      correction.sigma[g] = 0.5 * std::sqrt(2.0 / dof[g]);
+    }
+  if (determined(check.coupling)) {
+    const Vector3d solved = check.coupling.inverse() * chi2;
+    correction.sigma = sigmaOf(check.coupling, gaussianCovariance(check.coupling));
+    // A component that comes out near zero or below is drowned by the others' noise.
+    for (int g = 0; g < 3; ++g)
+      if (solved[g] > 0.1 * variance[g]) variance[g] = solved[g];
+  }
+  correction.factor = variance.cwiseSqrt();
+  return correction;
+}
+
+BiasPriors priorsForCalibration(BiasPriors priors) {
+  const BiasPriors free;
+  priors.sigma_gyro_rps = std::max(priors.sigma_gyro_rps, free.sigma_gyro_rps);
+  priors.sigma_accel_mps2 = std::max(priors.sigma_accel_mps2, free.sigma_accel_mps2);
+  return priors;
+}
+
+std::vector<std::string> describe(const NoiseCheck& check, double overlap) {
+  const char* what[] = {"gyro: the noise density in use", "accelerometer: the noise density in use",
+                        "vision: sigma_px in use"};
+  NoiseCorrection correction = correctionOf(check);
+  correction.sigma *= std::sqrt(std::max(1.0, overlap));
+  const Vector3d chi2 = chi2Of(check), dof = dofOf(check);
+  std::vector<std::string> sentences;
+  for (int g = 0; g < 3; ++g) {
+    std::string s = what[g];
+    if (!(dof[g] > 0.0) || !(correction.sigma[g] < 0.5)) {
+      sentences.push_back(s + " is not determined by these residuals");
+      continue;
+    }
+    const double factor = correction.factor[g], sigma = correction.sigma[g];
+    const double off = std::abs(factor - 1.0);
+    const bool right = off < std::max(0.1, 2.0 * sigma);
+    if (right) {
+      s += text(
+          " may be right: the residuals look like %.2f times it, +- %.0f %% at least (chi2/dof "
+          "%.2f, to which the other sensors' noise adds)",
+          factor, 100.0 * sigma, chi2[g] / dof[g]);
+    } else {
+      s += factor > 1.0 ? " is too small" : " is too large";
+      s += text(" (chi2/dof %.2f): ", chi2[g] / dof[g]);
+      s +=
+          text("the residuals look like %.2f times it, +- %.0f %% at least", factor, 100.0 * sigma);
+    }
+    sentences.push_back(s);
+  }
+  return sentences;
+}
+
+NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
+                                const Initializer& initializer,
+                                const NoiseCalibrationOptions& options) {
+  NoiseCalibration out;
+  out.windows = static_cast<int>(windows.size());
+  out.factors = options.start;
+  std::vector<Fit> fits(windows.begin(), windows.end());
+  for (int i = 0; i < options.max_iterations && !out.converged; ++i) {
+    out.iterations.push_back(iterate(&fits, out.factors, initializer, options, &out));
+    const NoiseIteration& last = out.iterations.back();
+    if (last.windows == 0) {
+      out.message = "no window could be used: " + std::to_string(out.at_rest) + " at rest, " +
+                    std::to_string(out.failed) + " not initialised";
+      return out;
+    }
+    const NoiseFactors next = corrected(out.factors, correctionOf(last.check).factor);
+    out.converged = largestMove(out.factors, next) < options.tolerance;
+    out.factors = next;
+  }
+  out.relative_sigma = relativeSigma(out.iterations.back().check, out.checks, options.overlap);
+  if (!out.converged)
+    out.message =
+        "the factors still move after " + std::to_string(options.max_iterations) + " iterations";
+  return out;
+}
+
+std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& comment) {
+  std::string ini;
+  for (const std::string& line : comment) ini += "; " + line + "\n";
+  ini += text("[imu_noise]\ngyro_noise_factor = %.3g\naccel_noise_factor = %.3g\n", factors.gyro,
+              factors.accel);
+  // Pixels of a track err alike, which residuals do not show: their noise comes out too small.
+  return ini +
+         text(
+             "\n[odometry]\n; The residuals' own figure; too small wherever the pixels of a track "
+             "err alike (docs/noise.md).\n; sigma_px = %.3g\n",
+             factors.sigma_px);
+}
+
+}  // namespace etalon

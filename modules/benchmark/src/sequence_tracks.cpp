@@ -1,0 +1,123 @@
+#include "etalon/benchmark/sequence_tracks.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <future>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+#include "etalon/benchmark/content_hash.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/median.h"
+#include "etalon/core/stopwatch.h"
+#include "etalon/imu/imu_limits.h"
+#include "etalon/imu/preintegration.h"
+#include "etalon/pipeline/repeated_images.h"
+
+namespace etalon {
+namespace {
+
+/** The pairs of a recording in order, decoded; with `ahead` the next one while the last is used. */
+class PairReader {
+ public:
+  PairReader(RecordedSource& recording, bool ahead) : recording_(recording), ahead_(ahead) {}
+  ~PairReader() {
+    if (next_.valid()) next_.wait();
+  }
+  PairReader(const PairReader&) = delete;
+  PairReader& operator=(const PairReader&) = delete;
+
+  FrameLoader::Result read(size_t index) {
+    FrameLoader::Result result = next_.valid() ? next_.get() : recording_.loadFrame(index);
+    if (ahead_ && index + 1 < recording_.imageStamps().size())
+      next_ =
+          std::async(std::launch::async, [this, index] { return recording_.loadFrame(index + 1); });
+    return result;
+  }
+
+ private:
+  RecordedSource& recording_;
+  bool ahead_;
+  std::future<FrameLoader::Result> next_;
+};
+
+}  // namespace
+
+std::string recordingName(const std::string& source) {
+  namespace fs = std::filesystem;
+  fs::path path = fs::absolute(source).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (path.filename() == "mav0") path = path.parent_path();
+  return path.extension() == ".rawlog" ? path.stem().string() : path.filename().string();
+}
+
+SequenceTracks withoutTracks(const RecordedSource& recording) {
+  SequenceTracks tracks;
+  tracks.calibration = recording.calibration();
+  tracks.ground_truth = recording.groundTruth();
+  if (!recording.imageStamps().empty()) tracks.first_image = recording.imageStamps().front();
+  for (const ImuSample& sample : recording.imuSamples())
+    if (isMeasurement(sample)) tracks.imu.add(sample);
+  return tracks;
+}
+
+SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options) {
+  SequenceTracks tracks = withoutTracks(recording);
+  StereoTracker tracker(tracks.calibration, options.frontend);
+  const ImuBias bias{options.gyro_bias, Eigen::Vector3d::Zero()};
+  std::vector<double> milliseconds;
+  std::string first_problem;
+  PairReader reader(recording, options.decode_ahead);
+  const size_t pairs = recording.imageStamps().size();
+  std::optional<TimeNs> previous, last;  // tracked; of all
+  RepeatedImages repeated;
+  for (size_t i = 0; i < pairs; ++i) {
+    if (options.stop && options.stop->load()) throw Interrupted();
+    const FrameLoader::Result pair = reader.read(i);
+    if (options.progress) options.progress(i + 1, pairs);
+    if (!pair.problem.empty()) {
+      ++tracks.unreadable_images;
+      if (first_problem.empty()) first_problem = pair.problem;
+      continue;
+    }
+    const TimeNs t = pair.frame.t;
+    if (!tracks.imu.covers(t, t)) continue;
+    const std::vector<ImuSample> since_last = tracks.imu.between(last.value_or(t), t);
+    last = t;
+    if (repeated.isRepeated(pair.frame.left, pair.frame.right, since_last)) continue;
+    Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
+    if (previous)
+      R_prev_cur =
+          Preintegration(tracks.imu.between(*previous, t), bias, tracks.calibration.imu.noise)
+              .deltas()
+              .dR;
+    tracks.frames.push_back(tracker.track(t, pair.frame.left, pair.frame.right, R_prev_cur));
+    repeated.tracked(tracks.frames.back());
+    milliseconds.push_back(tracker.statistics().milliseconds);
+    previous = t;
+  }
+  if (tracks.frames.empty())
+    throw DataError(recording.name(), 0,
+                    first_problem.empty() ? "no stereo pair lies inside the IMU's time"
+                                          : "no stereo pair can be read: " + first_problem);
+  tracks.frontend_ms = median(std::move(milliseconds));
+  return tracks;
+}
+
+std::string tracksKey(const std::string& recording_hash, const TrackingOptions& options) {
+  StereoTrackerOptions frontend = options.frontend;
+  ParameterSet parameters("frontend");
+  frontend.declare(parameters);
+  char bias[120];
+  std::snprintf(bias, sizeof bias, "%.17g %.17g %.17g", options.gyro_bias.x(),
+                options.gyro_bias.y(), options.gyro_bias.z());
+  ContentHash hash;
+  hash.add(recording_hash);
+  hash.add(parameters.toIni());
+  hash.add(bias);
+  hash.add(cv::getVersionString());
+  hash.add(librariesHash({"core", "imu", "datasets", "frontend"}));
+  return hash.hex();
+}
+
+}  // namespace etalon

@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "etalon/benchmark/benchmark.h"
+#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/core/errors.h"
+
+namespace etalon {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/** Two shards of a benchmark of two recordings, two slots each: the first has those of "a", the
+ * second those of "b". */
+class MergeTest : public ::testing::Test {
+ protected:
+  MergeTest()
+      : root_(fs::temp_directory_path() /
+              ("etalon_merge_" + std::to_string(getpid()) + "_" +
+               ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(root_);
+    one_ = shard(1);
+    two_ = shard(2);
+  }
+  ~MergeTest() override { fs::remove_all(root_); }
+
+  static BenchmarkRecord shard(int number) {
+    BenchmarkRecord record;
+    record.shard = number;
+    record.shards = 2;
+    record.binaries = "program";
+    record.initializers = {{"eta", "1", "", "plugin", "[eta]\n"}};
+    for (const char* name : {"a", "b"}) {
+      BenchmarkSequence sequence;
+      sequence.name = name;
+      sequence.last_image = durationNs(5.0);
+      sequence.duration_s = 5.0;
+      sequence.stereo_frames = 100;
+      const bool needed = (number == 1) == (sequence.name == "a");
+      if (needed) sequence.content = std::string("content of ") + name;
+      record.sequences.push_back(sequence);
+      for (int segment = 0; needed && segment < 2; ++segment) {
+        SlotRecord slot;
+        slot.sequence = name;
+        slot.segment = segment;
+        slot.t0 = durationNs(2.5 * segment);
+        slot.keyframes = 10;
+        slot.rate_hz = 4.0;
+        slot.initializer = "eta";
+        slot.attempt.status = "degenerate_motion";
+        record.slots.push_back(slot);
+      }
+    }
+    return record;
+  }
+
+  std::string folder(const std::string& name) const { return (root_ / name).string(); }
+
+  BenchmarkOutcome merge() const {
+    fs::remove_all(root_);
+    for (const BenchmarkRecord* record : {&one_, &two_}) {
+      const std::string path = folder(std::to_string(record->shard));
+      fs::create_directories(path);
+      writeBenchmarkHead(path, *record);
+      SlotStore store(path);
+      for (const SlotRecord& slot : record->slots) store.append(slot);
+      writeBenchmarkResults(path, *record, nullptr);
+    }
+    return mergeBenchmarks({folder("1"), folder("2")}, folder("merged"), false, nullptr);
+  }
+
+  std::string refusal() const {
+    try {
+      merge();
+    } catch (const ConfigError& e) {
+      EXPECT_FALSE(fs::exists(folder("merged")));
+      return e.what();
+    }
+    return "it was not refused";
+  }
+
+  fs::path root_;
+  BenchmarkRecord one_, two_;
+};
+
+TEST_F(MergeTest, JoinsWhatBelongsTogether) {
+  const BenchmarkOutcome outcome = merge();
+  EXPECT_EQ(outcome.slots_found, 4U);
+  EXPECT_EQ(outcome.record.sequences[0].content, "content of a");
+  EXPECT_EQ(outcome.record.sequences[1].content, "content of b");
+  EXPECT_EQ(outcome.record.shards, 1);
+}
+
+TEST_F(MergeTest, RefusesAnotherBuildOfTheProgram) {
+  two_.binaries = "another";
+  EXPECT_THAT(refusal(), HasSubstr("another build of etalon"));
+}
+
+TEST_F(MergeTest, RefusesAnotherBuildOfAPlugin) {
+  two_.initializers[0].binary = "another";
+  EXPECT_THAT(refusal(), HasSubstr("another build of the plugin 'eta'"));
+}
+
+TEST_F(MergeTest, RefusesARecordingOfOtherContent) {
+  two_.sequences[0].content = "something else";
+  EXPECT_THAT(refusal(), HasSubstr("the recording 'a' has other content"));
+}
+
+TEST_F(MergeTest, ARecordingThatOnlyAnotherShardNeededKeepsItsError) {
+  two_.sequences[1].error = "cam0: no stereo pair can be read";
+  two_.slots.clear();
+  const BenchmarkOutcome outcome = merge();
+  EXPECT_EQ(outcome.slots_found, 2U);
+  EXPECT_EQ(outcome.record.sequences[1].error, "cam0: no stereo pair can be read");
+}
+
+TEST_F(MergeTest, AnErrorWithoutContentIsKeptToo) {
+  two_.sequences[1].error = "imu0: changed while it was read";
+  two_.sequences[1].content.clear();
+  two_.slots.clear();
+  EXPECT_EQ(merge().record.sequences[1].error, "imu0: changed while it was read");
+}
+
+TEST_F(MergeTest, RefusesWhereOneShardCouldNotOpenARecording) {
+  for (BenchmarkRecord* record : {&one_, &two_}) {
+    for (const size_t unreadable : {0U, 1U}) {
+      const BenchmarkRecord whole = *record;
+      BenchmarkSequence sequence;
+      sequence.name = record->sequences[unreadable].name;
+      sequence.error = "imu0/data.csv: empty";
+      record->sequences[unreadable] = sequence;
+      EXPECT_THAT(refusal(), AllOf(HasSubstr("could not read the recording '" + sequence.name),
+                                   HasSubstr("imu0/data.csv: empty")));
+      *record = whole;
+    }
+  }
+}
+
+TEST_F(MergeTest, RefusesWhereOneShardCouldNotOpenTheOnlyRecording) {
+  for (BenchmarkRecord* record : {&one_, &two_}) record->sequences.resize(1);
+  one_.slots.pop_back();
+  two_.slots.clear();
+  two_.sequences[0] = {};
+  two_.sequences[0].name = "a";
+  two_.sequences[0].error = "imu0/data.csv: empty";
+  EXPECT_THAT(refusal(), HasSubstr("could not read the recording 'a': imu0/data.csv: empty"));
+}
+
+TEST_F(MergeTest, ARecordingThatNoShardCouldOpenIsLeftOut) {
+  for (BenchmarkRecord* record : {&one_, &two_}) {
+    record->sequences[1] = {};
+    record->sequences[1].name = "b";
+    record->sequences[1].error = "imu0/data.csv: empty";
+  }
+  one_.slots.pop_back();  // the slots of "a" are dealt out to both
+  two_.slots = {shard(1).slots.back()};
+  two_.sequences[0].content = "content of a";
+  const BenchmarkOutcome outcome = merge();
+  EXPECT_EQ(outcome.slots_found, 2U);
+  EXPECT_EQ(outcome.record.sequences[1].error, "imu0/data.csv: empty");
+}
+
+}  // namespace
+}  // namespace etalon

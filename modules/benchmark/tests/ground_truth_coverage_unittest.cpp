@@ -1,0 +1,66 @@
+#include "etalon/benchmark/ground_truth_coverage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "etalon/testing/example_run.h"
+
+namespace etalon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr TimeNs kMs = 1'000'000;
+
+Trajectory every(TimeNs step_ms, TimeNs first_ms, TimeNs last_ms) {
+  Trajectory trajectory;
+  for (TimeNs t = first_ms; t <= last_ms; t += step_ms) trajectory.push_back({t * kMs, SE3()});
+  return trajectory;
+}
+
+TEST(Coverage, NineOfAHundredAreNotEnoughNorAreTwoOfFour) {
+  EXPECT_FALSE(coversEnough(9, 100, kMinCoverage));
+  EXPECT_TRUE(coversEnough(50, 100, kMinCoverage));
+  EXPECT_FALSE(coversEnough(2, 4, kMinCoverage));
+  EXPECT_TRUE(coversEnough(2, 2, kMinCoverage));
+  EXPECT_FALSE(coversEnough(0, 0, 0.0));
+  EXPECT_TRUE(coversEnough(9, 100, 0.05));
+}
+
+TEST(Coverage, AReferenceOfALowerRateCoversWhatIsBetweenItsPoses) {
+  const Trajectory estimate = every(50, 0, 5000);  // 101 poses
+  EXPECT_EQ(coveredPoses(estimate, associate(estimate, every(100, 0, 5000))), 101U);
+  EXPECT_EQ(coveredPoses(estimate, associate(estimate, every(50, 1000, 1400))), 9U);
+  EXPECT_EQ(coveredPoses(estimate, associate(estimate, every(2000, 0, 5000))), 3U);
+  EXPECT_EQ(coveredPoses(estimate, associate(estimate, every(50, 90'000, 95'000))), 0U);
+}
+
+TEST(Coverage, ErrorsOfAWindowBarelyCoveredAreNotKnown) {
+  RunRecord run = testing::exampleRecord();
+  StageRecord& stage = run.attempts.back().stages.back();
+  ASSERT_TRUE(stage.errors);
+  ASSERT_GE(stage.states.size(), 3U);
+  stage.errors->keyframes = 1;
+  run.ground_truth = GroundTruthUse{100, 9};
+  requireCoverage(&run, kMinCoverage);
+  const SegmentErrors& errors = *run.attempts.back().stages.back().errors;
+  EXPECT_EQ(errors.keyframes, 1);
+  EXPECT_TRUE(std::isnan(errors.ate_m) && std::isnan(errors.rre_deg));
+  EXPECT_FALSE(errors.success());
+  EXPECT_FALSE(run.trajectory_errors);
+}
+
+TEST(Coverage, IsToldInASentence) {
+  EXPECT_THAT(describeCoverage({100, 100}, 0.5), IsEmpty());
+  EXPECT_EQ(describeCoverage({100, 99}, 0.5), "ground truth covers 99 of 100 frames (99 %)");
+  EXPECT_THAT(describeCoverage({100, 9}, 0.5),
+              AllOf(HasSubstr("9 of 100 frames (9 %)"), HasSubstr("at least 50 % is wanted")));
+  EXPECT_THAT(describeCoverage({100, 0}, 0.5), HasSubstr("is it on the same clock?"));
+}
+
+}  // namespace
+}  // namespace etalon

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/initialization_result.h"
+#include "etalon/initialization/steps/state_errors.h"
+
+namespace etalon {
+
+/** What a disjoint initializer has found in the visual frame V: poses, velocities, gravity,
+ * landmarks. */
+struct VisualFrameEstimate {
+  std::vector<SE3> T_VB;
+  std::vector<Eigen::Vector3d> v_VB;  ///< m/s, in V
+  Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_V
+  ImuBias bias;
+  std::optional<StateErrors> errors;  ///< for the covariance
+};
+
+/**
+ * The estimate in the gravity-aligned world: R_WV is the rotation of least angle that takes g_V to
+ * -z; the first keyframe is at the origin. Status is kSuccess. Where the estimate has its errors,
+ * the result has their covariance.
+ */
+InitializationResult alignWithGravity(const InitializationProblem& problem,
+                                      const VisualFrameEstimate& estimate);
+
+}  // namespace etalon

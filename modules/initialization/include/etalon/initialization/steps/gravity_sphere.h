@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace etalon {
+
+/** The least value of a quadratic on a sphere, see minimizeOnSphere. */
+struct SphereMinimum {
+  bool ok = false;  ///< false: not finite, or a radius that is not positive
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  double multiplier = 0.0;  ///< mu of (A + mu I) g = b; A + mu I is positive semidefinite
+  double cost = 0.0;        ///< g^T A g - 2 b^T g
+  /** The least value is taken at more than one point (mirrored, or a circle); one of them is `g`.
+   */
+  bool ambiguous = false;
+};
+
+/**
+ * The global minimum of g^T A g - 2 b^T g over |g| = radius.
+ *
+ * With the eigenvalues l_i of A and b in its eigenvectors, beta_i, the multiplier is the one root
+ * mu >= -l_min of the secular equation  sum_i (beta_i / (l_i + mu))^2 = radius^2  (every other
+ * stationary point costs more; Gander, Golub and von Matt, Linear Algebra Appl. 114, 1989). In the
+ * hard case, b orthogonal to the weakest eigenvector and no root there, mu = -l_min and the length
+ * that is missing is laid along that eigenvector.
+ *
+ * @param A 3x3, symmetric; its lower triangle is read
+ */
+SphereMinimum minimizeOnSphere(const Eigen::Matrix3d& A, const Eigen::Vector3d& b, double radius);
+
+/** Solution of a linear least-squares problem whose last three unknowns have a known norm. */
+struct NormConstrainedSolution {
+  bool ok = false;         ///< false: the other unknowns are not determined
+  bool ambiguous = false;  ///< see SphereMinimum
+  Eigen::VectorXd x;       ///< (y, g)
+  double cost = 0.0;       ///< x^T A x - 2 b^T x
+  Eigen::Matrix3d A_g;     ///< what A says of g once y is eliminated (Schur complement)
+};
+
+/**
+ * Minimises x^T A x - 2 b^T x with x = (y, g), g the last three unknowns, |g| = radius: y is
+ * eliminated, the rest is minimizeOnSphere().
+ *
+ * @param A (n+3)x(n+3), symmetric, its first n rows and columns positive definite; n may be 0
+ */
+NormConstrainedSolution solveNormConstrained(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                             double radius);
+
+/**
+ * The same problem by steps in the tangent plane of the sphere from `g_seed` (Qin et al.,
+ * VINS-Mono, TRO 2018, section V-B3: four iterations). Finds the minimum near the seed; for a seed
+ * within some ten degrees that is the global one.
+ */
+NormConstrainedSolution refineOnTangentPlane(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                             double radius, const Eigen::Vector3d& g_seed,
+                                             int iterations = 4);
+
+}  // namespace etalon

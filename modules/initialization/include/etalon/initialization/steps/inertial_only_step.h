@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "etalon/core/parameters.h"
+#include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/initialization_result.h"
+#include "etalon/initialization/steps/inertial_only_map.h"
+#include "etalon/initialization/steps/state_errors.h"
+
+namespace etalon {
+
+/** Parameters of the inertial-only MAP as a step of an initializer; defaults of ORB-SLAM3. */
+struct InertialOnlyStepOptions {
+  double prior_gyro_information = 1e2;
+  double prior_accel_information = 1e5;
+  int max_iterations = 200;
+  int reintegrations = 3;
+  int min_landmarks = 15;
+  double max_sigma_gravity_deg = 5.0;
+
+  void declare(ParameterSet& parameters);
+};
+
+/** The MAP's solution with the preintegrations at its biases, or the refusal. */
+struct InertialOnlyStep {
+  InertialOnlyResult map;
+  std::vector<Preintegration> preintegrations;
+  std::optional<StateErrors> errors;  ///< none where step 1 has no covariance
+  bool ok = false;
+  InitializationResult refusal;  ///< if not ok
+};
+
+/**
+ * Step 2 of the disjoint stereo initializers: the inertial-only MAP on the poses of step 1; the raw
+ * IMU is re-integrated at the biases found and the MAP solved again until they stand still (at most
+ * `reintegrations` times).
+ * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
+ * @param gyro_bias_covariance its own, for the errors, whatever information the MAP gives it
+ */
+InertialOnlyStep solveInertialOnlyStep(
+    const InitializationProblem& problem, const InertialOnlyStepOptions& options,
+    const std::optional<GyroBiasMeasurement>& gyro_bias = {},
+    const Eigen::Matrix3d& gyro_bias_covariance = Eigen::Matrix3d::Zero());
+
+}  // namespace etalon

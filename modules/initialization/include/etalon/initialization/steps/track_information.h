@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "etalon/core/se3.h"
+#include "etalon/initialization/steps/stereo_start.h"
+#include "etalon/optimization/bundle/visual_window.h"
+
+namespace etalon {
+
+/**
+ * What the tracks say of the poses, landmarks eliminated: around the poses T_VB the cost is
+ *   y^T S y - 2 s^T y,   y = [rotation (right perturbation), position] of nodes 1.., 6(N-1).
+ *
+ * One step of Gauss-Newton on the reprojection errors, whose derivatives are taken at the
+ * prediction: with the measured direction in their place (rows that are linear in landmark and
+ * position) the pixel's noise is in derivative and residual alike, and the estimate off by its
+ * square. Weights are Geman and McClure's, (c^2 / (c^2 + r^2))^2, with c the larger of `scale` and
+ * a multiple of the median of |r|: the first passes, far from the solution, let everything in.
+ */
+class TrackInformation {
+ public:
+  TrackInformation(const VisualWindow& window, double scale);
+
+  /** Landmarks as the medians of their stereo points. Those without any stay out for good. */
+  void start(const StereoPoints& points, const std::vector<SE3>& T_VB);
+
+  /** Moves the landmarks to where the rays meet, with robust weights; updates residuals. */
+  void triangulate(const std::vector<SE3>& T_VB);
+  void linearize(const std::vector<SE3>& T_VB);
+
+  const Eigen::MatrixXd& S() const { return S_; }
+  const Eigen::VectorXd& s() const { return s_; }
+  const std::vector<Eigen::Vector3d>& landmarks() const { return landmarks_; }
+  const std::vector<char>& valid() const { return valid_; }
+  int validCount() const;
+  /** Share of the valid landmarks' measurements within `max_chi2`. */
+  double inlierShare(double max_chi2) const;
+  /** Whether c has come down to about `scale`; outliers keep the median, and so c, above it. */
+  bool nearFinalScale() const { return c2_ <= 4.0 * scale_ * scale_; }
+
+  /**
+   * Of S, the share that is the tracks' Fisher information. A weight that falls with the residual
+   * makes S larger than the score's derivative; S itself is scaled such that the score's variance
+   * is its derivative, so that tracks and IMU meet at their worth.
+   */
+  double fisherShare() const { return fisher_share_; }
+
+ private:
+  void eliminate(int l, const std::vector<SE3>& T_VB);
+  void moveLandmark(int l, const std::vector<SE3>& T_VB);
+  void updateScale();
+  double weight(double r2) const;
+
+  const VisualWindow& window_;
+  double scale_;
+  double score_scale_ = 1.0, fisher_share_ = 1.0;
+  double c2_ = 1e12;
+  std::vector<Eigen::Vector3d> landmarks_;  ///< p_V, m
+  std::vector<char> valid_;
+  std::vector<double> r2_;  ///< squared residual of every measurement
+  Eigen::MatrixXd S_;
+  Eigen::VectorXd s_;
+};
+
+}  // namespace etalon

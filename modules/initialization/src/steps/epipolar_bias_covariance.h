@@ -1,0 +1,81 @@
+#pragma once
+
+// The covariance of the gyro bias from normal epipolar constraints. Private to the module.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/initialization/steps/normal_epipolar.h"
+
+namespace etalon {
+
+/** One landmark in two views of one camera: unit bearings. */
+struct EpipolarMatch {
+  int observation_i = 0, observation_j = 0;  ///< numbers of the two, for what several pairs share
+  Eigen::Vector3d f_i, f_j;
+  double residual = 0.0;  ///< in standard deviations
+  double weight = 0.0;    ///< in the moments
+};
+
+/** One camera at two keyframes. */
+struct EpipolarPair {
+  int i = 0, j = 0, camera = 0;
+  std::vector<EpipolarMatch> matches;
+  EpipolarMoments moments;
+  Eigen::Matrix3d N = Eigen::Matrix3d::Identity();
+  double certainty = 1.0;
+  double factor = 1.0;  ///< from the pair's cost to squared standard deviations
+  double sigma = 1.0;   ///< robust, of the residuals
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+};
+
+/**
+ * Covariance of the minimiser of a sum of pairs' costs by propagating the noise of what goes in,
+ * not from the cost's curvature alone: an observation takes part in many pairs, and so does the
+ * gyro's noise of an interval. With H the Gauss-Newton information and g its gradient,
+ *   H^-1 ( sum over observations dg/df P_f dg/df^T + sum over intervals dg/dphi C dg/dphi^T ) H^-1
+ * at fixed weights. The translations are eliminated pair by pair.
+ */
+class EpipolarBiasCovariance {
+ public:
+  /**
+   * @param intervals between neighbouring keyframes
+   * @param observations their numbers are below that
+   */
+  EpipolarBiasCovariance(const StereoInertialCalibration& calibration, double sigma_px,
+                         size_t intervals, size_t observations)
+      : calibration_(calibration),
+        sigma_px_(sigma_px),
+        by_gyro_(intervals, Eigen::Matrix3d::Zero()),
+        observations_(observations) {}
+
+  /**
+   * @param R R_CiCj, and its derivative by the bias: R(b + d) = R Exp(A d)
+   * @param by_interval the same by the right perturbation of dR_k, for k = i .. j-1
+   * @param rotation_only the pair's cost is rotationOnlyCost()
+   */
+  void add(const EpipolarPair& pair, const Eigen::Matrix3d& R, const Eigen::Matrix3d& A,
+           const std::vector<Eigen::Matrix3d>& by_interval, bool rotation_only);
+
+  const Eigen::Matrix3d& information() const { return H_; }
+
+  /** @param gyro_noise covariances of the intervals' rotations, right perturbation, rad^2 */
+  Eigen::Matrix3d covariance(const std::vector<Eigen::Matrix3d>& gyro_noise) const;
+
+ private:
+  /** Derivative of the gradient by an observation's bearing. */
+  struct Observation {
+    int camera = 0;
+    Eigen::Vector3d f = Eigen::Vector3d::UnitZ();
+    Eigen::Matrix3d by_bearing = Eigen::Matrix3d::Zero();
+  };
+
+  const StereoInertialCalibration& calibration_;
+  double sigma_px_;
+  Eigen::Matrix3d H_ = Eigen::Matrix3d::Zero();
+  std::vector<Eigen::Matrix3d> by_gyro_;
+  std::vector<Observation> observations_;  ///< by number
+};
+
+}  // namespace etalon

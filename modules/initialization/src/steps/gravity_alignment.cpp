@@ -1,0 +1,28 @@
+#include "etalon/initialization/steps/gravity_alignment.h"
+
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+InitializationResult alignWithGravity(const InitializationProblem& problem,
+                                      const VisualFrameEstimate& estimate) {
+  const Eigen::Matrix3d R_WV = rotationBetween(estimate.g_V, -Eigen::Vector3d::UnitZ());
+  const SE3 T_WV(R_WV, -(R_WV * estimate.T_VB.front().t));
+  InitializationResult result;
+  result.status = InitializationStatus::kSuccess;
+  result.bias = estimate.bias;
+  for (size_t k = 0; k < estimate.T_VB.size(); ++k) {
+    KeyframeState state;
+    state.t = problem.keyframe(static_cast<int>(k)).t;
+    state.T_WB = T_WV * estimate.T_VB[k];
+    state.v_WB = R_WV * estimate.v_VB[k];
+    result.states.push_back(state);
+  }
+  if (estimate.errors)
+    result.covariance =
+        estimate.errors->covariance(R_WV, result.states.back().v_WB, problem.gravityMagnitude());
+  for (const auto& [id, p_V] : estimate.landmarks) result.landmarks[id] = T_WV * p_V;
+  return result;
+}
+
+}  // namespace etalon

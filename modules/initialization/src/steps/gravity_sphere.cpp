@@ -1,0 +1,153 @@
+#include "etalon/initialization/steps/gravity_sphere.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+/** Norm of the solution of (diag(gap) + s I) x = beta. */
+double solutionNorm(const Vector3d& beta, const Vector3d& gap, double s) {
+  return (beta.array() / (gap.array() + s)).matrix().norm();
+}
+
+/**
+ * The root s > 0 of |x(s)| = radius, x_i = beta_i / (gap_i + s): Newton on 1/|x| - 1/radius, which
+ * is concave and nearly linear in s, kept in a bracket that shrinks.
+ */
+double secularRoot(const Vector3d& beta, const Vector3d& gap, double radius) {
+  // With gap >= 0: |x(s)| <= |beta| / s, and |x(s)| >= |beta_i| / (gap_i + s) for every i.
+  double high = beta.norm() / radius;
+  double low = std::max(0.0, (beta.array().abs() / radius - gap.array()).maxCoeff());
+  double s = low > 0.0 ? low : 0.5 * high;
+  for (int iteration = 0; iteration < 200 && high - low > 1e-15 * high; ++iteration) {
+    const double norm = solutionNorm(beta, gap, s);
+    if (norm > radius)
+      low = s;
+    else
+      high = s;
+    const double slope =
+        (beta.array().square() / (gap.array() + s).cube()).sum() / (norm * norm * norm);
+    const double newton = s + (1.0 / radius - 1.0 / norm) / slope;
+    const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
+    if (std::abs(next - s) <= 1e-16 * s) break;
+    s = next;
+  }
+  return s;
+}
+
+/** A, b split into y and g, and y eliminated. */
+struct Reduced {
+  Eigen::LDLT<MatrixXd> factor_y;
+  MatrixXd A_yg;
+  VectorXd b_y;
+  Matrix3d A_g;
+  Vector3d b_g;
+  double cost_y = 0.0;  ///< -b_y^T A_yy^-1 b_y
+  bool ok = false;
+
+  Reduced(const MatrixXd& A, const VectorXd& b) {
+    const Eigen::Index n = A.rows() - 3;
+    A_g = A.bottomRightCorner<3, 3>();
+    b_g = b.tail<3>();
+    ok = A.allFinite() && b.allFinite();
+    if (n == 0 || !ok) return;
+    A_yg = A.topRightCorner(n, 3);
+    b_y = b.head(n);
+    factor_y.compute(A.topLeftCorner(n, n));
+    const VectorXd y = factor_y.solve(b_y);
+    A_g -= A_yg.transpose() * factor_y.solve(A_yg);
+    A_g = (0.5 * (A_g + A_g.transpose())).eval();
+    b_g -= A_yg.transpose() * y;
+    cost_y = -b_y.dot(y);
+    ok = factor_y.isPositive() && factor_y.vectorD().minCoeff() > 0.0 && A_g.allFinite() &&
+         b_g.allFinite();
+  }
+
+  NormConstrainedSolution solution(const Vector3d& g) const {
+    NormConstrainedSolution result;
+    result.A_g = A_g;
+    result.cost = cost_y + g.dot(A_g * g) - 2.0 * b_g.dot(g);
+    result.x.resize(b_y.size() + 3);
+    if (b_y.size() > 0) result.x.head(b_y.size()) = factor_y.solve(b_y - A_yg * g);
+    result.x.tail<3>() = g;
+    result.ok = result.x.allFinite();
+    return result;
+  }
+};
+
+}  // namespace
+
+SphereMinimum minimizeOnSphere(const Matrix3d& A, const Vector3d& b, double radius) {
+  SphereMinimum result;
+  if (!A.allFinite() || !b.allFinite() || !(radius > 0.0)) return result;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(A);
+  const Vector3d& lambda = eigen.eigenvalues();  // increasing
+  const Vector3d gap = lambda.array() - lambda(0);
+  Vector3d beta = eigen.eigenvectors().transpose() * b;
+
+  // What cannot be told from zero: rounding of the eigenvectors, times the size of the problem.
+  constexpr double kRounding = 1e-14;
+  const double scale = std::max(lambda.cwiseAbs().maxCoeff(), beta.norm() / radius);
+  const auto is_weakest = [&](int i) { return gap(i) <= kRounding * scale; };
+  Vector3d x = Vector3d::Zero();
+  double weakest = 0.0;  // |b| in the eigenspace of l_min
+  for (int i = 0; i < 3; ++i) {
+    if (is_weakest(i))
+      weakest = std::hypot(weakest, beta(i));
+    else
+      x(i) = beta(i) / gap(i);
+  }
+  double s = 0.0;  // mu + l_min
+  if (weakest <= kRounding * scale * radius && x.norm() <= radius) {
+    result.ambiguous = x.norm() < radius;
+    x(0) = std::sqrt(std::max(0.0, radius * radius - x.squaredNorm()));
+  } else {
+    s = secularRoot(beta, gap, radius);
+    x = beta.array() / (gap.array() + s);
+  }
+  result.multiplier = s - lambda(0);
+  result.g = radius * (eigen.eigenvectors() * x).normalized();
+  result.cost = result.g.dot(A * result.g) - 2.0 * b.dot(result.g);
+  result.ok = result.g.allFinite();
+  return result;
+}
+
+NormConstrainedSolution solveNormConstrained(const MatrixXd& A, const VectorXd& b, double radius) {
+  const Reduced reduced(A, b);
+  if (!reduced.ok) return {};
+  const SphereMinimum minimum = minimizeOnSphere(reduced.A_g, reduced.b_g, radius);
+  if (!minimum.ok) return {};
+  NormConstrainedSolution result = reduced.solution(minimum.g);
+  result.ambiguous = minimum.ambiguous;
+  return result;
+}
+
+NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& b, double radius,
+                                             const Vector3d& g_seed, int iterations) {
+  const Reduced reduced(A, b);
+  if (!reduced.ok) return {};
+  Vector3d g = radius * g_seed.normalized();
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    const Eigen::Matrix<double, 3, 2> B = tangentBasis(g);
+    const Eigen::Matrix2d H = B.transpose() * reduced.A_g * B;
+    const Eigen::LDLT<Eigen::Matrix2d> factor(H);
+    const Eigen::Vector2d w = factor.solve(B.transpose() * (reduced.b_g - reduced.A_g * g));
+    if (!factor.isPositive() || !w.allFinite()) return {};
+    g = radius * (g + B * w).normalized();
+  }
+  return reduced.solution(g);
+}
+
+}  // namespace etalon

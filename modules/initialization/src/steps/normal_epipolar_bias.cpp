@@ -1,0 +1,444 @@
+#include "etalon/initialization/steps/normal_epipolar_bias.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "etalon/core/so3.h"
+#include "etalon/initialization/steps/normal_epipolar.h"
+#include "steps/epipolar_bias_covariance.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kMedianToSigma = 1.4826;  // of a normal distribution
+constexpr double kCauchyWidth = 2.385;     // 95 % efficient on normal residuals
+constexpr double kTukeyWidth = 4.685;      // likewise
+constexpr double kInlier = 4.0;            // standard deviations
+constexpr double kConverged = 2e-5;        // rad/s, a fifth of what the gyro's noise allows in 2 s
+
+struct Bearing {
+  LandmarkId id;
+  int observation;  ///< number of the observation in the window
+  Vector3d f;
+};
+
+struct Linearization {
+  double cost = 0.0;
+  Vector3d gradient = Vector3d::Zero();
+  Matrix3d hessian = Matrix3d::Zero();
+};
+
+/**
+ * How a round weights the matches: at the start, where no direction of translation is known, by the
+ * length of the normal, so that long ones do not outvote the others; then by the residual.
+ */
+enum class Weights { kStart, kCauchy, kTukey };
+
+/** Bearings of a keyframe in a camera, in increasing order of id; they go on counting. */
+std::vector<Bearing> bearingsOf(const PinholeRadtan& camera, int index, const TrackedFrame& frame,
+                                int* observations) {
+  std::vector<Bearing> bearings;
+  for (const Observation& o : frame.observations) {
+    if (index == 1 && !o.has_right) continue;
+    if (const auto xy = camera.pixelToNormalized(index == 0 ? o.left : o.right))
+      bearings.push_back({o.id, (*observations)++, xy->homogeneous().normalized()});
+  }
+  return bearings;
+}
+
+std::vector<EpipolarMatch> matchesOf(const std::vector<Bearing>& a, const std::vector<Bearing>& b) {
+  std::vector<EpipolarMatch> matches;
+  for (size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+    if (a[i].id == b[j].id) matches.push_back({a[i].observation, b[j].observation, a[i].f, b[j].f});
+    const bool first = a[i].id <= b[j].id, second = b[j].id <= a[i].id;
+    if (first) ++i;
+    if (second) ++j;
+  }
+  return matches;
+}
+
+/** Keeps at most `count`, evenly among them. */
+void thin(size_t count, std::vector<EpipolarMatch>* matches) {
+  if (matches->size() <= count) return;
+  for (size_t k = 0; k < count; ++k) (*matches)[k] = (*matches)[k * matches->size() / count];
+  matches->resize(count);
+}
+
+double median(std::vector<double>* values) {
+  if (values->empty()) return 0.0;
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+/** From the median; outliers inflate it: once more without those that it shows. */
+double robustSigma(std::vector<double>* sizes) {
+  const double limit = 3.0 * kMedianToSigma * median(sizes);
+  const auto inliers =
+      std::count_if(sizes->begin(), sizes->end(), [&](double size) { return size <= limit; });
+  // The smaller half already stands in front.
+  const auto middle = sizes->begin() + inliers / 2;
+  if (middle == sizes->end()) return 0.0;
+  std::nth_element(sizes->begin(), middle,
+                   sizes->begin() + static_cast<std::ptrdiff_t>(sizes->size() / 2 + 1));
+  return kMedianToSigma * *middle;
+}
+
+/** The schedule and what it works on, in one file: its parts share the pairs and make no sense
+ * apart. */
+class Estimator {
+ public:
+  Estimator(const StereoInertialCalibration& calibration,
+            const std::vector<const TrackedFrame*>& keyframes,
+            const std::vector<Preintegration>& preintegrations,
+            const NormalEpipolarBiasOptions& options)
+      : calibration_(calibration), options_(options), preintegrations_(preintegrations) {
+    for (size_t c = 0; c < 2; ++c) {
+      R_BC_[c] = calibration.cameras[c].T_BC.R;
+      const PinholeRadtan& model = calibration.cameras[c].model;
+      sigma_rad_[c] = options.sigma_px / std::sqrt(model.fu * model.fv);
+    }
+    collectPairs(calibration, keyframes);
+  }
+
+  void useRotationOnly() { rotation_only_ = true; }
+
+  /** Whether the longest pair and its halves show no movement, of whatever kind. */
+  bool atRest();
+  /** The whole schedule from `seed`. */
+  Vector3d solve(const Vector3d& seed);
+  /** Sum over the pairs of at most this span; leaves the directions of translation in them. */
+  Linearization linearize(const Vector3d& b_g, int span, bool with_derivatives = true);
+  /** Residuals in the directions that the pairs have, then moments with their weights. */
+  void reweight(const Vector3d& b_g, int span, Weights weights);
+
+  int longestSpan() const { return pairs_.back().j - pairs_.back().i; }
+  /** Median of the pairs' robust standard deviations. */
+  double noise(int span) const;
+  /** Of a pair of neighbours, in the camera that sees more. */
+  int fewestMatches() const { return fewest_matches_; }
+  /** Information and covariance at the weights and directions that the schedule has left. */
+  void fillCovariance(const Vector3d& b_g, Matrix3d* information, Matrix3d* covariance);
+  void describe(NormalEpipolarBias* result) const;
+
+ private:
+  void collectPairs(const StereoInertialCalibration& calibration,
+                    const std::vector<const TrackedFrame*>& keyframes);
+  void integrateRotations(const Vector3d& b_g, int span);
+  Matrix3d rotation(const EpipolarPair& pair) const {
+    const Matrix3d& R_BC = R_BC_[static_cast<size_t>(pair.camera)];
+    return R_BC.transpose() * relative(pair).R * R_BC;
+  }
+  EpipolarCost costOf(const EpipolarPair& pair, const Matrix3d& R) const {
+    return rotation_only_ ? rotationOnlyCost(pair.moments, R, pair.N)
+                          : smallestEigenvalueCost(pair.moments, R, pair.N);
+  }
+  void fillResiduals(EpipolarPair* pair, const Matrix3d& R, bool rotation_only) const;
+  void fillMoments(EpipolarPair* pair, const Matrix3d& R, Weights weights) const;
+  Vector3d round(const Vector3d& start, int span, Weights weights);
+
+  struct Relative {
+    Matrix3d R;       // R_BiBj
+    Matrix3d dR_dbg;  // R(b_g + d) = R Exp(dR_dbg d)
+  };
+  const Relative& relative(int i, int j) const {
+    return relative_[static_cast<size_t>(i) * (preintegrations_.size() + 1) +
+                     static_cast<size_t>(j)];
+  }
+  const Relative& relative(const EpipolarPair& pair) const { return relative(pair.i, pair.j); }
+
+  const StereoInertialCalibration& calibration_;
+  const NormalEpipolarBiasOptions& options_;
+  std::vector<Preintegration> preintegrations_;
+  std::array<Matrix3d, 2> R_BC_;
+  std::array<double, 2> sigma_rad_{};
+  std::vector<EpipolarPair> pairs_;  ///< by increasing span
+  std::vector<Relative> relative_;
+  bool rotation_only_ = false;
+  int fewest_matches_ = 0;
+  int observations_ = 0;
+  int iterations_ = 0;
+};
+
+void Estimator::collectPairs(const StereoInertialCalibration& calibration,
+                             const std::vector<const TrackedFrame*>& keyframes) {
+  const int n = static_cast<int>(keyframes.size());
+  relative_.resize(keyframes.size() * keyframes.size());
+  std::vector<int> neighbours(keyframes.size() - 1, 0);
+  for (int camera = 0; camera < (options_.both_cameras ? 2 : 1); ++camera) {
+    std::vector<std::vector<Bearing>> bearings;
+    for (const TrackedFrame* frame : keyframes)
+      bearings.push_back(bearingsOf(calibration.cameras[static_cast<size_t>(camera)].model, camera,
+                                    *frame, &observations_));
+    for (int i = 0; i < n; ++i)
+      for (int j = i + 1; j < (options_.all_pairs ? n : std::min(n, i + 2)); ++j) {
+        EpipolarPair pair;
+        pair.i = i;
+        pair.j = j;
+        pair.camera = camera;
+        pair.matches =
+            matchesOf(bearings[static_cast<size_t>(i)], bearings[static_cast<size_t>(j)]);
+        const int count = static_cast<int>(pair.matches.size());
+        if (j == i + 1)
+          neighbours[static_cast<size_t>(i)] = std::max(neighbours[static_cast<size_t>(i)], count);
+        if (count < options_.min_matches) continue;
+        if (j > i + 1) thin(static_cast<size_t>(options_.max_matches), &pair.matches);
+        pairs_.push_back(std::move(pair));
+      }
+  }
+  fewest_matches_ = *std::min_element(neighbours.begin(), neighbours.end());
+  std::stable_sort(pairs_.begin(), pairs_.end(), [](const EpipolarPair& a, const EpipolarPair& b) {
+    return a.j - a.i < b.j - b.i;
+  });
+}
+
+void Estimator::integrateRotations(const Vector3d& b_g, int span) {
+  const size_t n = preintegrations_.size() + 1;
+  std::vector<Relative> steps;
+  for (const Preintegration& p : preintegrations_) {
+    const Vector3d moved = b_g - p.bias().gyro;
+    const Vector3d turned = p.dR_dbg() * moved;
+    steps.push_back({p.deltas().dR * expSO3(turned), rightJacobianSO3(turned) * p.dR_dbg()});
+  }
+  for (size_t i = 0; i + 1 < n; ++i) {
+    Relative chain{Matrix3d::Identity(), Matrix3d::Zero()};
+    for (size_t j = i + 1; j < std::min(n, i + 1 + static_cast<size_t>(span)); ++j) {
+      const Relative& step = steps[j - 1];
+      chain = {chain.R * step.R, step.R.transpose() * chain.dR_dbg + step.dR_dbg};
+      relative_[i * n + j] = chain;
+    }
+  }
+}
+
+void Estimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R, bool rotation_only) const {
+  const double sigma = sigma_rad_[static_cast<size_t>(pair->camera)];
+  // Rayleigh's median, so that the robust standard deviation is one here as well.
+  const double rotation_scale = 1.0 / (kMedianToSigma * 1.17741 * std::sqrt(2.0) * sigma);
+  const Vector3d& t = pair->direction;
+  std::vector<double> sizes;
+  sizes.reserve(pair->matches.size());
+  for (EpipolarMatch& match : pair->matches) {
+    const Vector3d g = R * match.f_j;
+    const Vector3d n = match.f_i.cross(g);
+    const double a = t.dot(match.f_i), b = t.dot(g);
+    // A bearing along the translation says nothing of it: its residual is small whatever it is.
+    match.residual = rotation_only
+                         ? n.norm() * rotation_scale
+                         : t.dot(n) / (sigma * std::sqrt(std::max(2.0 - a * a - b * b, 1e-3)));
+    sizes.push_back(std::abs(match.residual));
+  }
+  pair->sigma = robustSigma(&sizes);
+}
+
+bool Estimator::atRest() {
+  const EpipolarPair& longest = pairs_.back();
+  const int middle = (longest.i + longest.j) / 2;
+  constexpr double kNoise = 1.5;  // a movement of the noise's size is noticed
+  return std::all_of(pairs_.begin(), pairs_.end(), [&](EpipolarPair& pair) {
+    const bool looked_at = (pair.i == longest.i && (pair.j == longest.j || pair.j == middle)) ||
+                           (pair.i == middle && pair.j == longest.j);
+    if (!looked_at) return true;
+    fillResiduals(&pair, Matrix3d::Identity(), true);
+    return pair.sigma < kNoise;
+  });
+}
+
+Linearization Estimator::linearize(const Vector3d& b_g, int span, bool with_derivatives) {
+  integrateRotations(b_g, span);
+  Linearization sum;
+  for (EpipolarPair& pair : pairs_) {
+    if (pair.j - pair.i > span) break;
+    const EpipolarCost cost = costOf(pair, rotation(pair));
+    pair.direction = cost.direction;
+    pair.certainty = cost.certainty;
+    sum.cost += pair.factor * cost.value;
+    if (!with_derivatives) continue;
+    const Matrix3d A = R_BC_[static_cast<size_t>(pair.camera)].transpose() * relative(pair).dR_dbg;
+    sum.gradient += pair.factor * (A.transpose() * cost.gradient);
+    sum.hessian += pair.factor * (A.transpose() * cost.hessian * A);
+  }
+  return sum;
+}
+
+void Estimator::fillMoments(EpipolarPair* pair, const Matrix3d& R, Weights weights) const {
+  const double sigma = sigma_rad_[static_cast<size_t>(pair->camera)];
+  pair->moments.clear();
+  for (EpipolarMatch& match : pair->matches) {
+    double w = 0.0;
+    if (weights != Weights::kTukey) {
+      const double width = weights == Weights::kStart ? 1.0 : kCauchyWidth;
+      const double x = match.residual / (width * std::max(1.0, pair->sigma));
+      w = 1.0 / (1.0 + x * x);
+    } else {
+      const double x = match.residual / (kTukeyWidth * std::max(1.0, pair->sigma));
+      w = std::abs(x) < 1.0 ? (1.0 - x * x) * (1.0 - x * x) : 0.0;
+    }
+    match.weight = w;
+    if (w > 0.0) pair->moments.add(match.f_i, match.f_j, w);
+  }
+  if (options_.noise_weighted || rotation_only_) {
+    pair->N = pair->moments.normalCovariance(R);
+    pair->factor = pair->moments.weight() / (sigma * sigma);
+  } else {
+    pair->N.setIdentity();
+    pair->factor = 1.0 / (2.0 * sigma * sigma);  // a normal has the noise of two bearings
+  }
+  if (weights == Weights::kStart) return;
+  pair->factor /= std::max(1.0, pair->sigma * pair->sigma);
+  if (options_.noise_weighted) pair->factor *= pair->certainty * pair->certainty;
+}
+
+void Estimator::reweight(const Vector3d& b_g, int span, Weights weights) {
+  integrateRotations(b_g, span);
+  for (EpipolarPair& pair : pairs_) {
+    if (pair.j - pair.i > span) break;
+    const Matrix3d R = rotation(pair);
+    fillResiduals(&pair, R, rotation_only_ || weights == Weights::kStart);
+    fillMoments(&pair, R, weights);
+  }
+}
+
+/** Levenberg-Marquardt at weights that belong to `start`. */
+Vector3d Estimator::round(const Vector3d& start, int span, Weights weights) {
+  constexpr double kMoved = 1e-4;  // rad/s: the first order is then off by 1e-8 rad a second
+  if ((start - preintegrations_.front().bias().gyro).norm() > kMoved)
+    for (Preintegration& p : preintegrations_) p = p.reintegrated({start, p.bias().accel});
+  reweight(start, span, weights);
+  Vector3d b_g = start;
+  Linearization at = linearize(b_g, span);
+  double lambda = 1e-4;
+  for (int k = 0; k < options_.iterations; ++k) {
+    ++iterations_;
+    Matrix3d H = at.hessian;
+    H.diagonal() *= 1.0 + lambda;
+    const Vector3d step = H.ldlt().solve(-at.gradient);
+    if (!step.allFinite()) break;
+    const Linearization candidate = linearize(b_g + step, span);
+    if (candidate.cost < at.cost) {
+      b_g += step;
+      at = candidate;
+      lambda = std::max(0.1 * lambda, 1e-9);
+    } else {
+      lambda *= 10.0;
+    }
+    if (step.norm() < 0.1 * kConverged || lambda > 1e6) break;
+  }
+  return b_g;
+}
+
+Vector3d Estimator::solve(const Vector3d& seed) {
+  const int longest = longestSpan();
+  Vector3d b_g = round(seed, 1, Weights::kStart);
+  for (const int span : {1, 1, 3}) b_g = round(b_g, std::min(span, longest), Weights::kCauchy);
+  if (longest > 1) {
+    // Longer pairs have no direction yet: one look at them first.
+    reweight(b_g, longest, Weights::kStart);
+    linearize(b_g, longest, false);
+  }
+  b_g = round(b_g, longest, Weights::kCauchy);
+  // With outliers the weights follow the bias slowly, and the bias the weights.
+  for (int k = 0; k < options_.rounds; ++k) {
+    const Vector3d before = b_g;
+    b_g = round(b_g, longest, Weights::kTukey);
+    if (k > 0 && (b_g - before).norm() < kConverged) break;
+  }
+  reweight(b_g, longest, Weights::kTukey);
+  return b_g;
+}
+
+double Estimator::noise(int span) const {
+  std::vector<double> sigmas;
+  for (const EpipolarPair& pair : pairs_)
+    if (pair.j - pair.i <= span) sigmas.push_back(pair.sigma);
+  return median(&sigmas);
+}
+
+void Estimator::describe(NormalEpipolarBias* result) const {
+  int inliers = 0;
+  for (const EpipolarPair& pair : pairs_) {
+    result->matches += static_cast<int>(pair.matches.size());
+    for (const EpipolarMatch& match : pair.matches)
+      inliers += std::abs(match.residual) < kInlier * std::max(1.0, pair.sigma);
+  }
+  result->pairs = static_cast<int>(pairs_.size());
+  result->inlier_share = static_cast<double>(inliers) / std::max(1, result->matches);
+  result->rotation_only = rotation_only_;
+  result->iterations = iterations_;
+}
+
+void Estimator::fillCovariance(const Vector3d& b_g, Matrix3d* information, Matrix3d* covariance) {
+  linearize(b_g, longestSpan());
+  const double sigma_px = options_.sigma_px * std::max(1.0, noise(longestSpan()));
+  EpipolarBiasCovariance sum(calibration_, sigma_px, preintegrations_.size(),
+                             static_cast<size_t>(observations_));
+  for (const EpipolarPair& pair : pairs_) {
+    const Matrix3d R_CB = R_BC_[static_cast<size_t>(pair.camera)].transpose();
+    std::vector<Matrix3d> by_interval;
+    for (int k = pair.i + 1; k < pair.j; ++k)
+      by_interval.emplace_back(R_CB * relative(k, pair.j).R.transpose());
+    by_interval.push_back(R_CB);
+    sum.add(pair, rotation(pair), R_CB * relative(pair).dR_dbg, by_interval, rotation_only_);
+  }
+  std::vector<Matrix3d> gyro_noise;
+  for (const Preintegration& p : preintegrations_)
+    gyro_noise.emplace_back(p.covariance().topLeftCorner<3, 3>());
+  *information = sum.information();
+  *covariance = sum.covariance(gyro_noise);
+}
+
+NormalEpipolarStatus fillCovariance(Estimator* estimator, NormalEpipolarBias* result) {
+  Matrix3d information;
+  estimator->fillCovariance(result->gyro, &information, &result->covariance);
+  if (!result->gyro.allFinite() || !information.allFinite())
+    return NormalEpipolarStatus::kNotConverged;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(information, Eigen::EigenvaluesOnly);
+  constexpr double kLeastInformation = 1e-12;  // relative
+  if (!(eigen.eigenvalues()(0) > kLeastInformation * eigen.eigenvalues()(2)))
+    return NormalEpipolarStatus::kIllConditioned;
+  return NormalEpipolarStatus::kOk;
+}
+
+}  // namespace
+
+NormalEpipolarBias estimateGyroBias(const StereoInertialCalibration& calibration,
+                                    const std::vector<const TrackedFrame*>& keyframes,
+                                    const std::vector<Preintegration>& preintegrations,
+                                    const Vector3d& seed,
+                                    const NormalEpipolarBiasOptions& options) {
+  NormalEpipolarBias result;
+  Estimator estimator(calibration, keyframes, preintegrations, options);
+  result.fewest_matches = estimator.fewestMatches();
+  if (result.fewest_matches < options.min_matches) return result;
+  if (estimator.atRest()) estimator.useRotationOnly();
+  constexpr double kNoise = 1.5;  // larger residuals are not what sigma_px promises
+  constexpr double kShare = 0.5;
+  for (int start = 0; start < 7; ++start) {
+    Vector3d from = seed;
+    if (start > 0) from[(start - 1) / 2] += start % 2 ? options.restart_rps : -options.restart_rps;
+    const Vector3d b_g = estimator.solve(from);
+    NormalEpipolarBias found;
+    found.gyro = b_g;
+    found.restart = start;
+    found.fewest_matches = estimator.fewestMatches();
+    found.noise = estimator.noise(estimator.longestSpan());
+    estimator.describe(&found);
+    found.status = fillCovariance(&estimator, &found);
+    const bool better =
+        start == 0 || (found.status == NormalEpipolarStatus::kOk &&
+                       (result.status != NormalEpipolarStatus::kOk || found.noise < result.noise));
+    if (better) result = found;
+    if (!(options.restart_rps > 0.0) || (result.status == NormalEpipolarStatus::kOk &&
+                                         result.noise < kNoise && result.inlier_share > kShare))
+      break;
+  }
+  return result;
+}
+
+}  // namespace etalon

@@ -1,0 +1,110 @@
+#include "etalon/initialization/steps/normal_epipolar_step.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <cstdio>
+
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+void NormalEpipolarStepOptions::declare(ParameterSet& parameters) {
+  parameters.add("nec_pairs", &pairs, {"all", "consecutive"},
+                 "Pairs of keyframes whose normal epipolar constraints give b_g: all, or "
+                 "neighbours only (as published).");
+  parameters.add("nec_cameras", &cameras, {"both", "left"},
+                 "Cameras of these pairs: both, or the left one only (as published).");
+  parameters.add("nec_weighting", &weighting, {"noise", "none"},
+                 "Smallest eigenvalue relative to the covariance of the normals, or as it is (as "
+                 "published).");
+  parameters.add("nec_min_matches", &solver.min_matches, {5, 100000},
+                 "A pair that shares fewer landmarks in a camera is left out (published: 15).");
+  parameters.add("nec_max_matches", &solver.max_matches, {5, 100000},
+                 "Of a pair that are not neighbours, at most so many matches are used.");
+  parameters.add("nec_rounds", &solver.rounds, {1, 1000},
+                 "Rounds of reweighting at the end, at most (they take the place of RANSAC).");
+  parameters.add("nec_restart_rps", &solver.restart_rps, {0.0, 10.0},
+                 "Where the residuals are too large, the search is repeated from six points so far "
+                 "from the seed, rad/s; 0: not.");
+  parameters.add("max_nec_noise", &max_noise, {0.0, 1e9},
+                 "Refuse if the normals' residuals are larger than this many times what sigma_px "
+                 "promises.");
+  parameters.add("max_sigma_gyro_rps", &max_sigma_gyro_rps, {0.0, 1e9},
+                 "Refuse if b_g is known worse in its worst direction (1 sigma), rad/s.");
+  parameters.add("max_gyro_bias_rps", &max_gyro_bias_rps, {0.0, 100.0},
+                 "Refuse if b_g is farther than this from the prior's mean, rad/s.");
+}
+
+namespace {
+
+NormalEpipolarStep refused(InitializationStatus status, const char* format, double value,
+                           double bound) {
+  char text[256];
+  std::snprintf(text, sizeof(text), format, value, bound);
+  NormalEpipolarStep step;
+  step.refusal = InitializationResult::refusal(status, text, value);
+  return step;
+}
+
+}  // namespace
+
+NormalEpipolarStep solveNormalEpipolarStep(const InitializationProblem& problem,
+                                           const std::vector<Preintegration>& preintegrations,
+                                           const Eigen::Vector3d& seed,
+                                           const NormalEpipolarStepOptions& options) {
+  NormalEpipolarBiasOptions solver = options.solver;
+  solver.all_pairs = options.pairs == "all";
+  solver.both_cameras = options.cameras == "both";
+  solver.noise_weighted = options.weighting == "noise";
+  solver.sigma_px = problem.sigmaPx();
+  NormalEpipolarStep step;
+  step.bias =
+      estimateGyroBias(problem.calibration(), problem.keyframes(), preintegrations, seed, solver);
+  const NormalEpipolarBias& bias = step.bias;
+  if (bias.status == NormalEpipolarStatus::kTooFewMatches)
+    return refused(InitializationStatus::kTooFewTracks,
+                   "some neighbouring keyframes share %.0f landmarks in a camera, at least %.0f "
+                   "are wanted",
+                   bias.fewest_matches, solver.min_matches);
+  if (bias.status == NormalEpipolarStatus::kNotConverged)
+    return refused(InitializationStatus::kNotConverged,
+                   "the gyro bias of the normal epipolar constraints is not finite after %.0f "
+                   "iterations in rounds of %.0f",
+                   bias.iterations, solver.iterations);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(bias.covariance);
+  const double sigma = std::sqrt(eigen.eigenvalues()(2));
+  if (bias.status == NormalEpipolarStatus::kIllConditioned ||
+      !(sigma <= options.max_sigma_gyro_rps))
+    return refused(InitializationStatus::kIllConditioned,
+                   "the normal epipolar constraints know the gyro bias to %.4f rad/s (1 sigma, "
+                   "worst direction), at most %.4f is wanted: too little parallax",
+                   sigma, options.max_sigma_gyro_rps);
+  if (!(bias.noise <= options.max_noise))
+    return refused(InitializationStatus::kNotConverged,
+                   "the epipolar residuals are %.1f times what sigma_px promises, at most %.1f is "
+                   "wanted: a wrong minimum, or wrong tracks",
+                   bias.noise, options.max_noise);
+  const double distance = (bias.gyro - problem.priors().mean.gyro).norm();
+  if (!(distance <= options.max_gyro_bias_rps))
+    return refused(InitializationStatus::kImplausible,
+                   "the gyro bias is %.3f rad/s from its prior mean, at most %.3f is plausible",
+                   distance, options.max_gyro_bias_rps);
+  step.ok = true;
+  return step;
+}
+
+Eigen::Vector3d gyroBiasFromRotations(const std::vector<Eigen::Matrix3d>& rotations,
+                                      const std::vector<Preintegration>& preintegrations) {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < preintegrations.size(); ++k) {
+    const Eigen::Matrix3d& J = preintegrations[k].dR_dbg();
+    H += J.transpose() * J;
+    b += J.transpose() * logSO3(preintegrations[k].deltas().dR.transpose() *
+                                rotations[k].transpose() * rotations[k + 1]);
+  }
+  return preintegrations.front().bias().gyro + H.ldlt().solve(b);
+}
+
+}  // namespace etalon

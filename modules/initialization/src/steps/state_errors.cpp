@@ -1,0 +1,91 @@
+#include "etalon/initialization/steps/state_errors.h"
+
+#include "etalon/core/so3.h"
+#include "etalon/initialization/steps/gravity_sphere.h"
+#include "etalon/initialization/steps/world_errors.h"
+
+namespace etalon {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+ErrorSources::ErrorSources(const InitializationProblem& problem,
+                           const std::vector<Preintegration>& preintegrations,
+                           const Matrix3d& measured_gyro_bias)
+    : intervals_(static_cast<Index>(preintegrations.size())) {
+  const Index n = 15 * intervals_ + 9;
+  covariance_ = MatrixXd::Zero(n, n);
+  covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = problem.visualSolution().covariance;
+  for (Index k = 0; k < intervals_; ++k)
+    covariance_.block<9, 9>(6 * intervals_ + 9 * k, 6 * intervals_ + 9 * k) =
+        preintegrations[static_cast<size_t>(k)].covariance9();
+  const BiasPriors& priors = problem.priors();
+  covariance_.diagonal().segment<3>(n - 9).setConstant(priors.sigma_gyro_rps *
+                                                       priors.sigma_gyro_rps);
+  covariance_.diagonal().segment<3>(n - 6).setConstant(priors.sigma_accel_mps2 *
+                                                       priors.sigma_accel_mps2);
+  covariance_.bottomRightCorner<3, 3>() = measured_gyro_bias;
+}
+
+MatrixXd ErrorSources::select(Index first, Index rows) const {
+  MatrixXd map = MatrixXd::Zero(rows, covariance_.cols());
+  map.middleCols(first, rows).setIdentity();
+  return map;
+}
+
+MatrixXd StateErrors::covariance(const Matrix3d& R_WV, const Vector3d& v_WB,
+                                 double gravity_mps2) const {
+  MatrixXd errors(12, map.cols());
+  errors << map.topRows<9>(), map.bottomRows<3>();
+  return covarianceInWorld(sources.covarianceOf(errors), R_WV, v_WB, gravity_mps2);
+}
+
+std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& problem,
+                                              const std::vector<Preintegration>& preintegrations,
+                                              const InertialOnlyOptions& options,
+                                              const InertialOnlyResult& result,
+                                              const Matrix3d& measured_gyro_bias) {
+  const VisualSolution& visual = problem.visualSolution();
+  if (visual.covariance.rows() != 6 * static_cast<Index>(preintegrations.size())) return {};
+  const InertialOnlyResponse response =
+      inertialOnlyResponse(visual.T_VB, preintegrations, options, result);
+  if (response.by_residuals.size() == 0) return {};
+  StateErrors errors{ErrorSources(problem, preintegrations, measured_gyro_bias), {}};
+  const ErrorSources& sources = errors.sources;
+  const MatrixXd solution =
+      response.by_residuals * (response.residuals_by_poses * sources.poses() - sources.imu()) +
+      response.by_prior_mean * sources.priorMean() +
+      response.by_gyro_bias * sources.measuredGyroBias();
+  errors.map.resize(solution.rows() + 1, solution.cols());
+  errors.map.topRows<6>() = solution.topRows<6>();
+  errors.map.middleRows<3>(StateErrors::kGravity) =
+      options.gravity_mps2 * tangentBasis(result.g_V) * solution.middleRows<2>(6);
+  errors.map.bottomRows(solution.rows() - 8) = solution.bottomRows(solution.rows() - 8);
+  return errors;
+}
+
+bool alignErrors(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
+                 const ImuBias& bias, const LinearAlignmentOptions& options, const Vector3d& g_V,
+                 const MatrixXd& pose_errors, StateErrors* errors) {
+  const LinearAlignmentResponse response =
+      linearAlignmentResponse(T_VB, preintegrations, bias, options, g_V);
+  if (response.by_rows.size() == 0) return false;
+  const MatrixXd imu = errors->sources.imu();
+  MatrixXd rows = response.rows_by_poses * pose_errors;
+  for (size_t k = 0; k < preintegrations.size(); ++k) {
+    const Preintegration& p = preintegrations[k];
+    Eigen::Matrix<double, 6, 6> by_bias;  // of the deltas, [position, velocity]
+    by_bias << p.dp_dbg(), p.dp_dba(), p.dv_dbg(), p.dv_dba();
+    const Index i = static_cast<Index>(k);
+    rows.middleRows<6>(6 * i) -= imu.middleRows<6>(9 * i + 3) + by_bias * errors->map.topRows<6>();
+  }
+  const MatrixXd solution = response.by_rows * rows;
+  const MatrixXd biases = errors->map.topRows<6>();
+  errors->map.resize(6 + solution.rows(), solution.cols());
+  errors->map << biases, solution.bottomRows<3>(), solution.topRows(solution.rows() - 3);
+  return true;
+}
+
+}  // namespace etalon

@@ -1,0 +1,159 @@
+#include "etalon/initialization/steps/stereo_start.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+double medianOf(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+Vector3d medianOf(const std::vector<Vector3d>& points) {
+  Vector3d result;
+  std::vector<double> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
+    result[axis] = medianOf(&values);
+  }
+  return result;
+}
+
+namespace {
+
+constexpr double kMinDepth = 0.1;    // m
+constexpr double kMaxDepth = 100.0;  // m: beyond, disparity says nothing
+
+/** Where two rays of one rig come nearest to each other, in the body frame; false if nowhere. */
+bool meet(const VisualWindow& window, const VisualMeasurement& left, const VisualMeasurement& right,
+          double max_chi2, Vector3d* p_B) {
+  const SE3 T_BC0 = window.T_CB[0].inverse(), T_BC1 = window.T_CB[1].inverse();
+  const Vector3d f0 = T_BC0.R * left.measurement.xy.homogeneous();
+  const Vector3d f1 = T_BC1.R * right.measurement.xy.homogeneous();
+  const Vector3d d = T_BC1.t - T_BC0.t;
+  const double a = f0.squaredNorm(), b = f0.dot(f1), c = f1.squaredNorm();
+  const double determinant = a * c - b * b;
+  if (!(determinant > 1e-12)) return false;
+  const double z0 = (c * f0.dot(d) - b * f1.dot(d)) / determinant;
+  const double z1 = (b * f0.dot(d) - a * f1.dot(d)) / determinant;
+  if (!(z0 > kMinDepth && z1 > kMinDepth && z0 < kMaxDepth)) return false;
+  *p_B = 0.5 * (T_BC0.t + z0 * f0 + T_BC1.t + z1 * f1);
+  double chi2 = 0.0;
+  for (const VisualMeasurement* m : {&left, &right}) {
+    Eigen::Vector2d r;
+    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m->camera)], m->measurement, SE3(),
+                              *p_B, &r))
+      return false;
+    chi2 += r.squaredNorm();
+  }
+  return chi2 <= max_chi2;
+}
+
+}  // namespace
+
+StereoPoints stereoPoints(const VisualWindow& window, double max_chi2) {
+  StereoPoints points;
+  points.of_landmark.resize(window.landmark_ids.size());
+  for (size_t i = 0; i + 1 < window.measurements.size(); ++i) {
+    const VisualMeasurement &left = window.measurements[i], &right = window.measurements[i + 1];
+    if (left.landmark != right.landmark || left.keyframe != right.keyframe) continue;
+    Vector3d p_B;
+    if (meet(window, left, right, max_chi2, &p_B))
+      points.of_landmark[static_cast<size_t>(left.landmark)].push_back({left.keyframe, p_B});
+  }
+  return points;
+}
+
+namespace {
+
+/** A landmark in two neighbouring keyframes: y = t + G b, whitened by `root`. */
+struct TurnedPoint {
+  size_t step;
+  Vector3d y;
+  Matrix3d G, root;
+};
+
+std::vector<TurnedPoint> turnedPoints(const StereoPoints& points,
+                                      const std::vector<Preintegration>& preintegrations,
+                                      double baseline_m) {
+  std::vector<TurnedPoint> result;
+  for (const auto& seen : points.of_landmark)
+    for (size_t i = 1; i < seen.size(); ++i) {
+      if (seen[i].keyframe != seen[i - 1].keyframe + 1) continue;
+      const auto step = static_cast<size_t>(seen[i - 1].keyframe);
+      const Preintegration& imu = preintegrations[step];
+      const Vector3d &p = seen[i - 1].p_B, &q = seen[i].p_B;
+      const double range = p.norm();
+      const Matrix3d along = p * p.transpose() / (range * range);
+      result.push_back({step, p - imu.deltas().dR * q, -imu.deltas().dR * hat(q) * imu.dR_dbg(),
+                        (Matrix3d::Identity() - along + baseline_m / range * along) / range});
+    }
+  return result;
+}
+
+}  // namespace
+
+Vector3d gyroBiasOfPoints(const StereoPoints& points,
+                          const std::vector<Preintegration>& preintegrations, double baseline_m,
+                          double sigma_prior_rps) {
+  constexpr int kIterations = 10;
+  constexpr double kNoise = 1e-3;  // rad: residuals below are not told apart
+  const std::vector<TurnedPoint> turned = turnedPoints(points, preintegrations, baseline_m);
+  const size_t steps = preintegrations.size();
+  std::vector<Vector3d> t(steps, Vector3d::Zero());
+  Vector3d b = Vector3d::Zero();
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    // The steps are eliminated: T t = y - U b.
+    std::vector<Matrix3d> T(steps, 1e-9 * Matrix3d::Identity()), U(steps, Matrix3d::Zero());
+    std::vector<Vector3d> y(steps, Vector3d::Zero());
+    Matrix3d H = kNoise / (sigma_prior_rps * sigma_prior_rps) * Matrix3d::Identity();
+    Vector3d h = Vector3d::Zero();
+    for (const TurnedPoint& point : turned) {
+      const size_t k = point.step;
+      const Vector3d e = point.root * (point.y - t[k] - point.G * b);
+      const double weight = iteration == 0 ? 1.0 : 1.0 / std::max(e.norm(), kNoise);
+      const Matrix3d W = weight * point.root * point.root, WG = W * point.G;
+      T[k] += W;
+      U[k] += WG;
+      y[k] += W * point.y;
+      H += point.G.transpose() * WG;
+      h += WG.transpose() * point.y;
+    }
+    for (size_t k = 0; k < steps; ++k) {
+      const Matrix3d by_T = T[k].ldlt().solve(U[k]);
+      H -= U[k].transpose() * by_T;
+      h -= by_T.transpose() * y[k];
+    }
+    b = H.ldlt().solve(h);
+    for (size_t k = 0; k < steps; ++k) t[k] = T[k].ldlt().solve(y[k] - U[k] * b);
+  }
+  return preintegrations.front().bias().gyro + (b.allFinite() ? b : Vector3d::Zero());
+}
+
+std::vector<SE3> medianPositions(const StereoPoints& points, const std::vector<Matrix3d>& R_VB) {
+  std::vector<std::vector<Vector3d>> steps(R_VB.size());
+  for (const auto& seen : points.of_landmark)
+    for (size_t i = 1; i < seen.size(); ++i) {
+      if (seen[i].keyframe != seen[i - 1].keyframe + 1) continue;
+      const auto k = static_cast<size_t>(seen[i].keyframe);
+      steps[k].emplace_back(R_VB[k - 1] * seen[i - 1].p_B - R_VB[k] * seen[i].p_B);
+    }
+  std::vector<SE3> T_VB{SE3(R_VB[0], Vector3d::Zero())};
+  Vector3d step = Vector3d::Zero();
+  for (size_t k = 1; k < R_VB.size(); ++k) {
+    if (!steps[k].empty()) step = medianOf(steps[k]);  // else as the step before
+    T_VB.emplace_back(R_VB[k], T_VB[k - 1].t + step);
+  }
+  return T_VB;
+}
+
+}  // namespace etalon

@@ -1,0 +1,205 @@
+#include "etalon/initialization/steps/track_information.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix23 = Eigen::Matrix<double, 2, 3>;
+using Matrix26 = Eigen::Matrix<double, 2, 6>;
+
+namespace {
+
+constexpr double kBehind = 1e12;  // squared residual of a landmark that no camera can see
+
+/**
+ * Expectations of the weight w = (c^2 / (c^2 + r^2))^2 over residuals of two standard normal
+ * coordinates, r^2 / 2 being exponentially distributed: of w; of the score's derivative; of the
+ * score's variance (Huber and Ronchetti, Robust Statistics, chapter 6).
+ */
+struct KernelMoments {
+  double weight = 0.0, derivative = 0.0, variance = 0.0;
+
+  explicit KernelMoments(double c2) {
+    constexpr int kPoints = 4000;  // of the midpoint rule on r^2 / 2 from 0 to 40
+    constexpr double kStep = 0.01;
+    double mass = 0.0;
+    for (int i = 0; i < kPoints; ++i) {
+      const double half = kStep * (i + 0.5), density = std::exp(-half);
+      const double share = c2 / (c2 + 2.0 * half), w = share * share;
+      mass += density;
+      weight += density * w;
+      derivative += density * w * (1.0 - 2.0 * (1.0 - share));
+      variance += density * w * w * half;
+    }
+    weight /= mass;
+    derivative /= mass;
+    variance /= mass;
+  }
+};
+
+}  // namespace
+
+TrackInformation::TrackInformation(const VisualWindow& window, double scale)
+    : window_(window), scale_(scale) {
+  const KernelMoments kernel(scale * scale);
+  score_scale_ = kernel.derivative / kernel.variance;
+  fisher_share_ = kernel.derivative / kernel.weight;
+}
+
+void TrackInformation::start(const StereoPoints& points, const std::vector<SE3>& T_VB) {
+  landmarks_.assign(window_.landmark_ids.size(), Vector3d::Zero());
+  valid_.assign(window_.landmark_ids.size(), 0);
+  r2_.assign(window_.measurements.size(), 0.0);
+  for (size_t l = 0; l < landmarks_.size(); ++l) {
+    std::vector<Vector3d> in_V;
+    for (const StereoPoints::Point& point : points.of_landmark[l])
+      in_V.emplace_back(T_VB[static_cast<size_t>(point.keyframe)] * point.p_B);
+    if (in_V.empty()) continue;
+    landmarks_[l] = medianOf(in_V);
+    valid_[l] = 1;
+  }
+}
+
+double TrackInformation::weight(double r2) const {
+  const double w = c2_ / (c2_ + r2);
+  return w * w;
+}
+
+void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
+  const auto index = static_cast<size_t>(l);
+  Matrix3d H = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  std::vector<Vector3d> towards;  // of every camera: d(depth)/d(landmark) by the depth
+  for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
+    const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+    const SE3& T_CB = window_.T_CB[static_cast<size_t>(m.camera)];
+    const SE3& pose = T_VB[static_cast<size_t>(m.keyframe)];
+    Vector2d r;
+    Matrix23 A;
+    if (!reprojectionResidual(T_CB, m.measurement, pose, landmarks_[index], &r, nullptr, &A))
+      continue;
+    const double w = weight(r.squaredNorm());
+    H.noalias() += w * A.transpose() * A;
+    b.noalias() -= w * A.transpose() * r;
+    const Vector3d axis = pose.R * T_CB.R.row(2).transpose();
+    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + T_CB.t.z()));
+  }
+  const Eigen::LDLT<Matrix3d> factor(H);
+  const Vector3d step = factor.solve(b);
+  if (!factor.isPositive() || !step.allFinite()) return;
+  // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
+  // camera would outweigh all others.
+  double most = 1.0;
+  for (const Vector3d& by_depth : towards) most = std::max(most, -2.0 * by_depth.dot(step));
+  landmarks_[index] += step / most;
+}
+
+void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
+  for (int l = 0; l < window_.landmarkCount(); ++l) {
+    const auto index = static_cast<size_t>(l);
+    if (!valid_[index]) continue;
+    moveLandmark(l, T_VB);
+    for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
+      const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+      Vector2d r;
+      const bool seen =
+          reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                               T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r);
+      r2_[static_cast<size_t>(i)] = seen ? r.squaredNorm() : kBehind;
+    }
+  }
+  updateScale();
+}
+
+void TrackInformation::updateScale() {
+  std::vector<double> of_valid;
+  for (size_t i = 0; i < r2_.size(); ++i)
+    if (valid_[static_cast<size_t>(window_.measurements[i].landmark)]) of_valid.push_back(r2_[i]);
+  if (of_valid.empty()) return;
+  // |r| of two Gaussian coordinates has its median at 1.18 sigma: c is two sigmas of what is seen.
+  constexpr double kFactor = 2.0 / 1.18;
+  c2_ = std::max(scale_ * scale_, kFactor * kFactor * medianOf(&of_valid));
+}
+
+void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
+  const Index n = 6 * (static_cast<Index>(T_VB.size()) - 1);
+  S_.setZero(n, n);
+  s_.setZero(n);
+  for (int l = 0; l < window_.landmarkCount(); ++l)
+    if (valid_[static_cast<size_t>(l)]) eliminate(l, T_VB);
+  S_.triangularView<Eigen::StrictlyUpper>() = S_.transpose();
+  const double factor = score_scale_ * scale_ * scale_ / c2_;
+  S_ *= factor;
+  s_ *= factor;
+}
+
+void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
+  const auto index = static_cast<size_t>(l);
+  struct Block {
+    int node;
+    Eigen::Matrix<double, 6, 3> H_kl;
+  };
+  std::vector<Block> blocks;
+  Matrix3d H = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
+    const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+    Vector2d r;
+    Matrix26 J;
+    Matrix23 A;
+    if (!reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                              T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r, &J, &A))
+      continue;
+    const double root = std::sqrt(weight(r.squaredNorm()));
+    r *= root;
+    J *= root;
+    A *= root;
+    H.noalias() += A.transpose() * A;
+    b.noalias() -= A.transpose() * r;
+    if (m.keyframe == 0) continue;  // the frame V itself
+    if (blocks.empty() || blocks.back().node != m.keyframe - 1)
+      blocks.push_back({m.keyframe - 1, Eigen::Matrix<double, 6, 3>::Zero()});
+    blocks.back().H_kl.noalias() += J.transpose() * A;
+    const Index at = 6 * (m.keyframe - 1);
+    S_.block<6, 6>(at, at).noalias() += J.transpose() * J;
+    s_.segment<6>(at).noalias() -= J.transpose() * r;
+  }
+  // A landmark seen in one direction only: the tiny term keeps its far end from being a division by
+  // zero, at 1e-9 of the weight of the rest.
+  H.diagonal().array() += 1e-9 * H.trace();
+  const Matrix3d inverse = H.ldlt().solve(Matrix3d::Identity());
+  if (!inverse.allFinite()) return;
+  for (const Block& row : blocks) {
+    const Eigen::Matrix<double, 6, 3> HI = row.H_kl * inverse;
+    s_.segment<6>(6 * row.node).noalias() -= HI * b;
+    for (const Block& column : blocks) {
+      if (column.node > row.node) break;
+      S_.block<6, 6>(6 * row.node, 6 * column.node).noalias() -= HI * column.H_kl.transpose();
+    }
+  }
+}
+
+int TrackInformation::validCount() const {
+  return static_cast<int>(std::count(valid_.begin(), valid_.end(), 1));
+}
+
+double TrackInformation::inlierShare(double max_chi2) const {
+  int inliers = 0, all = 0;
+  for (size_t i = 0; i < r2_.size(); ++i) {
+    if (!valid_[static_cast<size_t>(window_.measurements[i].landmark)]) continue;
+    ++all;
+    inliers += r2_[i] <= max_chi2;
+  }
+  return all > 0 ? static_cast<double>(inliers) / all : 0.0;
+}
+
+}  // namespace etalon

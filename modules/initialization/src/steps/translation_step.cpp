@@ -1,0 +1,132 @@
+#include "etalon/initialization/steps/translation_step.h"
+
+#include <cstdio>
+
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/steps/linear_alignment.h"
+#include "etalon/optimization/bundle/starting_landmarks.h"
+
+namespace etalon {
+
+void TranslationStepOptions::declare(ParameterSet& parameters) {
+  parameters.add("landmarks", &landmarks, {"fixed", "free"},
+                 "Landmarks in the 3-DoF bundle adjustment: fixed at stereo odometry's (the "
+                 "paper), or free to move.");
+  parameters.add("rounds", &ba.rounds, {1, 100},
+                 "Rounds of the 3-DoF bundle adjustment; outliers are relabelled between them, "
+                 "the last has no robust kernel.");
+  parameters.add("iterations_per_round", &ba.iterations_per_round, {1, 1000},
+                 "Gauss-Newton iterations of a round, at most.");
+  parameters.add("chi2_pixel", &ba.chi2_threshold, {0.1, 1e9},
+                 "Squared Huber width and outlier threshold of a pixel (2 degrees of freedom, 95 "
+                 "%: 5.991).");
+  parameters.add("min_inliers", &min_inliers, {3, 100000},
+                 "Refuse if fewer measurements of a keyframe agree with its translation.");
+}
+
+std::vector<Eigen::Matrix3d> integrateRotations(const Eigen::Matrix3d& R_WB0,
+                                                const std::vector<Preintegration>& preintegrations,
+                                                const ImuBias& bias) {
+  std::vector<Eigen::Matrix3d> R_WB{R_WB0};
+  for (const Preintegration& p : preintegrations)
+    R_WB.push_back(R_WB.back() * p.corrected(bias).dR);
+  return R_WB;
+}
+
+namespace {
+
+/** Fills poses and landmarks of `step->estimate`, or its refusal. */
+bool estimateTranslations(const InitializationProblem& problem, const std::vector<SE3>& T_VB,
+                          const TranslationStepOptions& options, TranslationStep* step,
+                          Eigen::MatrixXd* position_by_rotation) {
+  const VisualWindow window =
+      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
+  const StartingLandmarks start = startingLandmarks(window, problem.visualSolution().landmarks);
+  TranslationBaOptions ba_options = options.ba;
+  ba_options.landmarks_free = options.landmarks == "free";
+  const TranslationBaResult ba =
+      solveTranslationBa(window, T_VB, start.positions, start.valid, ba_options);
+  if (!ba.ok || ba.fewest_inliers < options.min_inliers) {
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "%d measurements agree with the translation of the weakest keyframe, at least "
+                  "%d are wanted",
+                  ba.fewest_inliers, options.min_inliers);
+    step->refusal =
+        InitializationResult::refusal(InitializationStatus::kTooFewTracks, text, ba.fewest_inliers);
+    return false;
+  }
+  *position_by_rotation = ba.position_by_rotation;
+  step->estimate.T_VB = ba.T_VB;
+  for (size_t l = 0; l < window.landmark_ids.size(); ++l)
+    if (start.valid[l]) step->estimate.landmarks[window.landmark_ids[l]] = ba.landmarks[l];
+  return true;
+}
+
+/**
+ * Errors of the poses after the step, 6(N-1) rows: the rotations have the gyro's noise and what b_g
+ * is off; the positions, which stereo odometry has found best at its own rotations, move with the
+ * rotations that replace them.
+ */
+Eigen::MatrixXd poseErrors(const std::vector<Preintegration>& preintegrations,
+                           const Eigen::MatrixXd& position_by_rotation, const StateErrors& errors) {
+  using Eigen::Index;
+  using Eigen::MatrixXd;
+  const Index n = static_cast<Index>(preintegrations.size());
+  const MatrixXd imu = errors.sources.imu();
+  MatrixXd poses = errors.sources.poses();
+  MatrixXd moved(3 * n, poses.cols());  // from the rotations of stereo odometry
+  MatrixXd rotation = MatrixXd::Zero(3, poses.cols());
+  for (Index k = 0; k < n; ++k) {
+    const Preintegration& p = preintegrations[static_cast<size_t>(k)];
+    rotation = p.deltas().dR.transpose() * rotation + p.dR_dbg() * errors.map.topRows<3>() +
+               imu.middleRows<3>(9 * k);
+    moved.middleRows<3>(3 * k) = rotation - poses.middleRows<3>(6 * k);
+    poses.middleRows<3>(6 * k) = rotation;
+  }
+  const MatrixXd positions = position_by_rotation * moved;
+  for (Index k = 0; k < n; ++k) poses.middleRows<3>(6 * k + 3) += positions.middleRows<3>(3 * k);
+  return poses;
+}
+
+}  // namespace
+
+TranslationStep solveTranslationStep(const InitializationProblem& problem,
+                                     const std::vector<Preintegration>& preintegrations,
+                                     const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
+                                     const TranslationStepOptions& options,
+                                     const std::optional<StateErrors>& bias_errors) {
+  Stopwatch watch;
+  std::vector<SE3> T_VB = problem.visualSolution().T_VB;
+  const std::vector<Eigen::Matrix3d> rotations =
+      integrateRotations(T_VB.front().R, preintegrations, bias);
+  for (size_t k = 1; k < T_VB.size(); ++k) T_VB[k].R = rotations[k];
+
+  TranslationStep step;
+  step.estimate.bias = bias;
+  Eigen::MatrixXd position_by_rotation;
+  if (!estimateTranslations(problem, T_VB, options, &step, &position_by_rotation)) return step;
+  step.translation_ms = watch.lapMilliseconds();
+
+  const LinearAlignmentResult alignment = alignVelocitiesAndGravity(
+      step.estimate.T_VB, preintegrations, bias, problem.gravityMagnitude(), g_V_seed);
+  if (!alignment.ok) {
+    step.refusal = InitializationResult::refusal(
+        InitializationStatus::kIllConditioned,
+        "velocities and gravity are not determined by the translations found", 0.0);
+    return step;
+  }
+  step.estimate.v_VB = alignment.v_VB;
+  step.estimate.g_V = alignment.g_V;
+  if (bias_errors) {
+    StateErrors errors = *bias_errors;
+    if (alignErrors(step.estimate.T_VB, preintegrations, bias, {}, alignment.g_V,
+                    poseErrors(preintegrations, position_by_rotation, errors), &errors))
+      step.estimate.errors = errors;
+  }
+  step.alignment_ms = watch.lapMilliseconds();
+  step.ok = true;
+  return step;
+}
+
+}  // namespace etalon

@@ -1,0 +1,98 @@
+#include "etalon/initialization/steps/normal_epipolar_bias.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Vector3d;
+using testing::Motion;
+using testing::SyntheticWindow;
+using testing::SyntheticWindowOptions;
+
+NormalEpipolarBias estimate(const SyntheticWindowOptions& window_options,
+                            NormalEpipolarBiasOptions options = {}, Vector3d seed = {0, 0, 0}) {
+  const SyntheticWindow window = testing::makeSyntheticWindow(window_options);
+  const std::vector<const TrackedFrame*> keyframes = window.keyframes();
+  std::vector<Preintegration> preintegrations;
+  for (size_t k = 1; k < keyframes.size(); ++k)
+    preintegrations.emplace_back(window.imu.between(keyframes[k - 1]->t, keyframes[k]->t),
+                                 ImuBias{seed, {0, 0, 0}}, window.calibration.imu.noise);
+  options.sigma_px = window_options.assumed_sigma_px;
+  return estimateGyroBias(window.calibration, keyframes, preintegrations, seed, options);
+}
+
+const Vector3d kBias(0.02, -0.06, 0.04);
+
+TEST(NormalEpipolarBias, IsExactOnNoiseFreeDataWhateverTheMotionAndTheOptions) {
+  for (const Motion motion : testing::kAllMotions)
+    for (const bool all_pairs : {true, false})
+      for (const bool noise_weighted : {true, false}) {
+        SCOPED_TRACE(std::string(testing::toString(motion)) + (all_pairs ? " all" : " neighbours") +
+                     (noise_weighted ? " weighted" : " published"));
+        SyntheticWindowOptions window;
+        window.motion = motion;
+        window.bias.gyro = kBias;  // the sign, too
+        NormalEpipolarBiasOptions options;
+        options.all_pairs = options.both_cameras = all_pairs;
+        options.noise_weighted = noise_weighted;
+        const NormalEpipolarBias found = estimate(window, options);
+        ASSERT_EQ(found.status, NormalEpipolarStatus::kOk);
+        EXPECT_LT((found.gyro - kBias).norm(), 1e-6) << found.gyro.transpose();
+        EXPECT_EQ(found.rotation_only, motion == Motion::kStandstill);
+        EXPECT_EQ(found.inlier_share, 1.0);
+      }
+}
+
+TEST(NormalEpipolarBias, KeepsItsAccuracyWithNoiseAndThirtyPercentOutliers) {
+  for (const Motion motion : {Motion::kGentle, Motion::kAggressive, Motion::kCircle,
+                              Motion::kConstantVelocity, Motion::kStandstill})
+    for (const unsigned seed : {1U, 2U, 3U}) {
+      SCOPED_TRACE(std::string(testing::toString(motion)) + " " + std::to_string(seed));
+      SyntheticWindowOptions window;
+      window.motion = motion;
+      window.seed = seed;
+      window.bias.gyro = kBias;
+      window.sigma_px = window.assumed_sigma_px = 0.5;
+      window.gyro_noise_factor = 1.5;
+      // Of observations: of matches it makes 30 % (1 - 0.84^2).
+      window.outlier_share = 0.16;
+      const NormalEpipolarBias found = estimate(window);
+      ASSERT_EQ(found.status, NormalEpipolarStatus::kOk);
+      EXPECT_LT((found.gyro - kBias).norm(), 3e-3);
+      EXPECT_NEAR(found.noise, 1.0, 0.5);
+      // Three degrees of freedom, one draw: 99.9 % is 16.3; the covariance is approximate.
+      EXPECT_LT((found.gyro - kBias).dot(found.covariance.ldlt().solve(found.gyro - kBias)), 30.0);
+    }
+}
+
+TEST(NormalEpipolarBias, FindsALargeBiasFromAFarSeed) {
+  SyntheticWindowOptions window;
+  window.motion = Motion::kAggressive;
+  window.bias.gyro = {0.2, -0.15, 0.25};
+  window.sigma_px = window.assumed_sigma_px = 0.5;
+  const NormalEpipolarBias found = estimate(window);
+  ASSERT_EQ(found.status, NormalEpipolarStatus::kOk);
+  EXPECT_LT((found.gyro - window.bias.gyro).norm(), 3e-3);
+}
+
+TEST(NormalEpipolarBias, RefusesWindowsWithoutMatchesBetweenNeighbours) {
+  NormalEpipolarBiasOptions options;
+  options.min_matches = 100000;
+  EXPECT_EQ(estimate({}, options).status, NormalEpipolarStatus::kTooFewMatches);
+}
+
+TEST(NormalEpipolarBias, GivesTheSameResultBitForBit) {
+  SyntheticWindowOptions window;
+  window.sigma_px = 0.5;
+  window.outlier_share = 0.1;
+  EXPECT_EQ(estimate(window).gyro, estimate(window).gyro);
+}
+
+}  // namespace
+}  // namespace etalon

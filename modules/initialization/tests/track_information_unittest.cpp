@@ -1,0 +1,316 @@
+#include "etalon/initialization/steps/track_information.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "etalon/core/so3.h"
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using testing::Motion;
+using testing::SyntheticWindowOptions;
+
+constexpr double kMaxChi2 = 16.0;
+constexpr double kNotRobust = 1e6;  // sigmas: every weight is one
+
+struct Case {
+  explicit Case(const SyntheticWindowOptions& options)
+      : synthetic(testing::makeSyntheticWindow(options)),
+        window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), 0.5)),
+        points(stereoPoints(window, kMaxChi2)) {
+    const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
+    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const LandmarkId id : window.landmark_ids)
+      landmarks.push_back(T_VW * synthetic.landmarks[static_cast<size_t>(id)]);
+  }
+  testing::SyntheticWindow synthetic;
+  VisualWindow window;
+  StereoPoints points;
+  std::vector<SE3> T_VB;            ///< the truth
+  std::vector<Vector3d> landmarks;  ///< the truth, p_V
+};
+
+SyntheticWindowOptions small(double outlier_share = 0.0) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kAggressive;
+  options.keyframes = 4;
+  options.landmarks = 30;
+  options.outlier_share = outlier_share;
+  return options;
+}
+
+std::vector<SE3> disturbed(const std::vector<SE3>& T_VB) {
+  std::vector<SE3> result = T_VB;
+  for (size_t k = 1; k < result.size(); ++k) {
+    result[k].R = result[k].R * expSO3(0.01 * Vector3d(1, -2, 1));
+    result[k].t += 0.03 * static_cast<double>(k) * Vector3d(1, 1, -2);
+  }
+  return result;
+}
+
+double farthest(const std::vector<SE3>& a, const std::vector<SE3>& b) {
+  double result = 0.0;
+  for (size_t k = 0; k < a.size(); ++k)
+    result = std::max(result, (a[k].matrix() - b[k].matrix()).norm());
+  return result;
+}
+
+TEST(StereoPoints, AreTheLandmarksWithoutNoise) {
+  const Case c(small());
+  size_t count = 0;
+  for (size_t l = 0; l < c.points.of_landmark.size(); ++l)
+    for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
+      EXPECT_LT((c.T_VB[static_cast<size_t>(point.keyframe)] * point.p_B - c.landmarks[l]).norm(),
+                1e-6);
+      ++count;
+    }
+  EXPECT_GT(count, 30U);
+}
+
+TEST(StereoPoints, RaysThatMissEachOtherGiveNone) {
+  Case c(small());
+  size_t before = 0, after = 0;
+  for (const auto& of_one : c.points.of_landmark) before += of_one.size();
+  // Every right pixel across its epipolar line (the cameras are side by side) by 10 sigmas.
+  for (VisualMeasurement& m : c.window.measurements)
+    if (m.camera == 1)
+      m.measurement.xy += m.measurement.sqrt_information.inverse() * Vector2d(0.0, 10.0);
+  for (const auto& of_one : stereoPoints(c.window, kMaxChi2).of_landmark) after += of_one.size();
+  EXPECT_GT(before, 30U);
+  EXPECT_EQ(after, 0U);
+}
+
+TEST(MedianPositions, AreExactWithoutNoiseAndNotMovedByOutliers) {
+  std::vector<Matrix3d> R_VB;
+  const Case exact(small());
+  for (const SE3& T : exact.T_VB) R_VB.push_back(T.R);
+  EXPECT_LT(farthest(medianPositions(exact.points, R_VB), exact.T_VB), 1e-6);
+
+  SyntheticWindowOptions options = small(0.1);
+  options.landmarks = 150;
+  const Case outliers(options);
+  R_VB.clear();
+  for (const SE3& T : outliers.T_VB) R_VB.push_back(T.R);
+  EXPECT_LT(farthest(medianPositions(outliers.points, R_VB), outliers.T_VB), 0.05);
+}
+
+TEST(GyroBiasOfPoints, IsNearTheTruthInSpiteOfNoiseAndOutliers) {
+  for (const Motion motion : {Motion::kAggressive, Motion::kStandstill}) {
+    SyntheticWindowOptions options = small(0.1);
+    options.motion = motion;
+    options.landmarks = 150;
+    options.sigma_px = 0.5;
+    options.bias.gyro = {0.2, -0.2, 0.15};
+    const Case c(options);
+    std::vector<Preintegration> preintegrations;
+    for (size_t k = 1; k < c.synthetic.truth.size(); ++k)
+      preintegrations.emplace_back(
+          c.synthetic.imu.between(c.synthetic.truth[k - 1].t, c.synthetic.truth[k].t), ImuBias(),
+          c.synthetic.calibration.imu.noise);
+    const Vector3d b_g =
+        gyroBiasOfPoints(c.points, preintegrations, c.synthetic.calibration.baseline(), 0.1);
+    EXPECT_LT((b_g - options.bias.gyro).norm(), 0.05);  // 0.32 from the prior's mean
+    // Without points it stays where the prior is.
+    StereoPoints none;
+    none.of_landmark.resize(c.points.of_landmark.size());
+    EXPECT_LT(gyroBiasOfPoints(none, preintegrations, 0.1, 0.1).norm(), 1e-12);
+  }
+}
+
+/** Reprojection residuals of all measurements of valid landmarks. */
+VectorXd residuals(const Case& c, const TrackInformation& tracks, const std::vector<SE3>& T,
+                   const std::vector<Vector3d>& l) {
+  std::vector<double> r;
+  for (const VisualMeasurement& m : c.window.measurements) {
+    const auto i = static_cast<size_t>(m.landmark), k = static_cast<size_t>(m.keyframe);
+    if (!tracks.valid()[i]) continue;
+    const Vector3d p_C = c.window.T_CB[static_cast<size_t>(m.camera)] * (T[k].inverse() * l[i]);
+    const Vector2d e = m.measurement.sqrt_information * (p_C.hnormalized() - m.measurement.xy);
+    r.push_back(e.x());
+    r.push_back(e.y());
+  }
+  return Eigen::Map<VectorXd>(r.data(), static_cast<Index>(r.size()));
+}
+
+TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
+  const Case c(small());
+  const std::vector<SE3> T = disturbed(c.T_VB);
+  TrackInformation tracks(c.window, kNotRobust);
+  tracks.start(c.points, T);
+  tracks.triangulate(T);
+  tracks.linearize(T);
+  const std::vector<Vector3d> l = tracks.landmarks();
+  ASSERT_GT(tracks.validCount(), 10);
+
+  const auto poses = 6 * (static_cast<Index>(T.size()) - 1);
+  const VectorXd r = residuals(c, tracks, T, l);
+  MatrixXd J(r.size(), poses);
+  constexpr double kStep = 1e-5;
+  for (Index i = 0; i < poses; ++i) {
+    const auto moved = [&](double by) {
+      std::vector<SE3> result = T;
+      SE3& pose = result[static_cast<size_t>(i / 6) + 1];
+      if (i % 6 < 3)
+        pose.R = pose.R * expSO3(by * Vector3d::Unit(i % 3));
+      else
+        pose.t[i % 3] += by;
+      return residuals(c, tracks, result, l);
+    };
+    J.col(i) = (moved(kStep) - moved(-kStep)) / (2.0 * kStep);
+  }
+  MatrixXd A(r.size(), 3 * static_cast<Index>(tracks.validCount()));
+  Index column = 0;
+  for (size_t landmark = 0; landmark < l.size(); ++landmark) {
+    if (!tracks.valid()[landmark]) continue;
+    for (int axis = 0; axis < 3; ++axis, ++column) {
+      std::vector<Vector3d> after = l, before = l;
+      after[landmark][axis] += kStep;
+      before[landmark][axis] -= kStep;
+      A.col(column) =
+          (residuals(c, tracks, T, after) - residuals(c, tracks, T, before)) / (2.0 * kStep);
+    }
+  }
+  const Eigen::LDLT<MatrixXd> landmarks(A.transpose() * A);
+  const MatrixXd S = J.transpose() * J - J.transpose() * A * landmarks.solve(A.transpose() * J);
+  const VectorXd s = -J.transpose() * r + J.transpose() * A * landmarks.solve(A.transpose() * r);
+  // Differences, and the landmarks' damping of 1e-9 of their weight, times the condition of far
+  // ones.
+  EXPECT_LT((tracks.S() - S).norm(), 1e-5 * S.norm());
+  EXPECT_LT((tracks.s() - s).norm(), 1e-5 * s.norm());
+}
+
+/**
+ * The gradient at the truth is noise alone, of mean zero. With the depth's derivative taken from
+ * the measured direction the pixels' noise stands in derivative and residual, and the mean of the
+ * landmark's distance from the camera is off by sigmas of a single window.
+ */
+TEST(TrackInformation, ItsGradientAtTheTruthHasTheMeanZero) {
+  constexpr int kWindows = 60;
+  constexpr double kSigmaPx = 1.0;
+  VectorXd sum;
+  MatrixXd information;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    SyntheticWindowOptions options = small();
+    options.motion = Motion::kStandstill;
+    options.sigma_px = kSigmaPx;
+    options.frames_per_keyframe = 1;
+    options.seed = seed;
+    Case c(options);
+    c.window = buildVisualWindow(c.synthetic.calibration, c.synthetic.keyframes(), kSigmaPx);
+    StereoPoints truth = stereoPoints(c.window, 1e9);
+    for (size_t l = 0; l < truth.of_landmark.size(); ++l)
+      for (StereoPoints::Point& point : truth.of_landmark[l])
+        point.p_B = c.T_VB[static_cast<size_t>(point.keyframe)].inverse() * c.landmarks[l];
+    TrackInformation tracks(c.window, kNotRobust);
+    tracks.start(truth, c.T_VB);
+    tracks.linearize(c.T_VB);
+    if (seed == 1) {
+      sum = VectorXd::Zero(tracks.s().size());
+      information = MatrixXd::Zero(sum.size(), sum.size());
+    }
+    sum += tracks.s();
+    information += tracks.S();
+  }
+  // Its covariance is the information: chi-square, with the 99.9 % quantile of 18 degrees.
+  EXPECT_LT(sum.dot(information.ldlt().solve(sum)), 42.3);
+}
+
+TEST(TrackInformation, ItsStepsLeadToTheTruthWithoutNoise) {
+  for (const double scale : {std::sqrt(kChi2Pixel), kNotRobust}) {
+    const Case c(small());
+    std::vector<SE3> T = disturbed(c.T_VB);
+    TrackInformation tracks(c.window, scale);
+    tracks.start(c.points, T);
+    for (int pass = 0; pass < 20; ++pass) {
+      tracks.triangulate(T);
+      tracks.linearize(T);
+      const VectorXd y = tracks.S().ldlt().solve(tracks.s());
+      for (size_t k = 1; k < T.size(); ++k) {
+        const Index i = 6 * (static_cast<Index>(k) - 1);
+        T[k].R = T[k].R * expSO3(y.segment<3>(i));
+        T[k].t += y.segment<3>(i + 3);
+      }
+    }
+    tracks.triangulate(T);
+    EXPECT_LT(farthest(T, c.T_VB), 1e-6);
+    EXPECT_TRUE(tracks.nearFinalScale());
+    EXPECT_EQ(tracks.inlierShare(kMaxChi2), 1.0);
+    for (size_t l = 0; l < c.landmarks.size(); ++l)
+      if (tracks.valid()[l]) {
+        EXPECT_LT((tracks.landmarks()[l] - c.landmarks[l]).norm(), 1e-5);
+      }
+  }
+}
+
+TEST(TrackInformation, KeepsItsLandmarksBeforeTheCameras) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SyntheticWindowOptions options = small();
+    options.sigma_px = 1.0;
+    options.landmarks = 100;
+    options.seed = seed;
+    const Case c(options);
+    TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
+    tracks.start(c.points, c.T_VB);
+    // Poses that the landmarks do not fit: steps are large.
+    std::vector<SE3> T = c.T_VB;
+    for (size_t k = 1; k < T.size(); ++k) T[k].R = T[k].R * expSO3(0.2 * Vector3d(1, -1, 1));
+    for (int pass = 0; pass < 10; ++pass) tracks.triangulate(pass % 2 == 0 ? T : c.T_VB);
+    for (const VisualMeasurement& m : c.window.measurements) {
+      if (m.keyframe != 0 || !tracks.valid()[static_cast<size_t>(m.landmark)]) continue;
+      const Vector3d p_C = c.window.T_CB[static_cast<size_t>(m.camera)] *
+                           tracks.landmarks()[static_cast<size_t>(m.landmark)];
+      EXPECT_GT(p_C.z(), 0.1) << "seed " << seed;
+    }
+  }
+}
+
+TEST(TrackInformation, SaysLessFarFromTheSolution) {
+  const Case c(small());
+  const auto information = [&](const std::vector<SE3>& T) {
+    TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
+    tracks.start(c.points, T);
+    for (int i = 0; i < 5; ++i) tracks.triangulate(T);
+    tracks.linearize(T);
+    return std::make_pair(tracks.S().norm(), tracks.nearFinalScale());
+  };
+  const auto [near, near_final] = information(c.T_VB);
+  const auto [far, far_final] = information(disturbed(c.T_VB));
+  EXPECT_TRUE(near_final);
+  EXPECT_FALSE(far_final);
+  EXPECT_LT(far, 0.1 * near);
+}
+
+TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
+  SyntheticWindowOptions options = small(0.1);
+  options.landmarks = 150;
+  const Case c(options);
+  TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
+  tracks.start(c.points, c.T_VB);
+  for (int i = 0; i < 5; ++i) tracks.triangulate(c.T_VB);
+  // Of landmarks that have a stereo point; fewer of their pixels are wrong than of all.
+  EXPECT_NEAR(tracks.inlierShare(kMaxChi2), 0.92, 0.05);
+  int with_point = 0;
+  for (const auto& of_one : c.points.of_landmark) with_point += of_one.empty() ? 0 : 1;
+  EXPECT_EQ(tracks.validCount(), with_point);
+  EXPECT_LT(with_point, c.window.landmarkCount());
+
+  StereoPoints none = c.points;
+  for (auto& of_one : none.of_landmark) of_one.clear();
+  tracks.start(none, c.T_VB);
+  EXPECT_EQ(tracks.validCount(), 0);
+  EXPECT_EQ(tracks.inlierShare(kMaxChi2), 0.0);
+}
+
+}  // namespace
+}  // namespace etalon

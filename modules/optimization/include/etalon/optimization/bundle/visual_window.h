@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/tracked_frame.h"
+#include "etalon/optimization/residuals/reprojection_residual.h"
+
+namespace etalon {
+
+/** One landmark in one camera of one keyframe; indices into the window. */
+struct VisualMeasurement {
+  int keyframe = 0;
+  int landmark = 0;
+  int camera = 0;
+  ReprojectionMeasurement measurement;
+};
+
+/** The visual measurements of a window of keyframes, landmark by landmark. */
+struct VisualWindow {
+  std::array<SE3, 2> T_CB;
+  int keyframe_count = 0;
+  std::vector<LandmarkId> landmark_ids;         ///< increasing
+  std::vector<VisualMeasurement> measurements;  ///< sorted by landmark, keyframe, camera
+  /** measurements of landmark l: [first[l], first[l + 1]) */
+  std::vector<int> first;
+
+  int landmarkCount() const { return static_cast<int>(landmark_ids.size()); }
+};
+
+/** chi-square thresholds at 95 % for 2 degrees of freedom: one camera's pixel. */
+constexpr double kChi2Pixel = 5.991;
+
+/**
+ * Collects what `keyframes` see. A landmark is kept if at least `min_keyframes` keyframes see it,
+ * or with one keyframe less if one of them has both cameras.
+ */
+VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
+                               const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
+                               int min_keyframes = 2);
+
+/**
+ * Largest standard deviation of an inverse depth, 1/m, with which a landmark is triangulated. It
+ * follows from the cameras' places and not from what they measured, so that noise cannot select the
+ * near ones: at 0.5 px a stereo pair always is enough, and so are two views three centimetres
+ * apart.
+ */
+constexpr double kMaxSigmaInverseDepth = 0.05;
+
+/**
+ * Triangulates landmark `l` of `window` from the poses T_WB by Gauss-Newton in inverse depth, which
+ * is never negative: rays that meet behind the cameras give a point at kFarthestLandmark.
+ * @return nothing if the cameras' places do not determine the depth, or if it is behind one of them
+ */
+std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
+                                           const std::vector<SE3>& T_WB);
+
+}  // namespace etalon

@@ -1,0 +1,189 @@
+#include "bundle/schur.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+namespace etalon {
+
+namespace {
+
+struct PoseContribution {
+  int keyframe;
+  Eigen::Matrix<double, 6, 6> H_pp = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 3> H_pl = Eigen::Matrix<double, 6, 3>::Zero();
+  /** Sum of the residuals times the mixed derivative by position and rho; made bent by bend(). */
+  Eigen::Vector3d mixed = Eigen::Vector3d::Zero();
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  Vector6d bent = Vector6d::Zero();  ///< derivative by rho of the gradient, residuals' part
+  Vector6d pull = Vector6d::Zero();  ///< of the best rho by this pose, less what is rigid
+  explicit PoseContribution(int k) : keyframe(k) {}
+};
+
+/** Sums over the inliers of landmark l; returns its own information. */
+Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB,
+                        const InverseDepthLandmark& landmark, bool held, size_t l,
+                        const std::vector<char>& inlier, double huber,
+                        std::vector<PoseContribution>* poses) {
+  const double rho = landmark.parameters.z();
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
+    if (!inlier[static_cast<size_t>(i)]) continue;
+    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    Eigen::Vector2d r;
+    Eigen::Matrix<double, 2, 6> J_pose;
+    Eigen::Matrix<double, 2, 3> J_landmark;
+    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                              T_WB[static_cast<size_t>(m.keyframe)], landmark, &r, &J_pose,
+                              &J_landmark))
+      continue;
+    if (held) J_landmark.col(2).setZero();
+    const double norm = r.norm();
+    const double weight = norm > huber ? huber / norm : 1.0;
+    if (poses->empty() || poses->back().keyframe != m.keyframe) poses->emplace_back(m.keyframe);
+    PoseContribution& pose = poses->back();
+    pose.H_pp.noalias() += weight * J_pose.transpose() * J_pose;
+    pose.H_pl.noalias() += weight * J_pose.transpose() * J_landmark;
+    // d(r)/d(position) is rho times what does not depend on rho, to first order.
+    if (!held && rho > 0.0)
+      pose.mixed.noalias() += (weight / rho) * J_pose.rightCols<3>().transpose() * r;
+    V.noalias() += weight * J_landmark.transpose() * J_landmark;
+  }
+  V.diagonal().array() += 1e-12 * V.trace();
+  return V;
+}
+
+/**
+ * The curvature's part. Moving the landmark and all cameras together changes no residual, and must
+ * change no term of the curvature: what counts is a camera's position relative to the first pose
+ * that saw the landmark, in that body's frame, and rho in a chart that goes with that body. There
+ * the second derivatives that are left out are small.
+ */
+void bend(const std::vector<SE3>& T_WB, const InverseDepthLandmark& landmark,
+          const Eigen::Matrix3d& V_inv, std::vector<PoseContribution>* poses) {
+  PoseContribution& anchor = poses->front();
+  const SE3& T_WA = T_WB[static_cast<size_t>(anchor.keyframe)];
+  for (PoseContribution& pose : *poses) {
+    pose.pull = pose.H_pl * V_inv.col(2);
+    if (pose.keyframe == anchor.keyframe) continue;
+    pose.bent.tail<3>() = pose.mixed;
+    anchor.bent.tail<3>() -= pose.mixed;
+    const Eigen::Vector3d way = T_WB[static_cast<size_t>(pose.keyframe)].t - T_WA.t;
+    anchor.bent.head<3>() -= T_WA.R.transpose() * way.cross(pose.mixed);
+  }
+  // 1 / rho is the distance along the bearing c; a landmark that the anchor takes along moves it.
+  const double rho = landmark.parameters.z();
+  const Eigen::Vector3d c = T_WA.R.transpose() * landmark.axes.col(2);
+  const Eigen::Vector3d from_anchor =  // rho times the landmark's place in the anchor's body
+      T_WA.R.transpose() * (landmark.axes * landmark.parameters.head<2>().homogeneous() +
+                            rho * (landmark.origin - T_WA.t));
+  anchor.pull.head<3>() -= rho * from_anchor.cross(c);
+  anchor.pull.tail<3>() -= rho * rho * landmark.axes.col(2);
+}
+
+}  // namespace
+
+void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
+                                 const LandmarkEstimates& estimates,
+                                 const std::vector<char>& inlier, double chi2_huber, int stride,
+                                 NormalEquations* equations) {
+  const double huber = std::sqrt(chi2_huber);
+  std::vector<PoseContribution> poses;
+  for (size_t l = 0; l < estimates.landmarks.size(); ++l) {
+    poses.clear();
+    const Eigen::Matrix3d V = collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0,
+                                      l, inlier, huber, &poses);
+    if (poses.empty()) continue;
+    const Eigen::Matrix3d V_inv = V.inverse();
+    if (!estimates.held[l]) bend(T_WB, estimates.landmarks[l], V_inv, &poses);
+    for (size_t i = 0; i < poses.size(); ++i) {
+      const PoseContribution& a = poses[i];
+      const Eigen::Index row = stride * a.keyframe;
+      equations->add(row, row, a.H_pp);
+      const Eigen::Matrix<double, 6, 3> flat = a.H_pl * V_inv;
+      const PoseContribution::Vector6d pull = a.pull + V_inv(2, 2) * a.bent;
+      for (size_t j = 0; j <= i; ++j) {
+        const PoseContribution& b = poses[j];
+        const Eigen::Index column = stride * b.keyframe;
+        const Eigen::Matrix<double, 6, 6> score = flat * b.H_pl.transpose();
+        Eigen::Matrix<double, 6, 6> curvature = score;
+        curvature.noalias() += pull * b.bent.transpose();
+        curvature.noalias() += a.bent * b.pull.transpose();
+        equations->score.block<6, 6>(row, column) -= score;
+        equations->curvature.block<6, 6>(row, column) -= curvature;
+        if (j == i) continue;
+        equations->score.block<6, 6>(column, row) -= score.transpose();
+        equations->curvature.block<6, 6>(column, row) -= curvature.transpose();
+      }
+    }
+  }
+}
+
+void eliminateErrors(const Eigen::VectorXd& information, NormalEquations* equations) {
+  // In units of the errors, where W is the identity.
+  const Eigen::VectorXd back = information.cwiseSqrt(), root = back.cwiseInverse();
+  const Eigen::MatrixXd C = root.asDiagonal() * equations->curvature * root.asDiagonal();
+  Eigen::MatrixXd A = C;
+  A.diagonal().array() += 1.0;
+  const Eigen::MatrixXd K = A.inverse();
+  const Eigen::MatrixXd KC = K * C;
+  const Eigen::MatrixXd S = root.asDiagonal() * equations->score * root.asDiagonal();
+  equations->curvature = back.asDiagonal() * (0.5 * (KC + KC.transpose())) * back.asDiagonal();
+  equations->score =
+      back.asDiagonal() * (K * S * K.transpose() + KC.transpose() * KC) * back.asDiagonal();
+}
+
+Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information) {
+  // Scaled to a unit diagonal first: the blocks' units differ by many orders of magnitude.
+  const Eigen::VectorXd diagonal = information.diagonal();
+  if (!(diagonal.minCoeff() > 0.0)) return {};
+  const Eigen::VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * information * scale.asDiagonal());
+  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15)) return {};
+  Eigen::MatrixXd inverse =
+      factor.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
+  inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
+  if (!inverse.allFinite()) return {};
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+Eigen::MatrixXd covarianceOrEmpty(const Eigen::MatrixXd& curvature, const Eigen::MatrixXd& score) {
+  const Eigen::MatrixXd inverse = inverseOrEmpty(curvature);
+  if (inverse.size() == 0) return {};
+  const Eigen::MatrixXd covariance = inverse * score * inverse;
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+double relabelMeasurements(const VisualWindow& window, const std::vector<SE3>& T_WB,
+                           const std::vector<Eigen::Vector3d>& landmarks, double chi2_threshold,
+                           std::vector<char>* landmark_valid, std::vector<char>* inlier) {
+  double sum = 0.0;
+  inlier->assign(window.measurements.size(), 0);
+  for (size_t l = 0; l < landmarks.size(); ++l) {
+    if (!(*landmark_valid)[l]) continue;
+    int count = 0;
+    double landmark_sum = 0.0;
+    for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
+      const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+      Eigen::Vector2d r;
+      if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                                T_WB[static_cast<size_t>(m.keyframe)], landmarks[l], &r) ||
+          r.squaredNorm() >= chi2_threshold)
+        continue;
+      (*inlier)[static_cast<size_t>(i)] = 1;
+      landmark_sum += r.squaredNorm();
+      ++count;
+    }
+    if (count >= 2) {
+      sum += landmark_sum;
+      continue;
+    }
+    (*landmark_valid)[l] = 0;
+    for (int i = window.first[l]; i < window.first[l + 1]; ++i)
+      (*inlier)[static_cast<size_t>(i)] = 0;
+  }
+  return sum;
+}
+
+}  // namespace etalon

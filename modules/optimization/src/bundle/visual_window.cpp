@@ -1,0 +1,132 @@
+#include "etalon/optimization/bundle/visual_window.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <map>
+
+#include "etalon/core/so3.h"
+
+namespace etalon {
+
+VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
+                               const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
+                               int min_keyframes) {
+  struct Sighting {
+    int keyframe;
+    const Observation* observation;
+  };
+  std::map<LandmarkId, std::vector<Sighting>> sightings;
+  for (size_t k = 0; k < keyframes.size(); ++k)
+    for (const Observation& o : keyframes[k]->observations)
+      sightings[o.id].push_back({static_cast<int>(k), &o});
+
+  VisualWindow window;
+  window.keyframe_count = static_cast<int>(keyframes.size());
+  for (size_t c = 0; c < 2; ++c) window.T_CB[c] = calibration.cameras[c].T_BC.inverse();
+  for (const auto& [id, seen] : sightings) {
+    bool has_stereo = false;
+    for (const Sighting& s : seen) has_stereo |= s.observation->has_right;
+    if (static_cast<int>(seen.size()) + (has_stereo ? 1 : 0) < min_keyframes) continue;
+    const int landmark = window.landmarkCount();
+    const int first = static_cast<int>(window.measurements.size());
+    for (const Sighting& s : seen) {
+      for (int camera = 0; camera < (s.observation->has_right ? 2 : 1); ++camera) {
+        const auto m =
+            makeMeasurement(calibration.cameras[static_cast<size_t>(camera)].model,
+                            camera == 0 ? s.observation->left : s.observation->right, sigma_px);
+        if (m) window.measurements.push_back({s.keyframe, landmark, camera, *m});
+      }
+    }
+    if (window.measurements.size() < static_cast<size_t>(first) + 2) {
+      window.measurements.resize(static_cast<size_t>(first));
+      continue;
+    }
+    window.first.push_back(first);
+    window.landmark_ids.push_back(id);
+  }
+  window.first.push_back(static_cast<int>(window.measurements.size()));
+  return window;
+}
+
+namespace {
+
+/** A landmark on the ray of its first measurement, its inverse depth from the others by linear
+ * least squares in the sines of the angles between rays. */
+InverseDepthLandmark firstGuess(const VisualWindow& window, int begin, int end,
+                                const std::vector<SE3>& T_WB) {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(), first_ray = Eigen::Vector3d::UnitZ();
+  double numerator = 0.0, denominator = 0.0;
+  for (int i = begin; i < end; ++i) {
+    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
+                     window.T_CB[static_cast<size_t>(m.camera)].inverse();
+    const Eigen::Vector3d ray = T_WC.R * m.measurement.xy.homogeneous().normalized();
+    if (i == begin) {
+      origin = T_WC.t;
+      first_ray = ray;
+      continue;
+    }
+    const Eigen::Vector3d n = ray.cross(origin - T_WC.t);
+    numerator -= n.dot(ray.cross(first_ray));
+    denominator += n.squaredNorm();
+  }
+  InverseDepthLandmark landmark(origin + first_ray, origin);
+  landmark.parameters.z() = denominator > 0.0 ? std::max(0.0, numerator / denominator) : 0.0;
+  return landmark;
+}
+
+/** Gauss-Newton on the whitened reprojection residuals of one landmark, rho >= 0. */
+bool refineLandmark(const VisualWindow& window, int begin, int end, const std::vector<SE3>& T_WB,
+                    InverseDepthLandmark* landmark) {
+  for (int iteration = 0; iteration < 5; ++iteration) {
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (int i = begin; i < end; ++i) {
+      const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+      Eigen::Vector2d r;
+      Eigen::Matrix<double, 2, 3> J;
+      if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                                T_WB[static_cast<size_t>(m.keyframe)], *landmark, &r, nullptr, &J))
+        return false;
+      const double norm = r.norm();
+      const double weight = norm > 3.0 ? 3.0 / norm : 1.0;  // Huber at three sigmas
+      H.noalias() += weight * J.transpose() * J;
+      b.noalias() += weight * J.transpose() * r;
+    }
+    const double sigma2 = H.inverse()(2, 2);  // of rho
+    if (!(sigma2 >= 0.0 && sigma2 <= kMaxSigmaInverseDepth * kMaxSigmaInverseDepth)) return false;
+    Eigen::Vector3d step = H.ldlt().solve(-b);
+    if (landmark->parameters.z() + step.z() < 0.0) {  // to the edge, and the bearing alone
+      step.z() = -landmark->parameters.z();
+      const Eigen::Vector2d rest = b.head<2>() + H.topRightCorner<2, 1>() * step.z();
+      step.head<2>() = H.topLeftCorner<2, 2>().ldlt().solve(-rest);
+    }
+    if (!step.allFinite()) return false;
+    landmark->parameters += step;
+    if (step.squaredNorm() < 1e-16) break;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
+                                           const std::vector<SE3>& T_WB) {
+  const int begin = window.first[static_cast<size_t>(l)];
+  const int end = window.first[static_cast<size_t>(l) + 1];
+  InverseDepthLandmark landmark = firstGuess(window, begin, end, T_WB);
+  if (!refineLandmark(window, begin, end, T_WB, &landmark)) return std::nullopt;
+  const Eigen::Vector3d p_W = landmark.position();
+  Eigen::Vector2d r;
+  for (int i = begin; i < end; ++i) {
+    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                              T_WB[static_cast<size_t>(m.keyframe)], p_W, &r))
+      return std::nullopt;
+  }
+  return p_W;
+}
+
+}  // namespace etalon

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "etalon/initialization/acceptance.h"
+#include "etalon/initialization/initializer.h"
+#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/optimization/bundle/visual_inertial_ba.h"
+
+namespace etalon {
+
+/** Everything between a window of tracked frames and a judged initialization. */
+struct WindowOptions {
+  StereoOdometryOptions odometry;
+  BiasPriors priors;
+  VisualInertialBaOptions
+      vi_ba;  ///< its priors and gravity are overwritten by `priors` and `gravity_mps2`
+  AcceptanceOptions acceptance;
+  double gravity_mps2 = 9.81;
+  /** Without, an attempt ends with the initializer: what it calls a success is accepted. Not a
+   * key. */
+  bool refine = true;
+};
+
+/** What one attempt did, stage by stage. */
+struct InitializationAttempt {
+  TimeNs t = 0;                   ///< stamp of the last keyframe
+  std::string initializer;        ///< name of the plugin; empty where there is but one
+  std::vector<TimeNs> keyframes;  ///< stamps of the window's keyframes
+  InitializationResult init;      ///< the plugin's result
+  bool has_vi_ba = false;
+  VisualInertialBaResult vi_ba;                     ///< if has_vi_ba
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W after VI-BA, or the plugin's
+  AcceptanceDecision decision;  ///< what the pipeline does with it, with the reason
+  double visual_odometry_ms = 0.0, initialize_ms = 0.0, vi_ba_ms = 0.0;
+  bool used_visual_odometry = false;
+  double visual_rms_px = 0.0;
+
+  /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is
+   * none. */
+  std::vector<SE3> poses() const;
+  const ImuBias& bias() const { return has_vi_ba ? vi_ba.bias : init.bias; }
+  /** Leaves time, keyframes, decision and timings. */
+  void dropEstimates();
+  /** Of the worst axis, rad/s; infinite without covariance. */
+  double sigmaGyroBias() const;
+};
+
+/**
+ * A problem from a window: stereo odometry is solved when the initializer asks for it.
+ * @param frames all stereo frames of the window, the first and last being keyframes
+ */
+InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
+                                  const ImuNoiseDensities& noise, const WindowOptions& options,
+                                  std::vector<TrackedFrame> frames,
+                                  std::vector<int> keyframe_indices, ImuBuffer imu);
+
+/** Step 4 on an initializer's result, with `options.vi_ba`, and priors and gravity of `options`. */
+VisualInertialBaResult refine(const InitializationProblem& problem,
+                              const InitializationResult& result, const WindowOptions& options,
+                              std::map<LandmarkId, Eigen::Vector3d>* landmarks);
+
+/** Initializer, VI-BA, acceptance. Deterministic but for the times. */
+InitializationAttempt attemptInitialization(const InitializationProblem& problem,
+                                            const Initializer& initializer,
+                                            const WindowOptions& options);
+
+}  // namespace etalon

@@ -1,0 +1,81 @@
+#include "etalon/pipeline/repeated_images.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace etalon {
+
+namespace {
+
+/** Tracks of a platform at rest move by less than 0.2 px in real images (noise of the tracker);
+ * 0.5 px a frame are 0.02 rad/s or, 3 m away, 0.07 m/s at 20 Hz. */
+constexpr double kMovedPx = 0.5;
+/** Means over the interval of a frame. White noise of a MEMS sensor has 0.001 rad/s and 0.01 m/s^2
+ * there, its bias cancels in the difference. */
+constexpr double kTurnedRps = 0.05;
+constexpr double kPushedMps2 = 0.5;
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+  if (a.empty() || a.size() != b.size() || a.type() != b.type()) return false;
+  const size_t bytes = static_cast<size_t>(a.cols) * a.elemSize();
+  for (int y = 0; y < a.rows; ++y)
+    if (std::memcmp(a.ptr(y), b.ptr(y), bytes) != 0) return false;
+  return true;
+}
+
+}  // namespace
+
+std::optional<RepeatedImages::ImuMean> RepeatedImages::meanOf(const std::vector<ImuSample>& imu) {
+  if (imu.empty()) return std::nullopt;
+  ImuMean mean;
+  for (const ImuSample& sample : imu) {
+    mean.gyro += sample.gyro;
+    mean.accel += sample.accel;
+  }
+  mean.gyro /= static_cast<double>(imu.size());
+  mean.accel /= static_cast<double>(imu.size());
+  return mean;
+}
+
+bool RepeatedImages::contradicts(const std::optional<ImuMean>& now) const {
+  if (flow_px_ > kMovedPx) return true;
+  return now && reference_ &&
+         ((now->gyro - reference_->gyro).norm() > kTurnedRps ||
+          (now->accel - reference_->accel).norm() > kPushedMps2);
+}
+
+bool RepeatedImages::isRepeated(const cv::Mat& left, const cv::Mat& right,
+                                const std::vector<ImuSample>& imu) {
+  const std::optional<ImuMean> now = meanOf(imu);
+  new_ = !same(left, previous_[0]) && !same(right, previous_[1]);
+  left.copyTo(previous_[0]);
+  right.copyTo(previous_[1]);
+  if (new_) {
+    contradicted_ = false;
+    reference_ = now;
+    return false;
+  }
+  contradicted_ = contradicted_ || contradicts(now);
+  if (!reference_) reference_ = now;
+  return contradicted_;
+}
+
+void RepeatedImages::tracked(const TrackedFrame& frame) {
+  std::vector<double> flows;
+  std::map<LandmarkId, Eigen::Vector2d> pixels;
+  for (const Observation& o : frame.observations) {
+    pixels[o.id] = o.left;
+    const auto before = pixels_.find(o.id);
+    if (before != pixels_.end()) flows.push_back((o.left - before->second).norm());
+  }
+  pixels_ = std::move(pixels);
+  // What a repeated image shows says nothing of the motion.
+  if (!new_) return;
+  flow_px_ = 0.0;
+  if (flows.empty()) return;
+  const auto middle = flows.begin() + static_cast<std::ptrdiff_t>(flows.size() / 2);
+  std::nth_element(flows.begin(), middle, flows.end());
+  flow_px_ = *middle;
+}
+
+}  // namespace etalon

@@ -1,0 +1,136 @@
+#include "etalon/pipeline/window_initialization.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "etalon/core/stopwatch.h"
+#include "etalon/optimization/bundle/starting_landmarks.h"
+
+namespace etalon {
+
+std::vector<SE3> InitializationAttempt::poses() const {
+  std::vector<SE3> poses;
+  if (has_vi_ba)
+    for (const VisualInertialState& s : vi_ba.states) poses.push_back(s.T_WB);
+  else
+    for (const KeyframeState& s : init.states) poses.push_back(s.T_WB);
+  return poses;
+}
+
+void InitializationAttempt::dropEstimates() {
+  InitializationResult light;
+  light.status = init.ok() ? decision.status : init.status;
+  light.timings = std::move(init.timings);
+  init = std::move(light);
+  vi_ba = VisualInertialBaResult();
+  landmarks.clear();
+}
+
+double InitializationAttempt::sigmaGyroBias() const {
+  Eigen::Vector3d variance;
+  if (has_vi_ba && vi_ba.covariance.rows() >= 6)
+    variance = vi_ba.covariance.diagonal().tail<6>().head<3>();
+  else if (!has_vi_ba && init.covariance.rows() >= 3)
+    variance = init.covariance.diagonal().head<3>();
+  else
+    return std::numeric_limits<double>::infinity();
+  return std::sqrt(std::max(0.0, variance.maxCoeff()));
+}
+
+InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
+                                  const ImuNoiseDensities& noise, const WindowOptions& options,
+                                  std::vector<TrackedFrame> frames,
+                                  std::vector<int> keyframe_indices, ImuBuffer imu) {
+  InitializationProblem::Data data;
+  data.calibration = calibration;
+  data.imu_noise = noise;
+  data.gravity_mps2 = options.gravity_mps2;
+  data.sigma_px = options.odometry.sigma_px;
+  data.priors = options.priors;
+  data.frames = std::move(frames);
+  data.keyframe_indices = std::move(keyframe_indices);
+  data.imu = std::move(imu);
+  // The solver gets its own copy of what it needs: the problem is a value and may outlive this
+  // window.
+  const InitializationProblem without_vision(data, nullptr);
+  const StereoOdometryOptions odometry = options.odometry;
+  auto solver = [without_vision, odometry]() {
+    std::vector<Eigen::Matrix3d> rotations;
+    for (const Preintegration& p : without_vision.preintegrate(without_vision.priors().mean))
+      rotations.push_back(p.deltas().dR);
+    return solveVisualOdometry(without_vision.calibration(), without_vision.keyframes(), rotations,
+                               odometry);
+  };
+  return InitializationProblem(std::move(data), solver);
+}
+
+VisualInertialBaResult refine(const InitializationProblem& problem,
+                              const InitializationResult& result, const WindowOptions& options,
+                              std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
+  const VisualWindow window =
+      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
+  std::vector<VisualInertialState> states;
+  std::vector<SE3> poses;
+  for (const KeyframeState& s : result.states) {
+    states.push_back({s.T_WB, s.v_WB});
+    poses.push_back(s.T_WB);
+  }
+  StartingLandmarks start = startingLandmarks(window, result.landmarks);
+  triangulateMissing(window, poses, &start);
+  VisualInertialBaOptions vi_ba = options.vi_ba;
+  vi_ba.prior_mean = options.priors.mean;
+  vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;
+  vi_ba.prior_sigma_accel_mps2 = options.priors.sigma_accel_mps2;
+  vi_ba.gravity_mps2 = options.gravity_mps2;
+  VisualInertialBaResult refined =
+      solveVisualInertialBa(window, problem.preintegrate(result.bias), states, result.bias,
+                            start.positions, start.valid, vi_ba);
+  if (landmarks)
+    for (size_t l = 0; l < window.landmark_ids.size(); ++l)
+      if (refined.landmark_valid[l]) (*landmarks)[window.landmark_ids[l]] = refined.landmarks[l];
+  return refined;
+}
+
+InitializationAttempt attemptInitialization(const InitializationProblem& problem,
+                                            const Initializer& initializer,
+                                            const WindowOptions& options) {
+  InitializationAttempt attempt;
+  for (int k = 0; k < problem.keyframeCount(); ++k)
+    attempt.keyframes.push_back(problem.keyframe(k).t);
+  if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
+
+  // Another initializer may have asked for step 1 of the same problem before.
+  const bool step1_was_there = problem.visualSolutionComputed();
+  Stopwatch watch;
+  attempt.init = initializer.initialize(problem);
+  attempt.initialize_ms = watch.lapMilliseconds();
+  const bool step1_is_there = problem.visualSolutionComputed();
+  attempt.used_visual_odometry =
+      step1_is_there && (!step1_was_there || initializer.needsVisualSolution());
+  if (attempt.used_visual_odometry) {
+    attempt.visual_odometry_ms = problem.visualSolutionMilliseconds();
+    if (!step1_was_there) attempt.initialize_ms -= attempt.visual_odometry_ms;
+    attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
+  }
+  if (!attempt.init.ok()) {
+    attempt.decision.status = attempt.init.status;
+    attempt.decision.reason = attempt.init.reason;
+    attempt.decision.value = attempt.init.reason_value;
+    return attempt;
+  }
+  if (!options.refine) {
+    attempt.decision.accepted = true;
+    attempt.decision.status = InitializationStatus::kSuccess;
+    attempt.landmarks = attempt.init.landmarks;
+    return attempt;
+  }
+  watch.lapMilliseconds();
+  attempt.vi_ba = refine(problem, attempt.init, options, &attempt.landmarks);
+  attempt.vi_ba_ms = watch.lapMilliseconds();
+  attempt.has_vi_ba = true;
+  attempt.decision = judge(attempt.vi_ba, options.acceptance);
+  return attempt;
+}
+
+}  // namespace etalon

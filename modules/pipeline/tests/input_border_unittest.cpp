@@ -1,0 +1,185 @@
+#include "etalon/pipeline/input_border.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace etalon {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr TimeNs kMs = 1'000'000;
+constexpr TimeNs kSecond = kNanosecondsPerSecond;
+
+StereoInertialCalibration smallCameras() {
+  StereoInertialCalibration calibration;
+  for (CameraCalibration& camera : calibration.cameras) {
+    camera.model.width = 8;
+    camera.model.height = 4;
+  }
+  return calibration;
+}
+
+ImuSample sampleAt(TimeNs t) { return {t, Eigen::Vector3d(0.1, 0, 0), Eigen::Vector3d(0, 0, 9.8)}; }
+
+StereoFrame frameAt(TimeNs t) {
+  StereoFrame frame;
+  frame.t = t;
+  frame.left = cv::Mat::zeros(4, 8, CV_8UC1);
+  frame.right = cv::Mat::zeros(4, 8, CV_8UC1);
+  return frame;
+}
+
+class InputBorderTest : public ::testing::Test {
+ protected:
+  /** What has passed since the last call: stamps, ms; frames as negative numbers, jumps as 0. */
+  std::vector<TimeNs> passed() {
+    std::vector<TimeNs> stamps;
+    while (const auto input = border.next()) {
+      if (const auto* sample = std::get_if<ImuSample>(&*input))
+        stamps.push_back(sample->t / kMs);
+      else if (const auto* frame = std::get_if<StereoFrame>(&*input))
+        stamps.push_back(-frame->t / kMs);
+      else
+        stamps.push_back(0);
+    }
+    return stamps;
+  }
+  int count(InputFault fault) const {
+    const auto found = border.faults().find(fault);
+    return found == border.faults().end() ? 0 : found->second.count;
+  }
+
+  InputBorder border{smallCameras(), InputOptions()};
+};
+
+TEST_F(InputBorderTest, AFrameWaitsForTheImuAndGoodInputHasNoFaults) {
+  border.add(sampleAt(5 * kMs));
+  border.add(frameAt(12 * kMs));
+  border.add(sampleAt(10 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(5, 10));
+  border.add(sampleAt(15 * kMs));
+  border.add(frameAt(14 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(15, -12, -14));
+  border.finish();
+  EXPECT_THAT(passed(), IsEmpty());
+  EXPECT_THAT(border.faults(), IsEmpty());
+}
+
+TEST_F(InputBorderTest, SamplesThatAreNoMeasurementsAreDroppedAndCounted) {
+  border.add(sampleAt(5 * kMs));
+  ImuSample bad = sampleAt(10 * kMs);
+  bad.gyro.y() = std::numeric_limits<double>::quiet_NaN();
+  border.add(bad);
+  bad = sampleAt(11 * kMs);
+  bad.gyro.z() = 1e30;
+  border.add(bad);
+  bad = sampleAt(12 * kMs);
+  bad.accel.x() = -std::numeric_limits<double>::infinity();
+  border.add(bad);
+  border.add(sampleAt(5 * kMs + 30));  // the tick of the first
+  border.add(sampleAt(4 * kMs));
+  border.add(sampleAt(std::numeric_limits<TimeNs>::max()));
+  border.add(sampleAt(15 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(5, 15));
+  EXPECT_EQ(count(InputFault::kImuNotFinite), 2);
+  EXPECT_EQ(count(InputFault::kImuTooLarge), 1);
+  EXPECT_EQ(border.faults().at(InputFault::kImuTooLarge).value, 1e30);
+  EXPECT_EQ(border.faults().at(InputFault::kImuTooLarge).first, 11 * kMs);
+  EXPECT_EQ(count(InputFault::kImuRepeatedStamp), 1);
+  EXPECT_EQ(count(InputFault::kImuFromThePast), 1);
+  EXPECT_EQ(count(InputFault::kImuInvalidStamp), 1);
+}
+
+TEST_F(InputBorderTest, FramesThatCannotBeUsedAreDroppedAndCounted) {
+  border.add(sampleAt(1000 * kMs));
+  border.add(frameAt(100 * kMs));
+  border.add(frameAt(50 * kMs));
+  border.add(frameAt(100 * kMs + 60));   // the same tick
+  border.add(frameAt(100 * kMs + 120));  // the next tick: no camera is that fast
+  StereoFrame bad = frameAt(120 * kMs);
+  bad.right = cv::Mat();
+  border.add(bad);
+  bad = frameAt(130 * kMs);
+  bad.left = cv::Mat::zeros(4, 8, CV_8UC3);
+  border.add(bad);
+  border.add(frameAt(std::numeric_limits<TimeNs>::min()));
+  border.add(frameAt(150 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(1000, -100, -150));
+  EXPECT_EQ(count(InputFault::kFrameFromThePast), 1);
+  EXPECT_EQ(count(InputFault::kFrameRepeatedStamp), 2);
+  EXPECT_EQ(count(InputFault::kFrameUnusable), 2);
+  EXPECT_EQ(count(InputFault::kFrameInvalidStamp), 1);
+}
+
+TEST_F(InputBorderTest, FramesDoNotWaitForEverForAnImuThatEnded) {
+  border.add(sampleAt(100 * kMs));
+  for (int k = 0; k < 600; ++k) border.add(frameAt((150 + 50 * k) * kMs));
+  const size_t released = passed().size() - 1;
+  EXPECT_EQ(released, 600U - 21U);  // one second of frames waits
+  EXPECT_EQ(count(InputFault::kFrameWithoutImu), 579);
+  // However dense they come.
+  for (int k = 0; k < 1000; ++k) border.add(frameAt(40 * kSecond + k * kMs / 10));
+  passed();
+  border.finish();
+  EXPECT_EQ(passed().size(), InputBorder::kMaxWaitingFrames);
+}
+
+TEST_F(InputBorderTest, AJumpOfTheClockIsToldBeforeWhatComesAfterIt) {
+  const TimeNs jump = 100'000'000 * kSecond;
+  border.add(sampleAt(5 * kMs));
+  border.add(frameAt(8 * kMs));
+  border.add(sampleAt(jump + 10 * kMs));  // might stand alone
+  EXPECT_THAT(passed(), ElementsAre(5));
+  border.add(sampleAt(jump + 15 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(-8, 0, (jump + 10 * kMs) / kMs, (jump + 15 * kMs) / kMs));
+  border.add(frameAt(jump + 12 * kMs));
+  border.add(frameAt(jump + 14 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(-(jump + 12 * kMs) / kMs, -(jump + 14 * kMs) / kMs));
+  EXPECT_EQ(count(InputFault::kImuJump), 1);
+  EXPECT_EQ(count(InputFault::kFrameJump), 1);
+  EXPECT_NEAR(border.faults().at(InputFault::kImuJump).value, 1e8, 1.0);
+}
+
+TEST_F(InputBorderTest, AStampFarAheadThatStandsAloneIsDropped) {
+  border.add(sampleAt(5 * kMs));
+  border.add(frameAt(5 * kMs));
+  border.add(sampleAt(90 * kSecond));
+  border.add(frameAt(90 * kSecond));
+  border.add(sampleAt(10 * kMs));
+  border.add(frameAt(10 * kMs));
+  EXPECT_THAT(passed(), ElementsAre(5, -5, 10, -10));
+  EXPECT_EQ(count(InputFault::kImuStampAlone), 1);
+  EXPECT_EQ(count(InputFault::kFrameStampAlone), 1);
+  EXPECT_EQ(count(InputFault::kImuJump), 0);
+}
+
+TEST_F(InputBorderTest, WhatIsHeldPassesAtTheEnd) {
+  border.add(sampleAt(5 * kMs));
+  border.add(sampleAt(90 * kSecond));
+  border.add(frameAt(90 * kSecond));
+  border.finish();
+  EXPECT_THAT(passed(), ElementsAre(5, 0, 90'000, -90'000));
+}
+
+TEST(InputFault, EveryOneHasANameAndASentence) {
+  std::vector<std::string> names;
+  for (const InputFault fault : inputFaults()) {
+    EXPECT_EQ(static_cast<size_t>(fault), names.size());  // in the order of the enumeration
+    names.emplace_back(toString(fault));
+  }
+  EXPECT_EQ(names.size(), static_cast<size_t>(InputFault::kFrameRepeatsImage) + 1);
+  EXPECT_EQ(
+      describe(InputFault::kImuTooLarge, {2, 17, 1e30}),
+      "input: 2 IMU samples dropped: beyond [input] max_gyro_rps or max_accel_mps2 (the first "
+      "at stamp 17: 1e+30)");
+  EXPECT_THAT(describe(InputFault::kFrameUnusable, {1, 17, 0}),
+              HasSubstr("1 stereo frame dropped"));
+}
+
+}  // namespace
+}  // namespace etalon

@@ -1,0 +1,201 @@
+// What the pipeline does with measurements that are broken: it drops or bridges them, and says so.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "etalon/pipeline/pipeline.h"
+#include "scripted_flight.h"
+
+namespace etalon::pipeline_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class PipelineInput : public ::testing::Test {
+ protected:
+  static const Flight& flight() { return Flight::instance(); }
+
+  static Pipeline pipeline() {
+    PipelineOptions options;
+    options.keyframes = 3;
+    options.keyframe_rate_hz = kFrameRateHz;
+    PipelineInitializers initializers;
+    initializers.name = "refuses";
+    initializers.initializer = std::make_shared<Scripted>([](const InitializationProblem&) {
+      InitializationResult result = InitializationResult::refusal(
+          InitializationStatus::kNotConverged, "as it always does", 1.0);
+      result.covariance = Eigen::MatrixXd::Zero(11, 11);
+      return result;
+    });
+    return {flight().calibration, options, initializers};
+  }
+
+  /** The flight's frames with the IMU up to each of them. */
+  static void add(Pipeline* pipeline, const std::vector<StereoFrame>& frames,
+                  const std::vector<ImuSample>& imu) {
+    size_t next = 0;
+    for (const StereoFrame& frame : frames) {
+      while (next < imu.size() && imu[next].t <= frame.t) pipeline->add(imu[next++]);
+      pipeline->add(frame);
+    }
+    pipeline->finish();
+  }
+
+  static int count(const Pipeline& pipeline, InputFault fault) {
+    const auto found = pipeline.inputFaults().find(fault);
+    return found == pipeline.inputFaults().end() ? 0 : found->second.count;
+  }
+
+  /** How far the motion from the first to the last frame is off, m. */
+  static double motionError(const Trajectory& trajectory) {
+    const std::vector<StereoFrame>& frames = flight().frames;
+    const SE3 truth = flight().truth(frames.front().t).inverse() * flight().truth(frames.back().t);
+    const SE3 motion = trajectory.front().T_WB.inverse() * trajectory.back().T_WB;
+    return (motion.t - truth.t).norm();
+  }
+};
+
+TEST_F(PipelineInput, BadMeasurementsChangeNothingButTheCounts) {
+  Pipeline clean = pipeline();
+  add(&clean, flight().frames, flight().imu);
+  EXPECT_THAT(clean.inputFaults(), IsEmpty());
+
+  Pipeline spoilt = pipeline();
+  size_t next = 0;
+  for (size_t k = 0; k < flight().frames.size(); ++k) {
+    const StereoFrame& frame = flight().frames[k];
+    for (; next < flight().imu.size() && flight().imu[next].t <= frame.t; ++next) {
+      ImuSample sample = flight().imu[next];
+      EXPECT_NO_THROW(spoilt.add(sample));
+      EXPECT_NO_THROW(spoilt.add(sample));  // again
+      sample.t += 1'000'000;
+      sample.gyro.x() = std::numeric_limits<double>::quiet_NaN();
+      EXPECT_NO_THROW(spoilt.add(sample));
+      sample.gyro.x() = 1e30;
+      EXPECT_NO_THROW(spoilt.add(sample));
+    }
+    EXPECT_NO_THROW(spoilt.add(frame));
+    StereoFrame other = frame;
+    other.t += 60;  // within the tick of 100 ns
+    EXPECT_NO_THROW(spoilt.add(other));
+    other.t = frame.t - 50'000'000;
+    if (k > 0) spoilt.add(other);
+  }
+  const auto n = static_cast<int>(next);
+  EXPECT_EQ(count(spoilt, InputFault::kImuRepeatedStamp), n);
+  EXPECT_EQ(count(spoilt, InputFault::kImuNotFinite), n);
+  EXPECT_EQ(count(spoilt, InputFault::kImuTooLarge), n);
+  EXPECT_EQ(count(spoilt, InputFault::kFrameRepeatedStamp), kFrames);
+  EXPECT_EQ(count(spoilt, InputFault::kFrameFromThePast), kFrames - 1);
+  ASSERT_EQ(spoilt.trajectory().size(), clean.trajectory().size());
+  for (size_t k = 0; k < clean.trajectory().size(); ++k) {
+    EXPECT_EQ(spoilt.trajectory()[k].t, clean.trajectory()[k].t);
+    EXPECT_EQ(spoilt.trajectory()[k].T_WB.t, clean.trajectory()[k].T_WB.t);
+  }
+}
+
+TEST_F(PipelineInput, ACameraThatHangsInMotionIsNotBelieved) {
+  std::vector<StereoFrame> frames = flight().frames;
+  for (const size_t k : {4U, 5U, 6U}) {
+    frames[k].left = frames[3].left;
+    frames[k].right = frames[3].right;
+  }
+  Pipeline pipeline = this->pipeline();
+  add(&pipeline, frames, flight().imu);
+  EXPECT_EQ(count(pipeline, InputFault::kFrameRepeatsImage), 3);
+  EXPECT_EQ(pipeline.framesNotLocated(), 3);
+  ASSERT_EQ(pipeline.trajectory().size(), frames.size());
+  // The poses between are predictions and go on moving.
+  for (const size_t k : {4U, 5U, 6U})
+    EXPECT_GT((pipeline.trajectory()[k].T_WB.t - pipeline.trajectory()[k - 1].T_WB.t).norm(), 0.01);
+  // The next new image is located from where the tracks were: 1 % of a path of about 1 m.
+  EXPECT_LT(motionError(pipeline.trajectory()), 0.01);
+}
+
+TEST_F(PipelineInput, AJumpOfTheClockLeavesTheTrajectoryWhereItIs) {
+  constexpr TimeNs kJump = 100'000'000 * kNanosecondsPerSecond;
+  const TimeNs middle = flight().frames[3].t;
+  std::vector<StereoFrame> frames = flight().frames;
+  std::vector<ImuSample> imu = flight().imu;
+  for (StereoFrame& frame : frames)
+    if (frame.t > middle) frame.t += kJump;
+  for (ImuSample& sample : imu)
+    if (sample.t > middle) sample.t += kJump;
+  Pipeline pipeline = this->pipeline();
+  add(&pipeline, frames, imu);
+  EXPECT_EQ(count(pipeline, InputFault::kImuJump), 1);
+  EXPECT_EQ(count(pipeline, InputFault::kFrameJump), 1);
+  ASSERT_EQ(pipeline.trajectory().size(), frames.size());
+  EXPECT_LT(motionError(pipeline.trajectory()), 0.01);
+  // No window of keyframes reaches across the jump.
+  for (const InitializationAttempt& attempt : pipeline.attempts())
+    EXPECT_LT(attempt.keyframes.back() - attempt.keyframes.front(), kNanosecondsPerSecond);
+}
+
+TEST_F(PipelineInput, WithoutImuFramesAreProcessedAllTheSame) {
+  Pipeline pipeline = this->pipeline();
+  for (int round = 0; round < 5; ++round)
+    for (StereoFrame frame : flight().frames) {
+      frame.t += round * kNanosecondsPerSecond;
+      pipeline.add(frame);
+    }
+  // One second of frames waits: at 10 Hz with a pause of 0.2 s in each.
+  EXPECT_GE(pipeline.trajectory().size(), 5U * kFrames - 10U);
+  EXPECT_EQ(static_cast<size_t>(count(pipeline, InputFault::kFrameWithoutImu)),
+            pipeline.trajectory().size());
+}
+
+TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
+  Pipeline pipeline = this->pipeline();
+  std::vector<StereoFrame> frames;
+  std::vector<ImuSample> imu;
+  for (int round = 0; round < 7; ++round) {
+    const TimeNs later = round * TimeNs{800'000'000};  // its frames follow each other without a gap
+    for (StereoFrame frame : flight().frames) {
+      frame.t += later;
+      frames.push_back(frame);
+    }
+    for (ImuSample sample : flight().imu) {
+      sample.t += later;
+      if (imu.empty() || sample.t > imu.back().t) imu.push_back(sample);
+    }
+  }
+  add(&pipeline, frames, imu);
+  const std::vector<InitializationAttempt>& attempts = pipeline.attempts();
+  ASSERT_GT(attempts.size(), Starter::kDetailedAttempts);
+  for (size_t i = 0; i < attempts.size(); ++i) {
+    EXPECT_EQ(attempts[i].init.covariance.size() > 0,
+              i + Starter::kDetailedAttempts >= attempts.size());
+    EXPECT_EQ(attempts[i].decision.reason, "as it always does");
+    EXPECT_EQ(attempts[i].keyframes.size(), 3U);
+  }
+}
+
+TEST(InitializationAttempt, WithoutItsEstimatesItStillSaysWhatHappened) {
+  InitializationAttempt attempt;
+  attempt.keyframes = {1, 2};
+  attempt.init.status = InitializationStatus::kSuccess;
+  attempt.init.states.resize(2);
+  attempt.init.timings = {{"solve", 1.0}};
+  attempt.has_vi_ba = true;
+  attempt.vi_ba.states.resize(2);
+  attempt.vi_ba.covariance.resize(24, 24);
+  attempt.landmarks[3] = Eigen::Vector3d::Zero();
+  attempt.decision.status = InitializationStatus::kImplausible;
+  attempt.decision.reason = "why";
+  attempt.dropEstimates();
+  EXPECT_FALSE(attempt.init.ok());
+  EXPECT_THAT(attempt.poses(), IsEmpty());
+  EXPECT_EQ(attempt.vi_ba.covariance.size(), 0);
+  EXPECT_THAT(attempt.landmarks, IsEmpty());
+  EXPECT_THAT(attempt.keyframes, ElementsAre(1, 2));
+  EXPECT_EQ(attempt.init.timings.size(), 1U);
+  EXPECT_EQ(attempt.decision.reason, "why");
+}
+
+}  // namespace
+}  // namespace etalon::pipeline_test

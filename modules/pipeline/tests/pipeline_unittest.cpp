@@ -1,0 +1,259 @@
+#include "etalon/pipeline/pipeline.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "etalon/core/so3.h"
+#include "scripted_flight.h"
+
+namespace etalon::pipeline_test {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr int kWindow = 3;  // keyframes
+
+class PipelineWithAuto : public ::testing::Test {
+ protected:
+  static const Flight& flight() { return Flight::instance(); }
+
+  static PipelineOptions options() {
+    PipelineOptions o;
+    o.keyframes = kWindow;
+    o.keyframe_rate_hz = kFrameRateHz;
+    o.window.refine = false;  // what the scripts say counts as it is
+    return o;
+  }
+
+  /** Step 1 of the problem in the world A, T_AW from the true one; landmarks moved by `shift`. */
+  static InitializationResult visualSolutionIn(const InitializationProblem& problem,
+                                               const SE3& T_AW, const ImuBias& bias,
+                                               const Vector3d& shift = Vector3d::Zero()) {
+    const VisualSolution& visual = problem.visualSolution();
+    const SE3 T_AV = T_AW * flight().truth(problem.keyframe(0).t) * visual.T_VB[0].inverse();
+    InitializationResult result;
+    result.status = InitializationStatus::kSuccess;
+    for (int k = 0; k < problem.keyframeCount(); ++k)
+      result.states.push_back(
+          {problem.keyframe(k).t, T_AV * visual.T_VB[static_cast<size_t>(k)], Vector3d::Zero()});
+    for (const auto& [id, p_V] : visual.landmarks) result.landmarks[id] = T_AV * p_V + shift;
+    result.bias = bias;
+    result.covariance = Eigen::MatrixXd::Identity(11, 11) * kSigmaBias * kSigmaBias;
+    return result;
+  }
+
+  static InitializationResult moves() {
+    return InitializationResult::refusal(InitializationStatus::kTooMuchMotion, "it moves", 1.0);
+  }
+  static InitializationResult gap() {
+    return InitializationResult::refusal(InitializationStatus::kImuGap, "a gap in the IMU", 1.0);
+  }
+
+  /** At rest, the n-th call gives the n-th answer; the last one from then on. */
+  static Script answers(std::vector<Script> scripts) {
+    auto calls = std::make_shared<size_t>(0);
+    return [calls, scripts](const InitializationProblem& problem) {
+      return scripts[std::min((*calls)++, scripts.size() - 1)](problem);
+    };
+  }
+  static Script rests() {
+    return [](const InitializationProblem& problem) {
+      return visualSolutionIn(problem, SE3(), biasAtRest());
+    };
+  }
+  static Script says(const InitializationResult& result) {
+    return [result](const InitializationProblem& /*problem*/) { return result; };
+  }
+
+  static ImuBias biasAtRest() { return {Vector3d(1e-3, -2e-3, 3e-3), Vector3d::Zero()}; }
+  static ImuBias biasInMotion() {
+    return {Vector3d(4e-3, 5e-3, -6e-3), Vector3d(0.01, 0.02, -0.03)};
+  }
+
+  static Pipeline pipeline(const PipelineOptions& options, Script at_rest, Script moving) {
+    PipelineInitializers initializers;
+    initializers.name = "moving";
+    initializers.initializer = std::make_shared<Scripted>(std::move(moving));
+    initializers.at_rest = std::make_shared<Scripted>(std::move(at_rest));
+    initializers.at_rest_name = "at_rest";
+    return {flight().calibration, options, initializers};
+  }
+
+  /** Adds the frames [first, last) with the IMU up to each of them. */
+  static void add(Pipeline* pipeline, size_t first, size_t last) {
+    for (size_t k = first; k < last; ++k) {
+      const TimeNs after = k > 0 ? flight().frames[k - 1].t : flight().imu.front().t - 1;
+      for (const ImuSample& sample : flight().imu)
+        if (sample.t > after && sample.t <= flight().frames[k].t) pipeline->add(sample);
+      pipeline->add(flight().frames[k]);
+    }
+  }
+
+  static constexpr double kSigmaBias = 1e-4;  // rad/s
+};
+
+TEST_F(PipelineWithAuto, StampsStayAsTheyCame) {
+  Pipeline keeping = pipeline(options(), rests(), says(moves()));
+  std::vector<TimeNs> stamps;
+  for (const ImuSample& sample : flight().imu) keeping.add(sample);
+  for (StereoFrame frame : flight().frames) {
+    frame.t += 37;  // not on MRPT's tick of 100 ns
+    stamps.push_back(frame.t);
+    keeping.add(frame);
+  }
+  keeping.finish();
+  ASSERT_EQ(keeping.trajectory().size(), stamps.size());
+  for (size_t i = 0; i < stamps.size(); ++i) EXPECT_EQ(keeping.trajectory()[i].t, stamps[i]);
+  ASSERT_FALSE(keeping.attempts().empty());
+  EXPECT_EQ(keeping.attempts()[0].keyframes[0], stamps[0]);
+}
+
+TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
+  // The second world: turned by 40 degrees of yaw, tilted by 1 degree, moved.
+  const SE3 T_AW(expSO3(Vector3d(0, 0, -40 * kDegree)) * expSO3(Vector3d(kDegree, 0, 0)),
+                 Vector3d(3, -2, 1));
+  const Vector3d shift(0, 0, 1e-3);
+  InitializationResult reported;
+  Pipeline pipeline =
+      this->pipeline(options(), answers({rests(), says(moves())}),
+                     [&reported, &T_AW, &shift](const InitializationProblem& problem) {
+                       return reported = visualSolutionIn(problem, T_AW, biasInMotion(), shift);
+                     });
+  add(&pipeline, 0, kWindow);
+  ASSERT_EQ(pipeline.state(), PipelineState::kInitialized);
+  EXPECT_TRUE(pipeline.waitsForMotion());
+  EXPECT_EQ(pipeline.bias().gyro, biasAtRest().gyro);
+  EXPECT_FALSE(pipeline.handedOverAt());
+  const Trajectory before = pipeline.trajectory();
+
+  add(&pipeline, kWindow, kWindow + 1);
+  const TimeNs now = flight().frames[kWindow].t;
+  ASSERT_EQ(pipeline.handedOverAt(), now);
+  EXPECT_FALSE(pipeline.waitsForMotion());
+  EXPECT_EQ(pipeline.initializedAt(), before.back().t);
+  EXPECT_EQ(pipeline.bias().gyro, biasInMotion().gyro);
+  EXPECT_EQ(pipeline.bias().accel, biasInMotion().accel);
+
+  // Poses before, the current one with them, stay as they were.
+  const Trajectory& after = pipeline.trajectory();
+  ASSERT_EQ(after.size(), before.size() + 1);
+  for (size_t k = 0; k < before.size(); ++k) {
+    EXPECT_EQ(after[k].T_WB.R, before[k].T_WB.R);
+    EXPECT_EQ(after[k].T_WB.t, before[k].T_WB.t);
+  }
+
+  // Position and yaw go on; the change of attitude is the tilt, about a level axis.
+  const SE3 T_WB = pipeline.odometry().pose();
+  EXPECT_LT((T_WB.t - after.back().T_WB.t).norm(), 1e-9);
+  const Vector3d turn = logSO3(T_WB.R * after.back().T_WB.R.transpose());
+  EXPECT_NEAR(turn.norm(), kDegree, 0.05 * kDegree);
+  EXPECT_LT(std::abs(turn.z()), 1e-3 * kDegree);
+  // Roll and pitch are the new ones: what is vertical to the body.
+  const SE3& T_AB = reported.states.back().T_WB;
+  EXPECT_LT((T_WB.R.row(2) - T_AB.R.row(2)).norm(), 1e-12);
+
+  // Landmarks are those reported, in the world that goes on.
+  const SE3 T_WA = T_WB * T_AB.inverse();
+  size_t compared = 0;
+  for (const auto& [id, p_W] : pipeline.odometry().landmarks()) {
+    const auto found = reported.landmarks.find(id);
+    if (found == reported.landmarks.end()) continue;
+    EXPECT_LT((p_W - T_WA * found->second).norm(), 1e-9);
+    ++compared;
+  }
+  EXPECT_GT(compared, 50U);
+
+  // And the next frame follows from there.
+  add(&pipeline, kWindow + 1, kWindow + 2);
+  const SE3 moved = flight().truth(now).inverse() * flight().truth(flight().frames[kWindow + 1].t);
+  const SE3 expected = T_WB * moved;
+  const SE3& next = pipeline.trajectory().back().T_WB;
+  EXPECT_LT((next.t - expected.t).norm(), 0.01);
+  EXPECT_LT(logSO3(next.R.transpose() * expected.R).norm(), 0.2 * kDegree);
+  EXPECT_EQ(pipeline.framesNotLocated(), 0);
+}
+
+TEST_F(PipelineWithAuto, OnlyMotionEndsTheWaitForMotion) {
+  Pipeline pipeline =
+      this->pipeline(options(), answers({rests(), says(gap()), rests(), says(moves())}),
+                     [](const InitializationProblem& problem) {
+                       return visualSolutionIn(problem, SE3(), biasInMotion());
+                     });
+  add(&pipeline, 0, kWindow + 1);
+  EXPECT_TRUE(pipeline.waitsForMotion());
+  ASSERT_EQ(pipeline.attempts().size(), 2U);  // why it waits is on record
+  EXPECT_EQ(pipeline.attempts()[1].initializer, "at_rest");
+  EXPECT_EQ(pipeline.attempts()[1].decision.status, InitializationStatus::kImuGap);
+  EXPECT_EQ(pipeline.attempts()[1].decision.reason, "a gap in the IMU");
+  EXPECT_EQ(pipeline.attempts()[1].t, flight().frames[kWindow].t);
+  EXPECT_EQ(pipeline.attempts()[1].keyframes.size(), static_cast<size_t>(kWindow));
+  EXPECT_FALSE(pipeline.attempts()[1].decision.accepted);
+  add(&pipeline, kWindow + 1, kWindow + 2);  // at rest: nothing to tell
+  EXPECT_TRUE(pipeline.waitsForMotion());
+  EXPECT_EQ(pipeline.attempts().size(), 2U);
+  add(&pipeline, kWindow + 2, kWindow + 3);
+  EXPECT_FALSE(pipeline.waitsForMotion());
+  ASSERT_EQ(pipeline.attempts().size(), 3U);
+  EXPECT_EQ(pipeline.attempts()[2].initializer, "moving");
+}
+
+TEST_F(PipelineWithAuto, SaysWhyItDidNotStartAtRest) {
+  Pipeline pipeline =
+      this->pipeline(options(), says(moves()), [](const InitializationProblem& problem) {
+        return visualSolutionIn(problem, SE3(), biasInMotion());
+      });
+  add(&pipeline, 0, kWindow);
+  ASSERT_EQ(pipeline.attempts().size(), 2U);
+  EXPECT_EQ(pipeline.attempts()[0].initializer, "at_rest");
+  EXPECT_EQ(pipeline.attempts()[0].decision.reason, "it moves");
+  EXPECT_EQ(pipeline.attempts()[1].initializer, "moving");
+  EXPECT_EQ(pipeline.state(), PipelineState::kInitialized);
+  EXPECT_FALSE(pipeline.waitsForMotion());
+  EXPECT_FALSE(pipeline.handedOverAt());  // there was nothing to take over
+}
+
+TEST_F(PipelineWithAuto, WaitsUntilEnoughOfTheWindowMoves) {
+  PipelineOptions options = this->options();
+  options.auto_initializer.min_motion_share = 1.0;  // both intervals of three keyframes
+  Pipeline pipeline = this->pipeline(options, answers({rests(), rests(), says(moves())}),
+                                     [](const InitializationProblem& problem) {
+                                       return visualSolutionIn(problem, SE3(), biasInMotion());
+                                     });
+  add(&pipeline, 0, kWindow + 2);  // at rest until frame kWindow, the next one moves
+  EXPECT_TRUE(pipeline.waitsForMotion());
+  EXPECT_EQ(pipeline.attempts().size(), 1U);
+  add(&pipeline, kWindow + 2, kWindow + 3);
+  EXPECT_EQ(pipeline.handedOverAt(), flight().frames[kWindow + 2].t);
+}
+
+TEST_F(PipelineWithAuto, TheGyroBiasOfTheStartIsThePriorUnlessMeasurementsWouldCountTwice) {
+  std::vector<BiasPriors> priors;
+  Pipeline pipeline = this->pipeline(options(), answers({rests(), says(moves())}),
+                                     [&priors](const InitializationProblem& problem) {
+                                       priors.push_back(problem.priors());
+                                       return InitializationResult::refusal(
+                                           InitializationStatus::kTooLittleMotion, "later", 0.0);
+                                     });
+  add(&pipeline, 0, kWindow + 2);
+  const BiasPriors configured = options().window.priors;
+  ASSERT_EQ(priors.size(), 2U);
+  // One keyframe on, the windows have an interval in common.
+  EXPECT_EQ(priors[0].mean.gyro, configured.mean.gyro);
+  EXPECT_EQ(priors[0].sigma_gyro_rps, configured.sigma_gyro_rps);
+  // Two keyframes on, no more: from the end of the first window its covariance grows.
+  EXPECT_EQ(priors[1].mean.gyro, biasAtRest().gyro);
+  const double walk =
+      flight().calibration.imu.noise.gyro_random_walk * std::sqrt((kWindow - 1) / kFrameRateHz);
+  EXPECT_NEAR(priors[1].sigma_gyro_rps, std::hypot(kSigmaBias, walk), 1e-9);
+  EXPECT_EQ(priors[1].mean.accel, configured.mean.accel);
+  EXPECT_EQ(priors[1].sigma_accel_mps2, configured.sigma_accel_mps2);
+}
+
+}  // namespace
+}  // namespace etalon::pipeline_test

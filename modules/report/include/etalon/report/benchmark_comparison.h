@@ -1,0 +1,98 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/paired_bootstrap.h"
+#include "etalon/report/benchmark_tables.h"
+
+namespace etalon {
+
+/** With fewer pairs not even the same sign in all of them is significant (two-sided sign test:
+ * 2^(1-n) > 0.05 up to n = 5). */
+constexpr int kMinPairs = 6;
+
+/** A difference of two medians below this share of the smaller one is not relevant. */
+constexpr double kRelevantShare = 0.01;
+
+/**
+ * Several benchmarks as one, to be put beside each other. An initializer that more than one of them
+ * has is called "<benchmark>/<initializer>".
+ * @param benchmarks name and record of each
+ * @throws ConfigError if a sequence of the same name is another recording in another benchmark
+ */
+BenchmarkRecord combineBenchmarks(
+    const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks);
+
+/**
+ * The record with these initializers alone, in this order.
+ * @throws ConfigError naming those that there are, if it has no slot of one
+ */
+BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
+                                   const std::vector<std::string>& names);
+
+constexpr int kSuccessDecimals = 1;  ///< of a rate in percent, where it is printed
+
+/** With fewer recordings the interval is too narrow where recordings differ (docs/evaluation.md);
+ * nor would the same sign in all of them be significant (see kMinPairs). */
+constexpr int kMinRecordings = 6;
+
+/** The part that one recording has in a comparison. */
+struct RecordingDifference {
+  std::string sequence;
+  int pairs = 0;
+  double difference = SegmentErrors::kNone;  ///< of a - b: of the rates, or median of the errors
+};
+
+/** Two initializers on the slots that both have: same sequence, window and first keyframe. */
+struct PairedComparison {
+  std::string a, b;
+  int keyframes = 0;
+  double rate_hz = 0.0;
+  std::string stage;
+  std::string figure;  ///< kSuccessRate or a key of segmentMetrics()
+  /** Slots with the figure on either side; interval.pairs: on both. */
+  int count_a = 0, count_b = 0;
+  /** Over the pairs: rate of success, or median of the error. */
+  double value_a = SegmentErrors::kNone, value_b = SegmentErrors::kNone;
+  /** Of a - b: difference of the rates; median of the differences of the errors. */
+  BootstrapInterval interval;
+  int apart = 0;  ///< pairs whose windows do not overlap, as many as there are at least
+  std::vector<RecordingDifference> by_recording;  ///< those with a pair, in the record's order
+
+  /** Smaller differences are of no use to anyone, however sure they are. Errors: kRelevantShare of
+   * the smaller median, but at least the last digit that the tables print. Success: that digit. */
+  double smallestRelevantDifference() const;
+  /** "<a> is better", "<b> is better", "no relevant difference" (significant, but too small), "no
+   * significant difference" or "too few pairs" (kMinPairs, of those whose windows
+   * do not overlap); with ", this recording alone" where a difference
+   * was found and there is one recording. */
+  std::string verdict() const;
+};
+
+/**
+ * Every figure of two initializers, for every window and stage. An error enters where both give a
+ * value; a refusal enters into the success of all slots that can be judged (judgedSuccess()).
+ * Recordings are the clusters of the bootstrap; the slots of one whose windows overlap are its
+ * blocks.
+ * @param figures kSuccessRate or keys of segmentMetrics(), others are refused with ConfigError
+ */
+std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,
+                                            const std::string& b,
+                                            const std::vector<std::string>& figures,
+                                            const BootstrapOptions& options = {});
+
+/** kSuccessRate and all errors. */
+std::vector<std::string> comparedFigures();
+
+/**
+ * A row a comparison.
+ * @param group_in_title all are of the same two and the same window: these stand in the title, not
+ * in columns
+ */
+TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
+                            const BootstrapOptions& options, bool group_in_title = false);
+
+}  // namespace etalon

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "etalon/report/table.h"
+#include "etalon/runlog/initialization_json.h"
+
+namespace etalon {
+
+/**
+ * One row a run and stage (`init`, `vi_ba`) of its accepted attempt, else of the last one that got
+ * so far; a run whose attempts have no stage has one row, with the last attempt's status. Text and
+ * Markdown leave the source out where it is the same for all, and the status where all succeeded.
+ * @param runs name (e.g. the folder) and record of each
+ */
+Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs);
+
+/** A sentence for each run that never initialised: how many attempts, and why the last failed. */
+std::vector<std::string> refusalsOf(const std::vector<std::pair<std::string, RunRecord>>& runs);
+
+}  // namespace etalon

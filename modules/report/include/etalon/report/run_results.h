@@ -1,0 +1,38 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/pipeline/run_configuration.h"
+#include "etalon/runlog/initialization_json.h"
+#include "etalon/runlog/run_log.h"
+
+namespace etalon {
+
+/** A run of the pipeline that has come to its end, and what it was made of. Borrows everything. */
+struct FinishedRun {
+  const SensorSource& source;
+  const RunConfiguration& configuration;
+  const Pipeline& pipeline;
+  std::vector<StereoReference> images;          ///< delivered stereo pairs
+  double wall_s = 0.0;                          ///< of the whole run
+  std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
+  double min_coverage = kMinCoverage;           ///< by ground truth, for errors to be given
+};
+
+/** What initialization.json and run.rawlog say of the run, errors against ground truth included. */
+RunRecord makeRunRecord(const FinishedRun& run);
+
+/**
+ * Writes trajectory.tum, initialization.json, run.rawlog, trajectory.png, report.html and
+ * config.ini into `folder`, which is made if need be. They
+ * take their places together, when all of them are whole.
+ * @return their paths, in this order
+ * @throws DataError naming the file that cannot be written
+ */
+std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
+                                         const RunRecord& record);
+
+}  // namespace etalon

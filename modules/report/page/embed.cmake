@@ -1,0 +1,37 @@
+# etalon_embed_report(TARGET): the report's front end becomes part of the library, as src/report_assets.h hands it out.
+# Files that are given out as one are joined here; joined files are made anew when one of their parts changes.
+function(etalon_embed_report target)
+  set(sources "${CMAKE_CURRENT_SOURCE_DIR}/page")
+  set(modules "${sources}/node_modules")
+  if(NOT EXISTS "${modules}/echarts/dist/echarts.min.js")
+    message(
+      FATAL_ERROR
+        "The charting library of the HTML report is missing: ${modules}/echarts/dist/echarts.min.js\n"
+        "Run scripts/install_dependencies.sh, or: npm ci --omit=dev --prefix ${sources}")
+  endif()
+  set(page_parts "${sources}/report.html")
+  set(style_parts "${sources}/report.css")
+  set(script_parts)
+  foreach(name IN ITEMS data theme charts timeline panel lists main)
+    list(APPEND script_parts "${sources}/${name}.js")
+  endforeach()
+  set(library_parts "${modules}/echarts/dist/echarts.min.js")
+  set(licences_parts "${sources}/licences.txt" "${modules}/echarts/NOTICE" "${modules}/echarts/LICENSE"
+                     "${modules}/echarts/licenses/LICENSE-d3" "${modules}/zrender/LICENSE")
+  set(asset_folder "${CMAKE_CURRENT_BINARY_DIR}/report")
+  set(assets)
+  foreach(asset IN ITEMS page style script library licences)
+    add_custom_command(
+      OUTPUT "${asset_folder}/${asset}"
+      COMMAND ${CMAKE_COMMAND} -E cat ${${asset}_parts} > "${asset_folder}/${asset}"
+      DEPENDS ${${asset}_parts}
+      COMMENT "Joining the report's ${asset}"
+      VERBATIM)
+    list(APPEND assets "${asset_folder}/${asset}")
+  endforeach()
+  set(generated "${asset_folder}/report_assets.cpp")
+  configure_file("${sources}/report_assets.cpp.in" "${generated}" @ONLY)
+  set_source_files_properties("${generated}" PROPERTIES OBJECT_DEPENDS "${assets}")
+  target_sources(${target} PRIVATE "${generated}")
+  target_include_directories(${target} PRIVATE src)
+endfunction()

@@ -1,0 +1,228 @@
+#include "etalon/report/benchmark_comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "benchmark_side_tables.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/table_text.h"
+
+namespace etalon {
+namespace {
+
+using SlotKey = std::tuple<std::string, int, double, TimeNs>;
+
+/** A figure of one initializer by slot; nothing where it has none. */
+using Figures = std::map<SlotKey, double>;
+
+Figures figuresOf(const BenchmarkRecord& record, const std::vector<std::optional<bool>>& success,
+                  const std::string& initializer, const std::string& stage,
+                  const std::string& figure) {
+  Figures figures;
+  for (size_t i = 0; i < record.slots.size(); ++i) {
+    const SlotRecord& slot = record.slots[i];
+    if (slot.initializer != initializer) continue;
+    double value = SegmentErrors::kNone;
+    if (figure == kSuccessRate) {
+      if (success[i]) value = *success[i] ? 1.0 : 0.0;
+    } else if (slot.attempt.stage(stage)) {
+      value = segmentRow(slot, stage).errors.*segmentMetric(figure).error;
+    }
+    if (std::isfinite(value))
+      figures[{slot.sequence, slot.keyframes, slot.rate_hz, slot.t0}] = value;
+  }
+  return figures;
+}
+
+bool inWindow(const SlotKey& key, const std::pair<int, double>& window) {
+  return std::get<1>(key) == window.first && std::get<2>(key) == window.second;
+}
+
+/** The pairs of one recording, in the order of time. */
+struct Pairs {
+  PairedCluster values;
+  std::vector<TimeNs> starts;  ///< of the windows
+
+  /** The most windows that overlap with one of them and begin with it or later, itself included. */
+  size_t overlapping(double window_s) const {
+    constexpr double kShare = 0.99;  // of a window; two that meet in a keyframe are apart
+    size_t most = 1, last = 0;
+    for (size_t first = 0; first < starts.size(); ++first) {
+      while (last < starts.size() &&
+             secondsBetween(starts[first], starts[last]) < kShare * window_s)
+        ++last;
+      most = std::max(most, last - first);
+    }
+    return most;
+  }
+};
+
+double differenceOf(const PairedCluster& cluster, bool rate) {
+  std::vector<double> differences;
+  for (size_t i = 0; i < cluster.a.size(); ++i) differences.push_back(cluster.a[i] - cluster.b[i]);
+  const FigureSummary summary = summaryOf(differences);
+  return rate ? summary.mean : summary.median;
+}
+
+PairedComparison compareFigures(const Figures& a, const Figures& b,
+                                const std::pair<int, double>& window, bool rate,
+                                const std::vector<std::string>& sequences,
+                                const BootstrapOptions& options) {
+  PairedComparison comparison;
+  std::vector<double> paired_a, paired_b;
+  std::map<std::string, Pairs> by_sequence;
+  for (const auto& [key, value] : a) {
+    if (!inWindow(key, window)) continue;
+    ++comparison.count_a;
+    const auto other = b.find(key);
+    if (other == b.end()) continue;
+    Pairs& pairs = by_sequence[std::get<0>(key)];
+    pairs.values.a.push_back(value);
+    pairs.values.b.push_back(other->second);
+    pairs.starts.push_back(std::get<3>(key));
+    paired_a.push_back(value);
+    paired_b.push_back(other->second);
+  }
+  for (const auto& [key, value] : b)
+    if (inWindow(key, window)) ++comparison.count_b;
+  const FigureSummary summary_a = summaryOf(paired_a), summary_b = summaryOf(paired_b);
+  comparison.value_a = rate ? summary_a.mean : summary_a.median;
+  comparison.value_b = rate ? summary_b.mean : summary_b.median;
+  std::vector<PairedCluster> clusters;
+  for (const std::string& sequence : sequences) {
+    const auto pairs = by_sequence.find(sequence);
+    if (pairs == by_sequence.end()) continue;
+    clusters.push_back(pairs->second.values);
+    clusters.back().block = pairs->second.overlapping((window.first - 1) / window.second);
+    comparison.apart += static_cast<int>((clusters.back().a.size() + clusters.back().block - 1) /
+                                         clusters.back().block);
+    comparison.by_recording.push_back({sequence, static_cast<int>(clusters.back().a.size()),
+                                       differenceOf(clusters.back(), rate)});
+  }
+  comparison.interval =
+      pairedBootstrap(clusters, rate ? PairedStatistic::kMean : PairedStatistic::kMedian, options);
+  return comparison;
+}
+
+/** Recordings of the same name must be the same. */
+void checkContent(const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks) {
+  std::map<std::string, std::pair<std::string, std::string>>
+      first;  // content and benchmark by name
+  for (const auto& [name, record] : benchmarks)
+    for (const BenchmarkSequence& sequence : record.sequences) {
+      if (sequence.content.empty()) continue;
+      const auto [known, is_new] = first.emplace(sequence.name, std::pair(sequence.content, name));
+      if (!is_new && known->second.first != sequence.content)
+        throw ConfigError("sequence '" + sequence.name + "' of '" + name +
+                          "' is another recording than that of '" + known->second.second +
+                          "'; expected the same data on both sides");
+    }
+}
+
+}  // namespace
+
+BenchmarkRecord combineBenchmarks(
+    const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks) {
+  checkContent(benchmarks);
+  std::map<std::string, int> uses;
+  for (const auto& [name, record] : benchmarks)
+    for (const std::string& initializer : initializersOf(record)) ++uses[initializer];
+  BenchmarkRecord all;
+  all.protocol.keyframes.clear();  // of several: what the slots have
+  all.protocol.rates_hz.clear();
+  if (benchmarks.size() == 1) all.protocol = benchmarks.front().second.protocol;
+  all.protocol.vi_ba = false;
+  std::set<std::string> known;
+  for (const auto& [name, record] : benchmarks) {
+    const auto fullName = [&, prefix = name + "/"](const std::string& initializer) {
+      return uses[initializer] > 1 ? prefix + initializer : initializer;
+    };
+    all.protocol.vi_ba = all.protocol.vi_ba || record.protocol.vi_ba;
+    for (const BenchmarkSequence& sequence : record.sequences)
+      if (known.insert(sequence.name).second) all.sequences.push_back(sequence);
+    for (BenchmarkInitializer initializer : record.initializers) {
+      initializer.name = fullName(initializer.name);
+      all.initializers.push_back(initializer);
+    }
+    for (SlotRecord slot : record.slots) {
+      slot.initializer = fullName(slot.initializer);
+      all.slots.push_back(std::move(slot));
+    }
+  }
+  return all;
+}
+
+BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
+                                   const std::vector<std::string>& names) {
+  const std::vector<std::string> there = initializersOf(record);
+  BenchmarkRecord selected = record;
+  selected.slots.clear();
+  selected.initializers.clear();
+  for (const std::string& name : names) {
+    if (std::find(there.begin(), there.end(), name) == there.end())
+      throw ConfigError("initializer '" + name + "': expected one of " + joined(there));
+    for (const SlotRecord& slot : record.slots)
+      if (slot.initializer == name) selected.slots.push_back(slot);
+    for (const BenchmarkInitializer& initializer : record.initializers)
+      if (initializer.name == name) selected.initializers.push_back(initializer);
+  }
+  return selected;
+}
+
+double PairedComparison::smallestRelevantDifference() const {
+  if (figure == kSuccessRate) return std::pow(10.0, -kSuccessDecimals) / 100.0;
+  const double share = kRelevantShare * std::min(std::abs(value_a), std::abs(value_b));
+  return std::max(share, segmentMetric(figure).lastDigit());
+}
+
+std::string PairedComparison::verdict() const {
+  if (apart < kMinPairs) return "too few pairs";
+  if (!interval.significant()) return "no significant difference";
+  if (std::abs(interval.difference) < smallestRelevantDifference()) return "no relevant difference";
+  const bool a_is_less = interval.high < 0.0;
+  return (a_is_less == (figure != kSuccessRate) ? a : b) + " is better" +
+         (interval.clusters == 1 ? ", this recording alone" : "");
+}
+
+std::vector<std::string> comparedFigures() {
+  std::vector<std::string> figures = {kSuccessRate};
+  for (const SegmentMetric& metric : segmentMetrics()) figures.push_back(metric.key);
+  return figures;
+}
+
+std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,
+                                            const std::string& b,
+                                            const std::vector<std::string>& figures,
+                                            const BootstrapOptions& options) {
+  const std::vector<std::string> known = comparedFigures();
+  for (const std::string& figure : figures)
+    if (std::find(known.begin(), known.end(), figure) == known.end())
+      throw ConfigError("metric '" + figure + "': expected one of " + joined(known));
+  const std::vector<std::string> sequences = sequencesOf(record);
+  std::vector<PairedComparison> comparisons;
+  for (const std::pair<int, double>& window : windowsOf(record))
+    for (const std::string& stage : stagesOf(record)) {
+      const std::vector<std::optional<bool>> success = judgedSuccess(record, stage);
+      for (const std::string& figure : figures) {
+        PairedComparison comparison =
+            compareFigures(figuresOf(record, success, a, stage, figure),
+                           figuresOf(record, success, b, stage, figure), window,
+                           figure == kSuccessRate, sequences, options);
+        comparison.a = a;
+        comparison.b = b;
+        comparison.keyframes = window.first;
+        comparison.rate_hz = window.second;
+        comparison.stage = stage;
+        comparison.figure = figure;
+        comparisons.push_back(std::move(comparison));
+      }
+    }
+  return comparisons;
+}
+
+}  // namespace etalon

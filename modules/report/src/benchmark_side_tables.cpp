@@ -1,0 +1,256 @@
+#include "benchmark_side_tables.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "etalon/benchmark/noise_calibration.h"
+#include "etalon/core/table_text.h"
+
+namespace etalon {
+namespace {
+
+std::string inShort(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+/** The attempt's times by part, each with what it is to a reader. */
+std::vector<std::pair<std::string, double>> partsOf(const AttemptRecord& attempt) {
+  std::vector<std::pair<std::string, double>> parts;
+  double total = 0.0;
+  for (const StageTiming& timing : attempt.timings) {
+    const bool step_1 = timing.stage == kTimingVisualOdometry, vi_ba = timing.stage == kTimingViBa;
+    const bool whole = timing.stage == kTimingInitialize;
+    if (step_1 || vi_ba || whole) total += timing.milliseconds;
+    parts.emplace_back(step_1  ? "step 1 (stereo odometry)"
+                       : whole ? "initializer"
+                       : vi_ba ? "VI-BA"
+                               : "initializer: " + timing.stage,
+                       timing.milliseconds);
+  }
+  parts.emplace_back("all together", total);
+  return parts;
+}
+
+/** The check of one sequence, summed over the slots of an initializer. */
+struct SequenceNoise {
+  int slots = 0;
+  NoiseCheck check;
+};
+
+SequenceNoise noiseOf(const BenchmarkRecord& record, const Window& window,
+                      const std::string& sequence, const std::string& initializer) {
+  SequenceNoise sum;
+  for (const SlotRecord& slot : record.slots) {
+    if (!slot.noise || slot.initializer != initializer ||
+        Window(slot.keyframes, slot.rate_hz) != window ||
+        (sequence != kAllSequences && slot.sequence != sequence))
+      continue;
+    ++sum.slots;
+    sum.check += *slot.noise;
+  }
+  return sum;
+}
+
+void setVerdict(Table* table, const std::string& sensor, const ResidualGroup& residuals,
+                double factor) {
+  const NoiseVerdict verdict = noiseVerdict(residuals, factor);
+  table->setNumber(sensor + "_chi2_per_dof", verdict.chi2_per_dof);
+  table->setText(sensor + "_noise", verdict.words);
+  table->setNumber(sensor + "_factor", verdict.factor);
+}
+
+/** Where the ground truth's rotations are the gyro's own; empty where that is nowhere. */
+std::string copiesNote(const BenchmarkRecord& record) {
+  std::vector<std::string> names;
+  double most = 0.0;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    if (!sequence.gyro_agreement.isCopy()) continue;
+    names.push_back(sequence.name);
+    most = std::max(most, sequence.gyro_agreement.median);
+  }
+  if (names.empty()) return "";
+  char text[200];
+  std::snprintf(text, sizeof text,
+                " the ground truth's rotations are the smoothed gyro (from state to state they "
+                "agree with it to %.2g of its white noise): RRE there flatters whoever copies the "
+                "gyro.",
+                most);
+  return " In " + joined(names) + text;
+}
+
+}  // namespace
+
+std::string windowText(const Window& window) {
+  return std::to_string(window.first) + " keyframes at " + inShort(window.second) + " Hz";
+}
+
+std::string windowId(const Window& window) {
+  return "_" + std::to_string(window.first) + "_" + inShort(window.second) + "hz";
+}
+
+NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor) {
+  NoiseVerdict verdict;
+  if (!(residuals.dof > 0.0)) return verdict;
+  verdict.chi2_per_dof = residuals.chi2 / residuals.dof;
+  verdict.factor = std::isnan(factor) ? std::sqrt(verdict.chi2_per_dof) : factor;
+  verdict.words = verdict.factor > kNoiseTolerance         ? "too small"
+                  : verdict.factor < 1.0 / kNoiseTolerance ? "too large"
+                                                           : "about right";
+  return verdict;
+}
+
+TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& window) {
+  Table table({{"initializer", "initializer"},
+               {"part", "part"},
+               {"slots", "slots", true, 0},
+               {"mean_ms", "mean [ms]", true, 2},
+               {"median_ms", "median [ms]", true, 2},
+               {"p90_ms", "90th percentile [ms]", true, 2}});
+  for (const std::string& initializer : initializersOf(record)) {
+    std::vector<std::string> names;  // in the order of their first appearance
+    std::map<std::string, std::vector<double>> times;
+    for (const SlotRecord& slot : record.slots) {
+      if (slot.initializer != initializer || Window(slot.keyframes, slot.rate_hz) != window)
+        continue;
+      for (const auto& [name, ms] : partsOf(slot.attempt)) {
+        if (times.count(name) == 0) names.push_back(name);
+        times[name].push_back(ms);
+      }
+    }
+    for (const std::string& name : names) {
+      const FigureSummary figure = summaryOf(times[name]);
+      table.addRow();
+      table.setText("initializer", initializer);
+      table.setText("part", name);
+      table.setNumber("slots", figure.count);
+      table.setNumber("mean_ms", figure.mean);
+      table.setNumber("median_ms", figure.median);
+      table.setNumber("p90_ms", figure.p90);
+    }
+  }
+  TitledTable titled = {"runtime_parts" + windowId(window),
+                        "Run time by part [ms], all sequences, " + windowText(window),
+                        "Over the slots in which the part ran, refused ones included.",
+                        std::move(table)};
+  titled.metric = "runtime_parts";
+  titled.keyframes = window.first;
+  titled.rate_hz = window.second;
+  return titled;
+}
+
+std::string checkedInitializer(const BenchmarkRecord& record, const Window& window) {
+  const auto checked =
+      std::find_if(record.slots.begin(), record.slots.end(), [&](const SlotRecord& slot) {
+        return slot.noise && Window(slot.keyframes, slot.rate_hz) == window;
+      });
+  return checked == record.slots.end() ? "" : checked->initializer;
+}
+
+std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window) {
+  const std::string initializer = checkedInitializer(record, window);
+  if (initializer.empty()) return std::nullopt;
+  std::vector<Table::Column> columns = {{"sequence", "sequence"}, {"slots", "slots", true, 0}};
+  for (const auto& [key, name] : {std::pair<std::string, std::string>{"gyro", "gyroscope"},
+                                  {"accel", "accelerometer"},
+                                  {"vision", "pixels"}}) {
+    columns.push_back({key + "_chi2_per_dof", "chi2/dof", true, 2, 1.0, false, name});
+    columns.push_back({key + "_noise", "noise in use", false, 0, 1.0, false, name});
+    columns.push_back({key + "_factor", "one step", true, 2, 1.0, false, name});
+  }
+  Table table(columns);
+  std::vector<std::string> sequences = sequencesOf(record);
+  sequences.emplace_back(kAllSequences);
+  for (const std::string& sequence : sequences) {
+    const SequenceNoise sum = noiseOf(record, window, sequence, initializer);
+    if (sequence == kAllSequences) table.addRule();
+    table.addRow();
+    table.setText("sequence", sequence);
+    table.setNumber("slots", sum.slots);
+    const Eigen::Vector3d factor = correctionOf(sum.check).factor;
+    setVerdict(&table, "gyro", sum.check.gyro, factor[0]);
+    setVerdict(&table, "accel", sum.check.accel, factor[1]);
+    setVerdict(&table, "vision", sum.check.vision, factor[2]);
+  }
+  TitledTable titled = {
+      "noise" + windowId(window),
+      "Check of the noise, VI-BA after " + initializer + ", " + windowText(window),
+      "chi2/dof is 1 where all noise in use is right. One step: the factor of the first step "
+      "of the variance components, with the others' noise as configured; too small and too large "
+      "are more "
+      "than a factor of " +
+          inShort(kNoiseTolerance) +
+          " off by it. It shows that the noise does not fit, not what fits: where another sensor's "
+          "noise is wrong its size and even its direction are. `etalon calibrate-noise` iterates.",
+      std::move(table), true};
+  titled.metric = "noise";
+  titled.keyframes = window.first;
+  titled.rate_hz = window.second;
+  return titled;
+}
+
+std::string floorNote(const BenchmarkRecord& record, const std::string& key) {
+  if (key == "rre_deg")
+    return " Gyro alone, at best: the least that integrating the gyro can have, with the bias that "
+           "fits the window's ground truth best, over all slots; rotations that vision has a part "
+           "in may be better." +
+           copiesNote(record);
+  if (key == "gyro_bias_rps")
+    return " Ground truth, at best: the gyro bias that fits the window's true rotations best, "
+           "against the one that the ground truth states, over all slots. Where errors equal it, "
+           "they measure the ground truth's bias, not the estimate's; whether the covariance of "
+           "b_g is right is judged on simulation (covariance.consistent of etalon check-plugin).";
+  return " Tilt: of the ground truth's world against gravity.";
+}
+
+TitledTable floorTable(const BenchmarkRecord& record) {
+  const bool problems =
+      std::any_of(record.sequences.begin(), record.sequences.end(),
+                  [](const BenchmarkSequence& sequence) { return !sequence.error.empty(); });
+  Table table({{"sequence", "sequence"},
+               {"duration_s", "duration [s]", true, 1},
+               {"stereo_frames", "stereo frames", true, 0},
+               {"ground_truth", "ground truth"},
+               {"interval_s", "interval [s]", true, 2, 1.0, true},
+               {"rre_deg", "RRE [deg]", true, 4},
+               {"world_tilt_deg", "tilt [deg]", true, 3},
+               {"gyro_bias_rps", "gyro bias [rad/s]", true, 4},
+               {"accel_bias_mps2", "accel bias [m/s2]", true, 3},
+               {"truth_gyro_median", "median", true, 2, 1.0, false, "truth less gyro"},
+               {"truth_gyro_rms", "rms", true, 2, 1.0, false, "truth less gyro"},
+               {"error", "problem", false, 0, 1.0, !problems}});
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    table.addRow();
+    table.setText("sequence", sequence.name);
+    table.setNumber("duration_s", sequence.duration_s);
+    table.setNumber("stereo_frames", sequence.stereo_frames);
+    table.setText("ground_truth", sequence.has_ground_truth ? "yes" : "none");
+    table.setText("error", sequence.error);
+    if (!sequence.has_ground_truth) continue;
+    const GroundTruthFloor& floor = sequence.floor;
+    table.setNumber("interval_s", floor.interval_s);
+    table.setNumber("rre_deg", floor.rre_deg);
+    table.setNumber("world_tilt_deg", floor.world_tilt_deg);
+    table.setNumber("truth_gyro_median", sequence.gyro_agreement.median);
+    table.setNumber("truth_gyro_rms", sequence.gyro_agreement.rms);
+    if (std::isnan(floor.rre_deg)) continue;
+    table.setNumber("gyro_bias_rps", floor.bias.gyro.norm());
+    table.setNumber("accel_bias_mps2", floor.bias.accel.norm());
+  }
+  TitledTable titled = {
+      "floor", "Floor of the ground truth",
+      "The ground truth against the recording's own IMU: rotation over a quarter of a second "
+      "against the gyro's, with one constant bias for the whole recording; tilt of its world "
+      "against gravity; norms of the constant biases that fit best. It describes the "
+      "recording: with a bias of its own every window can be better (gyro alone, at best, "
+      "beside RRE). Truth less gyro: rotation from one state to the next, 1 is the gyro's white "
+      "noise; an independent truth has 0.7 at least.",
+      std::move(table), true};
+  titled.metric = "floor";
+  return titled;
+}
+
+}  // namespace etalon

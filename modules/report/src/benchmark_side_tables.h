@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "etalon/report/benchmark_tables.h"
+
+// The tables of a benchmark that are not in the papers' layout. See benchmarkTables().
+
+namespace etalon {
+
+using Window = std::pair<int, double>;  ///< keyframes, rate_hz
+
+constexpr const char* kWithout = "without VI-BA";
+constexpr const char* kWith = "with VI-BA";
+
+/** The title above the columns of a stage. */
+inline std::string groupOf(const std::string& stage) {
+  return stage == kStageInit ? kWithout : kWith;
+}
+
+/** toString() as JSON. */
+std::string titledTableJson(const TitledTable& table);
+
+std::string windowText(const Window& window);
+/** For TitledTable::id. */
+std::string windowId(const Window& window);
+
+/** Step 1, initializer, its own stages, VI-BA: times over all sequences. */
+TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& window);
+
+/** The first initializer that has a check of the noise; empty if none has. */
+std::string checkedInitializer(const BenchmarkRecord& record, const Window& window);
+
+/** The noise in use against the residuals after the first initializer that has a check; nothing if
+ * none has. */
+std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window);
+
+/** What the column beside an error is, in sentences. @param key of RRE, gyro bias or gravity */
+std::string floorNote(const BenchmarkRecord& record, const std::string& key);
+
+/** What the ground truth of each sequence is worth. */
+TitledTable floorTable(const BenchmarkRecord& record);
+
+}  // namespace etalon

@@ -1,0 +1,326 @@
+#include "etalon/report/benchmark_tables.h"
+
+#include <algorithm>
+
+#include "benchmark_side_tables.h"
+#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/core/table_text.h"
+
+namespace etalon {
+namespace {
+
+std::string cellKey(const std::string& initializer, const std::string& stage) {
+  return initializer + "_" + stage;
+}
+
+const SummaryRow& rowOf(const std::vector<SummaryRow>& summary, const SummaryRow& key) {
+  return *std::find_if(summary.begin(), summary.end(), [&](const SummaryRow& row) {
+    return row.sequence == key.sequence && row.keyframes == key.keyframes &&
+           row.rate_hz == key.rate_hz && row.initializer == key.initializer &&
+           row.stage == key.stage && row.slots == kAllSlots;
+  });
+}
+
+/** An initializer must have an estimate in so many of the slots for its figures to count as best.
+ */
+constexpr double kShareForBest = 0.75;
+
+/** How a table of the papers' layout is filled. */
+struct Layout {
+  int decimals = 0;
+  double factor = 1.0;
+  bool least_is_best = true;
+  bool mark_best = true;
+  std::vector<Table::Column> before, after;  ///< columns beside the initializers'
+  std::vector<std::string> stages = {};      ///< empty: all
+};
+
+/** A row a sequence and one over all; `value` gives a cell from its summary, `more` fills the
+ * columns beside. */
+template <typename Value, typename More>
+Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                   const Window& window, const Layout& layout, Value value, More more) {
+  std::vector<Table::Column> columns = {{"sequence", "sequence"}};
+  columns.insert(columns.end(), layout.before.begin(), layout.before.end());
+  const std::vector<std::string> initializers = initializersOf(record);
+  const std::vector<std::string> stages = layout.stages.empty() ? stagesOf(record) : layout.stages;
+  for (const std::string& stage : stages)
+    for (const std::string& initializer : initializers)
+      columns.push_back({cellKey(initializer, stage), initializer, true, layout.decimals,
+                         layout.factor, false, groupOf(stage)});
+  columns.insert(columns.end(), layout.after.begin(), layout.after.end());
+
+  Table table(columns);
+  std::vector<std::string> sequences = sequencesOf(record);
+  sequences.emplace_back(kAllSequences);
+  SummaryRow key;
+  key.keyframes = window.first;
+  key.rate_hz = window.second;
+  for (const std::string& sequence : sequences) {
+    key.sequence = sequence;
+    if (sequence == kAllSequences) table.addRule();
+    table.addRow();
+    table.setText("sequence", sequence);
+    for (const std::string& stage : stages) {
+      key.stage = stage;
+      std::vector<std::string> cells;
+      for (const std::string& initializer : initializers) {
+        key.initializer = initializer;
+        const SummaryRow& row = rowOf(summary, key);
+        table.setNumber(cellKey(initializer, stage), value(row));
+        // Who answers only where it is easy is not the best.
+        if (row.estimates >= kShareForBest * row.count)
+          cells.push_back(cellKey(initializer, stage));
+        more(&table, row);
+      }
+      if (layout.mark_best) table.markBest(cells, layout.least_is_best);
+    }
+  }
+  return table;
+}
+
+/** What a program wants to know of a table in the papers' layout. */
+TitledTable described(TitledTable table, const Window& window, const std::string& metric,
+                      const std::string& statistic, bool marks_best) {
+  table.metric = metric;
+  table.statistic = statistic;
+  table.keyframes = window.first;
+  table.rate_hz = window.second;
+  table.marks_best = marks_best;
+  return table;
+}
+
+void nothingMore(Table* /*table*/, const SummaryRow& /*row*/) {}
+
+const BenchmarkSequence* sequenceOf(const BenchmarkRecord& record, const std::string& name) {
+  for (const BenchmarkSequence& sequence : record.sequences)
+    if (sequence.name == name) return &sequence;
+  return nullptr;
+}
+
+std::string nameOf(SummaryStatistic statistic) {
+  switch (statistic) {
+    case SummaryStatistic::kMean:
+      return "mean";
+    case SummaryStatistic::kMedian:
+      return "median";
+    case SummaryStatistic::kP90:
+      break;
+  }
+  return "90th percentile";
+}
+
+double valueOf(const FigureSummary& figure, SummaryStatistic statistic) {
+  switch (statistic) {
+    case SummaryStatistic::kMean:
+      return figure.mean;
+    case SummaryStatistic::kMedian:
+      return figure.median;
+    case SummaryStatistic::kP90:
+      break;
+  }
+  return figure.p90;
+}
+
+TitledTable successTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                         const Window& window) {
+  Layout layout;
+  layout.decimals = 1;
+  layout.factor = 100.0;
+  layout.least_is_best = false;
+  layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
+  Table table = papersLayout(
+      record, summary, window, layout, [](const SummaryRow& row) { return row.success_rate; },
+      [](Table* t, const SummaryRow& row) {
+        t->setNumber("slots", row.count);
+        t->setNumber("judged", row.judged);
+      });
+  return described({"success" + windowId(window), "Success [%], " + windowText(window),
+                    "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
+                    "slots whose ground truth allows to judge it; a refused slot counts as a "
+                    "failure.",
+                    std::move(table), true, kSuccessRate},
+                   window, kSuccessRate, "rate", true);
+}
+
+/** What the acceptance after VI-BA costs: success, were every estimate accepted. */
+TitledTable goodEstimatesTable(const BenchmarkRecord& record,
+                               const std::vector<SummaryRow>& summary, const Window& window) {
+  Layout layout;
+  layout.decimals = 1;
+  layout.factor = 100.0;
+  layout.least_is_best = false;
+  layout.stages = {kStageViBa};
+  layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
+  Table table = papersLayout(
+      record, summary, window, layout, [](const SummaryRow& row) { return row.good_estimate_rate; },
+      [](Table* t, const SummaryRow& row) {
+        t->setNumber("slots", row.count);
+        t->setNumber("judged", row.judged);
+      });
+  return described({"good_estimates" + windowId(window),
+                    "Good estimates, accepted or not [%], " + windowText(window),
+                    "As success, but of all estimates of VI-BA, whether they were accepted as a "
+                    "start or not: what is more here than there was refused without need.",
+                    std::move(table), true},
+                   window, "good_estimates", "rate", true);
+}
+
+TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                         const Window& window) {
+  Layout layout;
+  layout.mark_best = false;
+  layout.before = {{"slots", "slots", true, 0}};
+  Table table = papersLayout(
+      record, summary, window, layout,
+      [](const SummaryRow& row) { return static_cast<double>(row.count - row.accepted); },
+      [](Table* t, const SummaryRow& row) { t->setNumber("slots", row.count); });
+  return described({"refusals" + windowId(window), "Slots refused, " + windowText(window),
+                    "Without VI-BA: the initializer gave no estimate. With VI-BA: there was none, "
+                    "or it was not accepted as a start.",
+                    std::move(table), true},
+                   window, "refusals", "count", false);
+}
+
+TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                         const Window& window) {
+  Layout layout;
+  layout.decimals = 2;
+  Table table = papersLayout(
+      record, summary, window, layout, [](const SummaryRow& row) { return row.runtime_ms.median; },
+      nothingMore);
+  return described(
+      {"runtime" + windowId(window), "Run time [ms], median, " + windowText(window),
+       "Without VI-BA: the initializer alone, step 1 apart. With VI-BA: the VI-BA alone.",
+       std::move(table), true},
+      window, "runtime_ms", "median", true);
+}
+
+/** Tilt and velocity; a recording's ground truth does not tell the biases as well as the IMU's
+ * noise would ask for. */
+constexpr size_t kPrintedNees = 2;
+
+/** Whether the errors are as large as the estimates' covariances say. @param index in neesMetrics()
+ */
+TitledTable neesTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                      const Window& window, size_t index) {
+  const SegmentMetric metric = neesMetrics()[index];
+  Layout layout;
+  layout.decimals = metric.decimals;
+  layout.mark_best = false;
+  Table table = papersLayout(
+      record, summary, window, layout,
+      [index](const SummaryRow& row) { return row.nees[index].mean; }, nothingMore);
+  return described(
+      {metric.key + "_mean" + windowId(window), metric.title + ", mean, " + windowText(window),
+       "Squared error over the covariance that the estimate claims, a degree of freedom: 1 where "
+       "errors are as large as predicted, 4 where they are twice as large. Over the slots with a "
+       "covariance; the ground truth's own error counts as the estimate's.",
+       std::move(table), false, ""},
+      window, metric.key, "mean", false);
+}
+
+}  // namespace
+
+TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                       std::pair<int, double> window, const SegmentMetric& metric,
+                       SummaryStatistic statistic) {
+  const std::vector<SegmentMetric> metrics = segmentMetrics();
+  const auto index = static_cast<size_t>(
+      std::find_if(metrics.begin(), metrics.end(),
+                   [&](const SegmentMetric& m) { return m.key == metric.key; }) -
+      metrics.begin());
+  Layout layout;
+  layout.decimals = metric.decimals;
+  layout.factor = metric.factor;
+  std::string note = "Over the slots with an estimate.";
+  const bool rotation = metric.key == "rre_deg", gravity = metric.key == "gravity_deg";
+  const bool gyro_bias = metric.key == "gyro_bias_rps";
+  if (rotation || gravity || gyro_bias) {
+    layout.after = {{"floor", gravity ? "tilt" : "at best", true, metric.decimals, 1.0, false,
+                     rotation ? "gyro alone" : "ground truth"}};
+    note += floorNote(record, metric.key);
+  }
+  Table table = papersLayout(
+      record, summary, window, layout,
+      [&](const SummaryRow& row) { return valueOf(row.errors[index], statistic); },
+      [&](Table* t, const SummaryRow& row) {
+        const auto floorOf = [&](double GyroWindowFloor::*floor) {
+          return valueOf(gyroFloor(record, window, row.sequence, floor), statistic);
+        };
+        const BenchmarkSequence* sequence = sequenceOf(record, row.sequence);
+        if (rotation)
+          t->setNumber("floor", floorOf(&GyroWindowFloor::rre_deg));
+        else if (gyro_bias)
+          t->setNumber("floor", floorOf(&GyroWindowFloor::gyro_bias_rps));
+        else if (gravity && sequence)
+          t->setNumber("floor", sequence->floor.world_tilt_deg);
+      });
+  const std::string suffix = statistic == SummaryStatistic::kP90 ? "p90" : nameOf(statistic);
+  const bool papers = rotation || metric.key == "ate_m";
+  const bool median_is_headline = papers || gravity || metric.key == "gravity_corrected_deg" ||
+                                  metric.key == "velocity_mps" || metric.key == "gyro_bias_rps" ||
+                                  metric.key == "accel_bias_mps2";
+  return described(
+      {metric.key + "_" + suffix + windowId(window),
+       metric.title + ", " + nameOf(statistic) + ", " + windowText(window), note, std::move(table),
+       (papers && statistic == SummaryStatistic::kMean) ||
+           (median_is_headline && statistic == SummaryStatistic::kMedian),
+       metric.key},
+      window, metric.key, suffix, true);
+}
+
+std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
+  const std::vector<SummaryRow> summary = summarize(record);
+  const std::vector<std::string> stages = stagesOf(record);
+  const bool vi_ba = std::find(stages.begin(), stages.end(), kStageViBa) != stages.end();
+  std::vector<TitledTable> tables;
+  for (const Window& window : windowsOf(record)) {
+    const size_t first = tables.size();
+    tables.push_back(successTable(record, summary, window));
+    if (vi_ba) tables.push_back(goodEstimatesTable(record, summary, window));
+    tables.push_back(refusalTable(record, summary, window));
+    for (const SegmentMetric& metric : segmentMetrics())
+      for (const SummaryStatistic statistic :
+           {SummaryStatistic::kMean, SummaryStatistic::kMedian, SummaryStatistic::kP90})
+        tables.push_back(errorTable(record, summary, window, metric, statistic));
+    for (size_t m = 0; m < kPrintedNees; ++m)
+      tables.push_back(neesTable(record, summary, window, m));
+    tables.push_back(runtimeTable(record, summary, window));
+    tables.push_back(runtimePartsTable(record, window));
+    if (std::optional<TitledTable> noise = noiseTable(record, window))
+      tables.push_back(std::move(*noise));
+    const std::vector<std::string> absent = tooShort(record, {window.first, window.second});
+    for (size_t i = first; i < tables.size() && !absent.empty(); ++i)
+      tables[i].note += " Not in the table: " + joined(absent, "; ") + ".";
+  }
+  tables.push_back(floorTable(record));
+  return tables;
+}
+
+std::string noteOf(const TitledTable& table, const std::string& mark) {
+  if (!table.marks_best) return table.note;
+  return table.note + " Best " + mark +
+         ", of the initializers with an estimate in three quarters of the slots.";
+}
+
+std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style) {
+  if (format == TableFormat::kJson) return titledTableJson(table);
+  Table titled = table.table;
+  if (format == TableFormat::kText) {
+    const bool bold = style.mark == CellMark::kTerminalBold;
+    titled.setCaption(bold ? "\033[1m" + table.title + "\033[0m" : table.title);
+    const std::string text = titled.toString(format, style);
+    if (style.mark == CellMark::kNone) return text + (table.note.empty() ? "" : table.note + "\n");
+    const std::string note = noteOf(table, bold ? "in bold" : "marked *");
+    return text + (note.empty() ? "" : note + "\n");
+  }
+  const std::string note = noteOf(table);
+  if (format == TableFormat::kMarkdown)
+    titled.setCaption("**" + table.title + "**" + (note.empty() ? "" : "\n\n" + note));
+  else
+    titled.setCaption(table.title + (note.empty() ? "" : ". " + note));
+  return titled.toString(format);
+}
+
+}  // namespace etalon

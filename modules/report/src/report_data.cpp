@@ -1,0 +1,350 @@
+#include "report_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "etalon/benchmark/benchmark_summary.h"
+#include "etalon/evaluation/alignment.h"
+#include "etalon/evaluation/segment_metrics.h"
+
+namespace etalon {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kPositionUnit = 1e-5;    ///< m
+constexpr double kLargestPosition = 1e9;  ///< m; beyond it an estimate is not drawn
+
+/** Six digits, enough for every chart; null where there is no number. */
+Json rounded(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return std::strtod(text, nullptr);  // stod throws where a number is smaller than 2e-308
+}
+
+Json numberOr(const Json& number, const Json& otherwise) {
+  return number.is_null() ? otherwise : number;
+}
+
+/** Texts that stand in the data once, by their number. */
+class Dictionary {
+ public:
+  size_t operator()(const std::string& text) {
+    const auto [place, is_new] = index_.emplace(text, texts_.size());
+    if (is_new) texts_.push_back(text);
+    return place->second;
+  }
+  const std::vector<std::string>& texts() const { return texts_; }
+
+ private:
+  std::map<std::string, size_t> index_;
+  std::vector<std::string> texts_;
+};
+
+void appendPosition(const Eigen::Vector3d& p, Json* flat) {
+  for (int i = 0; i < 3; ++i) flat->push_back(std::llround(p[i] / kPositionUnit));
+}
+
+bool canBeDrawn(const std::vector<KeyframeState>& states) {
+  return !states.empty() && std::all_of(states.begin(), states.end(), [](const KeyframeState& s) {
+    return s.T_WB.t.allFinite() && s.T_WB.t.norm() < kLargestPosition;
+  });
+}
+
+/** The keyframes that an estimate is aligned with: ground truth; without it the last stage. */
+std::map<TimeNs, Eigen::Vector3d> referenceOf(const SlotRecord& slot) {
+  std::map<TimeNs, Eigen::Vector3d> reference;
+  for (const GroundTruthState& state : slot.truth)
+    if (state.T_WB.t.allFinite()) reference.emplace(state.t, state.T_WB.t);
+  if (!reference.empty()) return reference;
+  for (auto stage = slot.attempt.stages.rbegin(); stage != slot.attempt.stages.rend(); ++stage) {
+    if (!canBeDrawn(stage->states)) continue;
+    for (const KeyframeState& state : stage->states) reference.emplace(state.t, state.T_WB.t);
+    return reference;
+  }
+  return reference;
+}
+
+/** Keyframe positions after alignment in yaw and position, relative to the reference's first. */
+Json positionsOf(const StageRecord& stage, const std::map<TimeNs, Eigen::Vector3d>& reference) {
+  if (!canBeDrawn(stage.states)) return nullptr;
+  std::vector<Eigen::Vector3d> p_G, p_W;
+  for (const KeyframeState& state : stage.states) {
+    const auto match = reference.find(state.t);
+    if (match == reference.end()) continue;
+    p_G.push_back(match->second);
+    p_W.push_back(state.T_WB.t);
+  }
+  if (p_G.empty()) return nullptr;
+  const Alignment alignment = alignPoints(p_G, p_W, AlignmentType::kYawPosition);
+  Json flat = Json::array();
+  for (const KeyframeState& state : stage.states)
+    appendPosition(alignment * state.T_WB.t - reference.begin()->second, &flat);
+  return flat;
+}
+
+Json noiseOf(const SlotRecord& slot) {
+  if (!slot.noise) return nullptr;
+  Json groups = Json::array();
+  for (const ResidualGroup& group : {slot.noise->gyro, slot.noise->accel, slot.noise->vision})
+    groups.push_back({rounded(group.chi2), rounded(group.dof)});
+  return groups;
+}
+
+/** Builds the slots of the data and the dictionaries that they refer to. */
+class SlotData {
+ public:
+  explicit SlotData(const BenchmarkRecord& record) : metrics_(segmentMetrics()) {
+    for (const BenchmarkSequence& sequence : record.sequences) {
+      first_images_.push_back(sequence.first_image);
+      sequences_(sequence.name);
+    }
+    for (const BenchmarkInitializer& initializer : record.initializers)
+      initializers_(initializer.name);
+    const auto init = judgedSuccess(record, kStageInit);
+    const auto vi_ba = judgedSuccess(record, kStageViBa);
+    for (size_t i = 0; i < record.slots.size(); ++i)
+      add(record.slots[i], record.protocol.every_s, {init[i], vi_ba[i]});
+  }
+
+  void writeTo(Json* data) {
+    (*data)["windows"] = windows_;
+    (*data)["statuses"] = statuses_.texts();
+    (*data)["reasons"] = reasons_.texts();
+    (*data)["timings"] = timings_.texts();
+    (*data)["frames"] = std::move(frames_);
+    (*data)["slots"] = std::move(slots_);
+    (*data)["sequence_names"] = sequences_.texts();
+    (*data)["initializer_names"] = initializers_.texts();
+  }
+
+ private:
+  size_t windowOf(const SlotRecord& slot) {
+    const Json window = {slot.keyframes, rounded(slot.rate_hz)};
+    const auto place = std::find(windows_.begin(), windows_.end(), window);
+    const auto index = static_cast<size_t>(place - windows_.begin());
+    if (place == windows_.end()) windows_.push_back(window);
+    return index;
+  }
+
+  /** Stamps of the window's keyframes and true positions: the same for all initializers. */
+  size_t framesOf(const SlotRecord& slot, size_t sequence, size_t window) {
+    const auto key = std::make_tuple(sequence, window, slot.segment);
+    const auto [place, is_new] = frame_index_.emplace(key, frames_.size());
+    if (is_new) frames_.push_back({Json::array(), nullptr});
+    Json& frame = frames_[place->second];
+    const std::vector<TimeNs>& stamps = slot.attempt.keyframes;
+    if (!frame[0].empty() || stamps.empty()) return place->second;
+    std::map<TimeNs, Eigen::Vector3d> truth;
+    for (const GroundTruthState& state : slot.truth)
+      if (state.T_WB.t.allFinite()) truth.emplace(state.t, state.T_WB.t);
+    Json positions = Json::array();
+    for (const TimeNs t : stamps) {
+      frame[0].push_back(rounded(secondsBetween(stamps.front(), t)));
+      const auto match = truth.find(t);
+      if (match != truth.end())
+        appendPosition(match->second - truth.begin()->second, &positions);
+      else
+        for (int i = 0; i < 3; ++i) positions.push_back(nullptr);
+    }
+    if (!truth.empty()) frame[1] = std::move(positions);
+    return place->second;
+  }
+
+  Json stageOf(const SlotRecord& slot, const char* name,
+               const std::map<TimeNs, Eigen::Vector3d>& reference) const {
+    const StageRecord* stage = slot.attempt.stage(name);
+    if (stage == nullptr) return nullptr;
+    Json errors = Json::array();
+    const SegmentErrors none;
+    for (const SegmentMetric& metric : metrics_)
+      errors.push_back(rounded((stage->errors ? *stage->errors : none).*metric.error));
+    return {std::move(errors), positionsOf(*stage, reference)};
+  }
+
+  void add(const SlotRecord& slot, double every_s,
+           const std::vector<std::optional<bool>>& successes) {
+    const size_t sequence = sequences_(slot.sequence);
+    const size_t window = windowOf(slot);
+    const TimeNs first = sequence < first_images_.size() ? first_images_[sequence] : 0;
+    const double start_s = slot.attempt.keyframes.empty() && slot.t0 == 0
+                               ? slot.segment * every_s
+                               : secondsBetween(first, slot.t0);
+    Json judged = Json::array();
+    for (const std::optional<bool>& success : successes)
+      judged.push_back(success ? Json(*success ? 1 : 0) : Json(nullptr));
+    Json timings = Json::array();
+    for (const StageTiming& timing : slot.attempt.timings)
+      timings.push_back({timings_(timing.stage), rounded(timing.milliseconds)});
+    const std::map<TimeNs, Eigen::Vector3d> reference = referenceOf(slot);
+    // A start is read in hundredths of a second.
+    const double start_ms = std::round(1e3 * start_s);
+    slots_.push_back(Json::array(
+        {sequence, window, slot.segment, rounded(1e-3 * start_ms + 0.0),
+         initializers_(slot.initializer), statuses_(slot.attempt.status),
+         reasons_(slot.attempt.reason), framesOf(slot, sequence, window), std::move(judged),
+         std::move(timings),
+         Json::array({stageOf(slot, kStageInit, reference), stageOf(slot, kStageViBa, reference)}),
+         noiseOf(slot)}));
+  }
+
+  std::vector<SegmentMetric> metrics_;
+  std::vector<TimeNs> first_images_;
+  Dictionary sequences_, initializers_, statuses_, reasons_, timings_;
+  std::map<std::tuple<size_t, size_t, int>, size_t> frame_index_;
+  Json windows_ = Json::array(), frames_ = Json::array(), slots_ = Json::array();
+};
+
+Json metricsData() {
+  Json metrics = Json::array();
+  for (const SegmentMetric& m : segmentMetrics()) {
+    Json metric = {{"key", m.key},       {"name", m.name},         {"title", m.title},
+                   {"factor", m.factor}, {"decimals", m.decimals}, {"limit", nullptr}};
+    if (m.key == "gravity_deg") metric["limit"] = kSuccessGravityDeg;
+    if (m.key == "velocity_mps") metric["limit"] = kSuccessVelocityMps;
+    metrics.push_back(std::move(metric));
+  }
+  return metrics;
+}
+
+Json sequencesData(const BenchmarkRecord& record) {
+  Json sequences = Json::array();
+  for (const BenchmarkSequence& s : record.sequences) {
+    Json floors = Json::array();  // a window each, in the order of data.windows
+    for (const auto& window : windowsOf(record))
+      floors.push_back(
+          rounded(gyroFloor(record, window, s.name, &GyroWindowFloor::rre_deg).median));
+    sequences.push_back({{"name", s.name},
+                         {"duration_s", rounded(s.duration_s)},
+                         {"has_ground_truth", s.has_ground_truth},
+                         {"floor_rre_deg", std::move(floors)},
+                         {"error", s.error}});
+  }
+  return sequences;
+}
+
+}  // namespace
+
+nlohmann::json reportData(const BenchmarkRecord& record) {
+  Json data;
+  data["every_s"] = numberOr(rounded(record.protocol.every_s), 0);
+  data["vi_ba"] = record.protocol.vi_ba;
+  data["position_unit_m"] = kPositionUnit;
+  data["metrics"] = metricsData();
+  data["sequences"] = sequencesData(record);
+  data["initializers"] = Json::array();
+  for (const BenchmarkInitializer& i : record.initializers)
+    data["initializers"].push_back(
+        {{"name", i.name}, {"version", i.version}, {"description", i.description}});
+  SlotData(record).writeTo(&data);
+  return data;
+}
+
+nlohmann::json trajectoryData(const Trajectory& odometry, const GroundTruth& ground_truth,
+                              TimeNs first_image) {
+  constexpr size_t kPoses = 3000;
+  const size_t step = std::max<size_t>(1, (odometry.size() + kPoses - 1) / kPoses);
+  Trajectory thin;
+  for (size_t i = 0; i < odometry.size(); i += step)
+    if (odometry[i].T_WB.t.allFinite() && odometry[i].T_WB.t.norm() < kLargestPosition)
+      thin.push_back(odometry[i]);
+  if (const auto alignment = alignTrajectory(thin, ground_truth, AlignmentType::kYawPosition))
+    thin = transformed(thin, *alignment);
+  std::map<TimeNs, PoseError> errors;
+  for (const PoseError& error : poseErrors(thin, ground_truth)) errors.emplace(error.t, error);
+
+  Json rows = Json::array();
+  for (const StampedPose& pose : thin) {
+    Json row = Json::array();
+    row.push_back(rounded(secondsBetween(first_image, pose.t)));
+    for (int i = 0; i < 3; ++i) row.push_back(rounded(pose.T_WB.t[i]));
+    const auto state = ground_truth.at(pose.t);
+    for (int i = 0; i < 3; ++i) row.push_back(state ? rounded(state->T_WB.t[i]) : Json(nullptr));
+    const auto error = errors.find(pose.t);
+    row.push_back(error == errors.end() ? Json(nullptr) : rounded(error->second.position_m));
+    row.push_back(error == errors.end() ? Json(nullptr) : rounded(error->second.rotation_deg));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+BenchmarkRecord benchmarkOfRun(const RunRecord& record, const GroundTruth& ground_truth) {
+  BenchmarkRecord benchmark;
+  benchmark.versions = record.versions;
+  benchmark.config = record.config;
+  benchmark.protocol.vi_ba = false;
+  BenchmarkSequence sequence;
+  const std::string source = record.source.substr(0, record.source.find_last_not_of('/') + 1);
+  sequence.name = source.substr(source.rfind('/') + 1);
+  sequence.source = record.source;
+  sequence.source_kind = record.source_kind;
+  sequence.first_image = record.first_image;
+  sequence.duration_s = record.statistics.duration_s;
+  sequence.stereo_frames = record.statistics.stereo_frames;
+  sequence.unreadable_images = record.statistics.unreadable_images;
+  sequence.has_ground_truth = !ground_truth.empty();
+  sequence.warnings = record.warnings;
+  benchmark.sequences = {sequence};
+  BenchmarkInitializer initializer;
+  initializer.name = record.initializer;
+  initializer.version = record.initializer_version;
+  benchmark.initializers = {initializer};
+
+  SlotRecord slot;
+  slot.sequence = sequence.name;
+  slot.initializer = initializer.name;
+  for (const AttemptRecord& attempt : record.attempts) {
+    const int keyframes = static_cast<int>(attempt.keyframes.size());
+    if (keyframes <= slot.keyframes || keyframes < 2) continue;
+    slot.keyframes = keyframes;
+    const double span_s = secondsBetween(attempt.keyframes.front(), attempt.keyframes.back());
+    if (span_s > 0) slot.rate_hz = std::round(100.0 * (keyframes - 1) / span_s) / 100.0;
+  }
+  for (const AttemptRecord& attempt : record.attempts) {
+    slot.t0 = attempt.keyframes.empty() ? attempt.t : attempt.keyframes.front();
+    slot.attempt = attempt;
+    slot.truth.clear();
+    for (const TimeNs t : attempt.keyframes)
+      if (const auto state = ground_truth.at(t)) slot.truth.push_back(*state);
+    benchmark.slots.push_back(slot);
+    if (attempt.stage(kStageViBa) != nullptr) benchmark.protocol.vi_ba = true;
+    ++slot.segment;
+  }
+  return benchmark;
+}
+
+std::string scriptText(const nlohmann::json& json) {
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string safe;
+  safe.reserve(text.size());
+  for (const char c : text) {
+    if (c == '<')
+      safe += "\\u003c";
+    else
+      safe += c;
+  }
+  return safe;
+}
+
+std::string printable(const std::string& text) {
+  const std::string valid =
+      Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace))
+          .get<std::string>();
+  std::string result;
+  for (const char c : valid) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7F)
+      result += "\xEF\xBF\xBD";  // U+FFFD, replacement character
+    else
+      result += c;
+  }
+  return result;
+}
+
+}  // namespace etalon

@@ -1,0 +1,135 @@
+#include "etalon/report/run_results.h"
+
+#include <filesystem>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/median.h"
+#include "etalon/core/output_file.h"
+#include "etalon/core/tum_file.h"
+#include "etalon/report/plot.h"
+#include "etalon/report/report.h"
+#include "etalon/runlog/attempt_record.h"
+
+namespace etalon {
+
+namespace {
+
+constexpr char kTumFramesNeverInitialised[] =
+    "T_VB, never initialised: V is the body's frame at the first image, not aligned with gravity";
+
+RunStatistics statisticsOf(const FinishedRun& run) {
+  RunStatistics s;
+  const ReadStatistics& read = run.source.statistics();
+  s.stereo_frames = read.stereo_frames;
+  s.imu_samples = read.imu_samples;
+  s.unpaired_left = read.unpaired_left;
+  s.unpaired_right = read.unpaired_right;
+  s.unreadable_images = read.unreadable_images;
+  s.frames_not_located = run.pipeline.framesNotLocated();
+  for (const auto& [fault, c] : run.pipeline.inputFaults())
+    s.input_faults.push_back({toString(fault), c.count, c.first, c.value});
+  if (!run.images.empty()) s.duration_s = secondsBetween(run.images.front().t, run.images.back().t);
+  s.wall_s = run.wall_s;
+  std::vector<double> frame_ms;
+  for (const FrameTiming& t : run.pipeline.timings())
+    frame_ms.push_back(t.frontend_ms + t.odometry_ms);
+  s.frame_median_ms = median(frame_ms);
+  return s;
+}
+
+/** Those of reading, then what the pipeline found in its input; frames outside the IMU's time are
+ * known to both. */
+std::vector<std::string> warningsOf(const FinishedRun& run) {
+  const ReadStatistics& read = run.source.statistics();
+  std::vector<std::string> warnings = read.warnings;
+  for (const auto& [fault, count] : run.pipeline.inputFaults())
+    if (fault != InputFault::kFrameWithoutImu || count.count > read.outside_imu)
+      warnings.push_back(describe(fault, count));
+  return warnings;
+}
+
+/** Before initialisation the odometry's frame is not aligned with gravity: yaw alone aligns
+ * nothing. */
+AlignmentType rotationAlignment(const RunRecord& record) {
+  return record.initialized_at ? AlignmentType::kYawPosition : AlignmentType::kSE3;
+}
+
+/** Positions after alignment in SE(3), the usual ATE. An alignment of positions says little of the
+ * rotation where the path is short: rotations after the one that the picture shows. */
+TrajectoryErrors trajectoryErrorsOf(const RunRecord& record, const Trajectory& trajectory,
+                                    const GroundTruth& truth) {
+  TrajectoryErrors errors = absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kSE3);
+  if (record.initialized_at)
+    errors.rotation_deg =
+        absoluteTrajectoryErrors(trajectory, truth, rotationAlignment(record)).rotation_deg;
+  return errors;
+}
+
+}  // namespace
+
+RunRecord makeRunRecord(const FinishedRun& run) {
+  RunRecord record;
+  record.source = std::filesystem::absolute(run.source.name()).lexically_normal().string();
+  record.source_kind = run.source.kind();
+  record.initializer = run.configuration.plugin.name;
+  record.initializer_version = run.configuration.plugin.version;
+  record.initializer_path = run.configuration.plugin.path;
+  if (const auto& at_rest = run.configuration.at_rest_plugin) {
+    record.at_rest_initializer = at_rest->name;
+    record.at_rest_initializer_version = at_rest->version;
+    record.at_rest_initializer_path = at_rest->path;
+  }
+  record.versions = run.versions;
+  record.config = run.configuration.effective_ini;
+  if (!run.images.empty()) record.first_image = run.images.front().t;
+  if (run.pipeline.state() == PipelineState::kInitialized)
+    record.initialized_at = run.pipeline.initializedAt();
+  record.handed_over_at = run.pipeline.handedOverAt();
+  const GroundTruth& ground_truth = run.source.groundTruth();
+  for (const InitializationAttempt& attempt : run.pipeline.attempts())
+    record.attempts.push_back(
+        makeAttemptRecord(attempt, run.configuration.pipeline.window.gravity_mps2, ground_truth));
+  record.statistics = statisticsOf(run);
+  record.warnings = warningsOf(run);
+  const Trajectory& trajectory = run.pipeline.trajectory();
+  if (ground_truth.empty() || trajectory.empty()) return record;
+  record.ground_truth = GroundTruthUse{static_cast<int>(trajectory.size()),
+                                       static_cast<int>(coveredPoses(trajectory, ground_truth))};
+  record.trajectory_errors = trajectoryErrorsOf(record, trajectory, ground_truth);
+  requireCoverage(&record, run.min_coverage);
+  if (!record.trajectory_errors)
+    record.warnings.push_back(describeCoverage(*record.ground_truth, run.min_coverage));
+  return record;
+}
+
+std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
+                                         const RunRecord& record) {
+  const std::vector<std::string> names = {"trajectory.tum", "initialization.json", kRunLogName,
+                                          "trajectory.png", "report.html",         "config.ini"};
+  OutputFiles output(folder);
+  std::vector<std::string> files;
+  for (const std::string& name : names) files.push_back(output.path(name));
+  writeTum(files[0], run.pipeline.trajectory(),
+           record.initialized_at ? "T_WB" : kTumFramesNeverInitialised);
+  writeInitializationJson(files[1], record);
+  RunLog log;
+  log.record = record;
+  log.calibration = run.source.calibration();
+  log.images = run.images;
+  log.odometry = run.pipeline.trajectory();
+  log.ground_truth = run.source.groundTruth();
+  writeRunLog(files[2], log);
+  TrajectoryPlotOptions plot;
+  plot.title = std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
+  plot.initialized_at = record.initialized_at;
+  plot.alignment = rotationAlignment(record);
+  drawTrajectoryPlot(files[3], run.pipeline.trajectory(), run.source.groundTruth(), plot);
+  writeFile(files[4], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
+  writeFile(files[5], run.configuration.effective_ini);
+  output.putInPlace();
+  for (size_t i = 0; i < names.size(); ++i)
+    files[i] = (std::filesystem::path(folder) / names[i]).string();
+  return files;
+}
+
+}  // namespace etalon

@@ -1,0 +1,159 @@
+#include "etalon/report/table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "etalon/core/errors.h"
+#include "etalon/core/table_text.h"
+
+namespace etalon {
+namespace {
+
+std::string formatted(const char* format, int precision, double value) {
+  char text[352];  // "%.*f" of the largest double has 309 digits before the point
+  std::snprintf(text, sizeof text, format, precision, value);
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> tableFormatNames() {
+  return {"text", "markdown", "csv", "json", "latex", "html"};
+}
+
+TableFormat tableFormatFromName(const std::string& name) {
+  if (name == "text") return TableFormat::kText;
+  if (name == "markdown") return TableFormat::kMarkdown;
+  if (name == "csv") return TableFormat::kCsv;
+  if (name == "json") return TableFormat::kJson;
+  if (name == "latex") return TableFormat::kLatex;
+  if (name == "html") return TableFormat::kHtml;
+  throw ConfigError("table format '" + name +
+                    "': expected text, markdown, csv, json, latex or html");
+}
+
+void Table::addRow() { rows_.emplace_back(columns_.size()); }
+
+size_t Table::indexOf(const std::string& key) const {
+  for (size_t c = 0; c < columns_.size(); ++c)
+    if (columns_[c].key == key) return c;
+  throw Error("table: there is no column '" + key + "'");
+}
+
+void Table::setText(const std::string& key, const std::string& text) {
+  Cell& cell = rows_.back()[indexOf(key)];
+  cell.text = text;
+  cell.empty = text.empty();
+}
+
+void Table::setNumber(const std::string& key, double value) {
+  Cell& cell = rows_.back()[indexOf(key)];
+  cell.value = value;
+  cell.text = formatted("%.*g", 9, value);
+  cell.empty = !std::isfinite(value);
+}
+
+void Table::setBold(const std::string& key) { rows_.back()[indexOf(key)].bold = true; }
+
+void Table::markBest(const std::vector<std::string>& keys, bool least_is_best) {
+  std::vector<size_t> filled;
+  for (const std::string& key : keys)
+    if (const size_t c = indexOf(key); !rows_.back()[c].empty) filled.push_back(c);
+  if (filled.size() < 2) return;
+  std::vector<Cell>& row = rows_.back();
+  const size_t best = *std::min_element(filled.begin(), filled.end(), [&](size_t a, size_t b) {
+    return least_is_best ? row[a].value < row[b].value : row[a].value > row[b].value;
+  });
+  for (const size_t c : filled) row[c].bold = rounded(c, row[c]) == rounded(best, row[best]);
+}
+
+std::vector<size_t> Table::shownColumns() const {
+  std::vector<size_t> shown;
+  for (size_t c = 0; c < columns_.size(); ++c)
+    if (!columns_[c].data_only) shown.push_back(c);
+  return shown;
+}
+
+std::vector<size_t> Table::dataColumns() const {
+  std::vector<size_t> written;
+  for (size_t c = 0; c < columns_.size(); ++c)
+    if (!columns_[c].people_only) written.push_back(c);
+  return written;
+}
+
+std::vector<Table::Group> Table::groups(const std::vector<size_t>& shown) const {
+  std::vector<Group> groups;
+  bool named = false;
+  for (size_t i = 0; i < shown.size(); ++i) {
+    const std::string& title = columns_[shown[i]].group;
+    named = named || !title.empty();
+    if (groups.empty() || groups.back().title != title) groups.push_back({title, i, 0});
+    ++groups.back().count;
+  }
+  return named ? groups : std::vector<Group>();
+}
+
+bool Table::hasRuleAbove(size_t row) const {
+  return std::find(rules_.begin(), rules_.end(), row) != rules_.end();
+}
+
+std::string Table::rounded(size_t column, const Cell& cell) const {
+  if (cell.empty) return "-";
+  const Column& c = columns_[column];
+  return c.number ? formatted("%.*f", c.decimals, c.factor * cell.value) : cell.text;
+}
+
+std::string Table::toString(TableFormat format, const TextStyle& style) const {
+  switch (format) {
+    case TableFormat::kText:
+      return text(style);
+    case TableFormat::kMarkdown:
+      return markdown();
+    case TableFormat::kCsv:
+      return csv();
+    case TableFormat::kJson:
+      return json();
+    case TableFormat::kLatex:
+      return latex();
+    case TableFormat::kHtml:
+      break;
+  }
+  return html();
+}
+
+std::string Table::csv() const {
+  const std::vector<size_t> written = dataColumns();
+  std::string text;
+  for (const size_t c : written)
+    text += (c != written.front() ? "," : "") + csvField(columns_[c].key);
+  text += "\n";
+  for (const std::vector<Cell>& row : rows_) {
+    for (const size_t c : written)
+      text += (c != written.front() ? "," : "") + (row[c].empty ? "" : csvField(row[c].text));
+    text += "\n";
+  }
+  return text;
+}
+
+std::string Table::json() const {
+  using Json = nlohmann::ordered_json;
+  Json array = Json::array();
+  for (const std::vector<Cell>& row : rows_) {
+    Json object;
+    for (const size_t c : dataColumns()) {
+      Json& value = object[columns_[c].key];
+      if (row[c].empty) continue;
+      if (columns_[c].number)
+        value = std::strtod(row[c].text.c_str(), nullptr);
+      else
+        value = row[c].text;
+    }
+    array.push_back(object);
+  }
+  return array.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace etalon

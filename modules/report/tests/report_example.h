@@ -1,0 +1,32 @@
+#pragma once
+
+#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/core/trajectory.h"
+#include "etalon/runlog/initialization_json.h"
+
+namespace etalon::testing {
+
+/** How much of a benchmark to make up. */
+struct ReportExampleSize {
+  int sequences = 7;  ///< the last but one has no ground truth, the last could not be used
+  int slots = 60;
+  int initializers = 7;
+  std::vector<int> keyframes{5, 10};
+  std::vector<double> rates_hz{4.0, 10.0};
+};
+
+/**
+ * A benchmark that never ran, the same on every call: a body on a curved path, estimates with
+ * random errors, stretches in which initializers refuse, are not accepted, or are wrong.
+ */
+BenchmarkRecord reportExample(const ReportExampleSize& size);
+
+/** A run made up in the same way: some refusals, then a start. */
+struct RunExample {
+  RunRecord record;
+  Trajectory odometry;
+  GroundTruth ground_truth;
+};
+RunExample runExample();
+
+}  // namespace etalon::testing

@@ -1,0 +1,230 @@
+#include "etalon/report/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "etalon/testing/example_benchmark.h"
+#include "report_assets.h"
+#include "report_data.h"
+#include "report_example.h"
+
+namespace etalon {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/** The text between `open` and the `close` that follows it; empty if there is none. */
+std::string between(const std::string& text, const std::string& open, const std::string& close) {
+  const size_t begin = text.find(open);
+  if (begin == std::string::npos) return "";
+  const size_t end = text.find(close, begin + open.size());
+  return text.substr(begin + open.size(), end - begin - open.size());
+}
+
+json dataOf(const std::string& html) {
+  return json::parse(between(html, "<script type=\"application/json\" id=\"data\">", "</script>"));
+}
+
+size_t countOf(const std::string& text, const std::string& part) {
+  size_t count = 0;
+  for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+bool isUtf8(const std::string& text) {
+  try {
+    return !json(text).dump().empty();
+  } catch (const json::exception&) {
+    return false;
+  }
+}
+
+testing::ReportExampleSize smallExample() { return {7, 8, 3, {10}, {4.0}}; }
+
+TEST(Report, HoldsEverySlotWithStatusReasonAndStages) {
+  const BenchmarkRecord record = testing::reportExample(smallExample());
+  const json data = dataOf(benchmarkReportHtml(record));
+  EXPECT_EQ(data.at("kind"), "benchmark");
+  ASSERT_EQ(data.at("slots").size(), record.slots.size());
+  size_t refused = 0;
+  for (size_t i = 0; i < record.slots.size(); ++i) {
+    const SlotRecord& slot = record.slots[i];
+    const json& packed = data.at("slots").at(i);
+    EXPECT_EQ(data.at("sequence_names").at(packed[0].get<size_t>()), slot.sequence);
+    EXPECT_EQ(data.at("windows").at(packed[1].get<size_t>()).at(0), slot.keyframes);
+    EXPECT_EQ(packed[2], slot.segment);
+    EXPECT_EQ(packed[3], 2.5 * slot.segment);
+    EXPECT_EQ(data.at("initializer_names").at(packed[4].get<size_t>()), slot.initializer);
+    EXPECT_EQ(data.at("statuses").at(packed[5].get<size_t>()), slot.attempt.status);
+    EXPECT_EQ(data.at("reasons").at(packed[6].get<size_t>()), slot.attempt.reason);
+    EXPECT_EQ(packed[10][0].is_null(), slot.attempt.stage(kStageInit) == nullptr);
+    if (packed[10][0].is_null()) ++refused;
+  }
+  EXPECT_GT(refused, 0U);
+  EXPECT_LT(refused, record.slots.size());
+  EXPECT_EQ(data.at("sequences").size(), 7U);
+  EXPECT_THAT(data.at("sequences").at(6).at("error").get<std::string>(), HasSubstr("expected"));
+}
+
+TEST(Report, PositionsAreAlignedWithGroundTruthAndCountFromItsFirstKeyframe) {
+  const BenchmarkRecord record = testing::reportExample(smallExample());
+  const json data = reportData(record);
+  for (size_t i = 0; i < record.slots.size(); ++i) {
+    const SlotRecord& slot = record.slots[i];
+    const json& vi_ba = data.at("slots").at(i)[10][1];
+    if (slot.truth.empty() || vi_ba.is_null()) continue;
+    const json& truth = data.at("frames").at(data.at("slots").at(i)[7].get<size_t>())[1];
+    ASSERT_EQ(truth.size(), 30U);
+    ASSERT_EQ(vi_ba[1].size(), 30U);
+    EXPECT_EQ(truth[0], 0);
+    const Eigen::Vector3d step = slot.truth[9].T_WB.t - slot.truth[0].T_WB.t;
+    for (size_t d = 0; d < 3; ++d) {
+      EXPECT_NEAR(truth[27 + d].get<double>() * 1e-5, step[static_cast<Eigen::Index>(d)], 1e-5);
+      // The example's estimates are up to 0.4 * 0.01 * 18 m off (1 sigma), in a world of their own
+      // that is metres away.
+      EXPECT_NEAR(vi_ba[1][27 + d].get<double>(), truth[27 + d].get<double>(), 0.5e5);
+    }
+  }
+}
+
+TEST(Report, WithoutGroundTruthTheStagesAreAlignedWithEachOther) {
+  testing::ReportExampleSize size = smallExample();
+  const BenchmarkRecord record = testing::reportExample(size);
+  const json data = reportData(record);
+  size_t seen = 0;
+  for (size_t i = 0; i < record.slots.size(); ++i) {
+    if (record.slots[i].sequence != "no_ground_truth") continue;
+    const json& packed = data.at("slots").at(i);
+    if (packed[10][1].is_null()) continue;
+    ++seen;
+    EXPECT_TRUE(data.at("frames").at(packed[7].get<size_t>())[1].is_null());
+    EXPECT_EQ(packed[10][1][1][0], 0);
+    EXPECT_TRUE(packed[8][0].is_null()) << "cannot be judged";
+    EXPECT_TRUE(packed[10][1][0][0].is_null()) << "no error";
+  }
+  EXPECT_GT(seen, 0U);
+}
+
+TEST(Report, NotANumberIsNullAndAnEstimateAtInfinityIsNotDrawn) {
+  BenchmarkRecord record = testing::exampleBenchmark();
+  StageRecord& stage = record.slots[0].attempt.stages[0];
+  stage.errors->ate_m = std::numeric_limits<double>::infinity();
+  stage.errors->rre_deg = SegmentErrors::kNone;
+  KeyframeState state;
+  state.T_WB.t.x() = SegmentErrors::kNone;
+  stage.states = {state};
+  const json data = dataOf(benchmarkReportHtml(record));
+  const json& packed = data.at("slots").at(0)[10][0];
+  EXPECT_TRUE(packed[0][0].is_null());
+  EXPECT_TRUE(packed[0][1].is_null());
+  EXPECT_DOUBLE_EQ(packed[0][3].get<double>(), 1.0);  // gravity
+  EXPECT_TRUE(packed[1].is_null());
+}
+
+TEST(Report, HostileTextsStayTexts) {
+  const std::string hostile =
+      "</script><script>alert(1)</script><!-- \" ' & {{data}} \xFF\xFE \x01 <b>";
+  BenchmarkRecord record = testing::exampleBenchmark();
+  record.initializers[0].name = record.initializers[0].description = hostile;
+  record.sequences[0].name = record.sequences[0].error = hostile;
+  record.sequences[1].warnings = {hostile};
+  record.versions = {{hostile, hostile}};
+  record.config = hostile;
+  for (SlotRecord& slot : record.slots) {
+    if (slot.sequence == "V1") slot.sequence = hostile;
+    if (slot.initializer == "good") slot.initializer = hostile;
+    slot.attempt.status = slot.attempt.reason = hostile;
+    slot.attempt.timings.push_back({hostile, 1.0});
+  }
+  const std::string html = benchmarkReportHtml(record);
+  EXPECT_TRUE(isUtf8(html));
+  const std::string harmless = benchmarkReportHtml(testing::exampleBenchmark());
+  EXPECT_EQ(countOf(html, "<script"), countOf(harmless, "<script"));
+  EXPECT_EQ(countOf(html, "</script"), countOf(harmless, "</script"));
+  EXPECT_EQ(countOf(html, "id=\"data\""), 1U);
+  EXPECT_THAT(html, Not(HasSubstr("<!-- \"")));
+  EXPECT_THAT(html, Not(HasSubstr(std::string(1, '\x01'))));
+  const json data = dataOf(html);
+  EXPECT_THAT(data.at("reasons").at(0).get<std::string>(),
+              HasSubstr("</script><script>alert(1)</script><!-- \" ' & {{data}} "));
+}
+
+TEST(Report, NeedsNothingElseAndCarriesTheLicences) {
+  const std::string html = benchmarkReportHtml(testing::exampleBenchmark());
+  EXPECT_THAT(html, HasSubstr(std::string(report_assets::library())));
+  EXPECT_THAT(html, HasSubstr("Apache License"));
+  EXPECT_THAT(html, HasSubstr("The Apache Software Foundation"));
+  EXPECT_THAT(html, HasSubstr("Baidu"));    // zrender
+  EXPECT_THAT(html, HasSubstr("Bostock"));  // d3
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
+  EXPECT_EQ(countOf(html, "<script"), 3U);  // data, library, the page's own
+  EXPECT_THAT(html, Not(HasSubstr("<script src")));
+  EXPECT_THAT(html, Not(HasSubstr("<link rel=\"stylesheet")));
+  EXPECT_THAT(html, Not(HasSubstr("{{"))) << "a placeholder was left";
+}
+
+TEST(Report, StaysSmallEnoughForAWholeBenchmark) {
+  const BenchmarkRecord record = testing::reportExample({});
+  ASSERT_EQ(record.slots.size(), 6U * 60 * 7 * 4);
+  const std::string html = benchmarkReportHtml(record);
+  // 7 sequences shall stay below 25 MB; these are 6, and some slots have no stages.
+  EXPECT_LT(html.size(), 20'000'000U);
+}
+
+TEST(Report, IsTheSameEveryTime) {
+  const BenchmarkRecord record = testing::reportExample(smallExample());
+  EXPECT_EQ(benchmarkReportHtml(record), benchmarkReportHtml(record));
+}
+
+TEST(Report, OfAnEmptyBenchmarkIsAPage) {
+  const std::string html = benchmarkReportHtml({});
+  EXPECT_TRUE(dataOf(html).at("slots").empty());
+  EXPECT_THAT(html, HasSubstr("</html>"));
+}
+
+TEST(Report, OfARunHoldsItsAttemptsAndItsTrajectory) {
+  const testing::RunExample run = testing::runExample();
+  const json data = dataOf(runReportHtml(run.record, run.odometry, run.ground_truth));
+  EXPECT_EQ(data.at("kind"), "run");
+  EXPECT_EQ(data.at("slots").size(), run.record.attempts.size());
+  EXPECT_EQ(data.at("sequence_names").at(0), "MH_01_easy");
+  EXPECT_EQ(data.at("windows"), json::array({json::array({10, 4.0})}));
+  ASSERT_EQ(data.at("trajectory").size(), run.odometry.size());
+  const json& pose = data.at("trajectory").at(400);
+  EXPECT_DOUBLE_EQ(pose[0].get<double>(), 20.0);
+  // The example's drift is at most 8 cm; unaligned it is metres.
+  EXPECT_LT(pose[7].get<double>(), 0.1);
+  EXPECT_GT(pose[7].get<double>(), 0.0);
+  for (size_t d = 1; d <= 3; ++d)
+    EXPECT_NEAR(pose[d].get<double>(), pose[d + 3].get<double>(), 0.1);
+}
+
+TEST(Report, OfARunWithoutGroundTruthOrAttempts) {
+  testing::RunExample run = testing::runExample();
+  const json blind = dataOf(runReportHtml(run.record, run.odometry, {}));
+  EXPECT_TRUE(blind.at("trajectory").at(3)[4].is_null());
+  EXPECT_TRUE(blind.at("trajectory").at(3)[7].is_null());
+  run.record.attempts.clear();
+  run.record.initialized_at.reset();
+  const std::string html = runReportHtml(run.record, {}, {});
+  EXPECT_TRUE(dataOf(html).at("slots").empty());
+  EXPECT_THAT(html, HasSubstr("<dt>Initialised</dt><dd>never</dd>"));
+}
+
+TEST(Report, ALongTrajectoryIsThinnedOut) {
+  Trajectory odometry;
+  for (int i = 0; i < 10'000; ++i) odometry.push_back({50'000'000LL * i, SE3()});
+  const json rows = trajectoryData(odometry, {}, 0);
+  EXPECT_LE(rows.size(), 3000U);
+  EXPECT_GE(rows.size(), 1500U);
+}
+
+}  // namespace
+}  // namespace etalon

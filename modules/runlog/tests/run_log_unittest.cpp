@@ -1,0 +1,153 @@
+#include "etalon/runlog/run_log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/obs/CObservationComment.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/obs/CObservationStereoImages.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "etalon/core/errors.h"
+#include "etalon/datasets/mrpt_time.h"
+#include "etalon/datasets/observation_conversion.h"
+#include "etalon/testing/example_run.h"
+
+namespace etalon {
+namespace {
+
+using namespace mrpt::obs;
+using testing::exampleLog;
+using testing::kFirstImage;
+
+std::vector<CObservation::Ptr> observationsIn(const std::string& path) {
+  mrpt::io::CFileGZInputStream stream;
+  EXPECT_TRUE(stream.open(path));
+  auto archive = mrpt::serialization::archiveFrom(stream);
+  std::vector<CObservation::Ptr> observations;
+  try {
+    for (;;) observations.push_back(std::dynamic_pointer_cast<CObservation>(archive.ReadObject()));
+  } catch (const std::exception&) {  // the end of the log
+  }
+  return observations;
+}
+
+TEST(RunLog, HoldsTheRunAsStockObservationsInTimeOrder) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / kRunLogName;
+  const RunLog log = exampleLog();
+  writeRunLog(path, log);
+
+  const std::vector<CObservation::Ptr> observations = observationsIn(path);
+  ASSERT_FALSE(observations.empty());
+  EXPECT_NE(std::dynamic_pointer_cast<CObservationComment>(observations[0]), nullptr);
+  std::map<std::string, int> counts;
+  for (size_t i = 0; i < observations.size(); ++i) {
+    ASSERT_NE(observations[i], nullptr);
+    ++counts[observations[i]->sensorLabel];
+    if (i > 0) {
+      EXPECT_GE(observations[i]->timestamp, observations[i - 1]->timestamp);
+    }
+    const TimeNs t = fromMrptTime(observations[i]->timestamp);
+    EXPECT_GE(t, truncateToMrptTick(kFirstImage));  // none carries the time of writing
+    EXPECT_LE(t, kFirstImage + 500'000'001);
+  }
+  // 11 pairs less the one without a path; 3 keyframes a stage; ground truth inside the run only.
+  counts.erase(observations[0]->sensorLabel);
+  const std::map<std::string, int> expected = {{"stereo", 10},
+                                               {"eta/init", 3},
+                                               {"eta/vi_ba", 3},
+                                               {"eta/odometry", 11},
+                                               {"ground_truth", 11}};
+  EXPECT_EQ(counts, expected);
+}
+
+TEST(RunLog, PosesAndImagesAreWhatWasGiven) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / kRunLogName;
+  const RunLog log = exampleLog();
+  writeRunLog(path, log);
+  size_t odometry = 0, images = 0;
+  for (const CObservation::Ptr& observation : observationsIn(path)) {
+    if (observation->sensorLabel == "eta/odometry") {
+      const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation);
+      ASSERT_NE(pose, nullptr);
+      const StampedPose& given = log.odometry.at(odometry++);
+      EXPECT_EQ(fromMrptTime(pose->timestamp), truncateToMrptTick(given.t));
+      // MRPT keeps yaw, pitch and roll: a few roundings.
+      const SE3 read = fromMrptPose(pose->pose.mean);
+      EXPECT_LT((read.t - given.T_WB.t).norm(), 1e-14);
+      EXPECT_LT((read.R - given.T_WB.R).norm(), 1e-14);
+    } else if (observation->sensorLabel == "stereo") {
+      const auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation);
+      ASSERT_NE(stereo, nullptr);
+      if (images == 5) ++images;
+      const StereoReference& given = log.images.at(images++);
+      EXPECT_TRUE(stereo->imageLeft.isExternallyStored());
+      EXPECT_EQ(stereo->imageLeft.getExternalStorageFile(), given.left_path);
+      EXPECT_EQ(stereo->imageRight.getExternalStorageFile(), given.right_path);
+    }
+  }
+  EXPECT_EQ(odometry, 11u);
+  EXPECT_EQ(images, 11u);
+}
+
+TEST(RunLog, GivesTheRecordBackFromFolderAndFile) {
+  const testing::TemporaryFolder folder;
+  const RunLog log = exampleLog();
+  writeRunLog(folder / kRunLogName, log);
+  for (const std::string& run : {folder.path(), folder / kRunLogName}) {
+    const RunRecord record = readRunRecord(run);
+    EXPECT_EQ(record.source, log.record.source);
+    EXPECT_EQ(record.config, log.record.config);
+    EXPECT_EQ(record.attempts.size(), 2u);
+  }
+}
+
+TEST(RunLog, ARunThatNeverInitialisedCanBeLoggedToo) {
+  const testing::TemporaryFolder folder;
+  RunLog log = exampleLog();
+  log.record.attempts.resize(1);
+  log.record.initialized_at.reset();
+  log.odometry.clear();
+  log.images.clear();
+  log.ground_truth = {};
+  writeRunLog(folder / kRunLogName, log);
+  EXPECT_EQ(observationsIn(folder / kRunLogName).size(), 1u);
+  EXPECT_EQ(readRunRecord(folder.path()).acceptedAttempt(), nullptr);
+}
+
+TEST(RunLog, SaysWhatIsMissing) {
+  const testing::TemporaryFolder folder;
+  EXPECT_THROW(readRunRecord(folder.path()), DataError);
+  EXPECT_THROW(readRunRecord(folder / "missing.rawlog"), DataError);
+  std::ofstream(folder / "text.rawlog") << "this is not a rawlog";
+  EXPECT_THROW(readRunRecord(folder / "text.rawlog"), DataError);
+  EXPECT_THROW(writeRunLog(folder / "no/such/run.rawlog", exampleLog()), DataError);
+}
+
+#ifdef ETALON_RAWLOG_EDIT
+TEST(RunLog, RawlogEditReadsIt) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / kRunLogName, output = folder / "output.txt";
+  writeRunLog(path, exampleLog());
+  const std::string command =
+      std::string(ETALON_RAWLOG_EDIT) + " --info -i '" + path + "' > '" + output + "' 2>&1";
+  std::ostringstream text;
+  const int status = std::system(command.c_str());
+  text << std::ifstream(output).rdbuf();
+  ASSERT_EQ(status, 0) << text.str();
+  // 1 comment, 10 stereo pairs, 6 keyframes, 11 poses of odometry, 11 of ground truth.
+  EXPECT_THAT(text.str(), ::testing::HasSubstr(": 39\n"));
+  EXPECT_THAT(text.str(),
+              ::testing::HasSubstr("eta/init, eta/odometry, eta/vi_ba, ground_truth, stereo"));
+}
+#endif
+
+}  // namespace
+}  // namespace etalon
