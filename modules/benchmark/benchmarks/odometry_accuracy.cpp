@@ -1,0 +1,324 @@
+// odometry_accuracy SRC [--tracks FOLDER | --tracks-file FILE] [--from S] [--to S] [--start
+// truth|NAME]
+//                   [--seed N] [--trajectory FILE] [-c INI] [--set section.key=value]...
+//
+// How good is the odometry, asked without images? SRC is a recording (EuRoC folder or .rawlog) with
+// ground truth; its tracks come from the front end or from a cache (--tracks keeps them in FOLDER;
+// --tracks-file takes FILE as it is, whatever it was made from). Both odometries run from S to S
+// after the first image: from the ground truth's state with seeded errors, or from what the
+// initializer NAME finds in the first window that is accepted. Prints a line for each odometry:
+// ATE after alignment in SE(3), and in yaw and position alone; RMSE of roll and pitch from 10 s
+// after the start on, against the ground truth and against it turned to where the recording's
+// accelerometer has gravity; RMSE of the velocity; scale; CPU time a frame; mean NEES a degree of
+// freedom of the fixed-lag odometry's rotation, position, velocity, b_g and b_a.
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <opencv2/core/utility.hpp>
+#include <random>
+#include <string>
+
+#include "cut_tracks.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
+#include "etalon/datasets/recorded_source.h"
+#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/content_hash.h"
+#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/metrics.h"
+#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/run_configuration.h"
+
+namespace {
+
+using namespace etalon;
+using Eigen::Vector3d;
+
+struct Arguments {
+  std::string source, tracks, tracks_file, start = "truth", trajectory;
+  double from_s = 0.0, to_s = 1e9;
+  unsigned seed = 1;
+  IniFile ini;
+  IniFile fixed_lag;  ///< section [fixed_lag] alone
+};
+
+/** CPU time of this thread, ms. */
+double cpuMilliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+/** A state for every frame. */
+struct Run {
+  std::string name;
+  std::vector<OdometryOutput> outputs;
+  std::vector<double> ms;
+  int keyframes = 0;
+};
+
+/** The key that the file has, so that it is taken whatever it was made from. */
+std::string keyOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string header(44, '\0');
+  file.read(header.data(), 44);
+  return header.substr(12);
+}
+
+SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline) {
+  const auto recording = openRecording(arguments.source);
+  TrackingOptions tracking;
+  tracking.frontend = pipeline.frontend;
+  tracking.gyro_bias = pipeline.window.priors.mean.gyro;
+  SequenceTracks tracks;
+  if (!arguments.tracks_file.empty()) {
+    tracks = withoutTracks(*recording);
+    std::string why_not;
+    if (!readTracks(arguments.tracks_file, keyOf(arguments.tracks_file), &tracks, &why_not))
+      throw DataError(arguments.tracks_file, 0, why_not);
+  } else if (!arguments.tracks.empty()) {
+    tracks = loadOrTrack(*recording, recordingHash(*recording), recordingName(arguments.source),
+                         arguments.tracks, tracking, nullptr);
+  } else {
+    tracks = trackSequence(*recording, tracking);
+  }
+  cutTracks(arguments.from_s, arguments.to_s, &tracks);
+  return tracks;
+}
+
+/** Where the odometries begin: a frame's index, and the state there. */
+struct Beginning {
+  size_t frame = 0;
+  OdometryStart start;
+};
+
+Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
+  Beginning beginning;
+  while (beginning.frame < tracks.frames.size() &&
+         !tracks.ground_truth.at(tracks.frames[beginning.frame].t))
+    ++beginning.frame;
+  if (beginning.frame == tracks.frames.size()) throw ConfigError("no ground truth for any frame");
+  const GroundTruthState truth = *tracks.ground_truth.at(tracks.frames[beginning.frame].t);
+  Eigen::Matrix<double, 15, 1> sigma;  // as a good initialization has them
+  sigma << Vector3d::Constant(0.005), Vector3d::Constant(1e-4), Vector3d::Constant(0.02),
+      Vector3d::Constant(0.003), Vector3d::Constant(0.05);
+  NavState state;
+  state.T_WB = truth.T_WB;
+  state.v_WB = truth.v_WB;
+  state.bias = {truth.b_g, truth.b_a};
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix<double, 15, 1> error;
+  for (int i = 0; i < 15; ++i) error[i] = sigma[i] * normal(generator);
+  beginning.start.state = state.plus(error);
+  beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
+  return beginning;
+}
+
+/** The first window that is accepted; the odometries begin at its first keyframe. */
+Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration& suite) {
+  const PipelineOptions& pipeline = suite.pipeline;
+  const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const double every_s = 0.25;
+  const int slots = slotCount(tracks.first_image, tracks.frames.back().t, every_s, window);
+  for (int slot = 0; slot < slots; ++slot) {
+    const InitializationProblem problem =
+        slotProblem(tracks, every_s, window, slot,
+                    pipeline.imu_noise.apply(tracks.calibration.imu.noise), pipeline.window);
+    const InitializationAttempt attempt =
+        attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
+    if (!attempt.decision.accepted) continue;
+    Beginning beginning;
+    while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
+    const VisualInertialState& first = attempt.vi_ba.states.front();
+    beginning.start.state.T_WB = first.T_WB;
+    beginning.start.state.v_WB = first.v_WB;
+    beginning.start.state.bias = attempt.bias();
+    // The window's measurements are used again: what they taught counts for its value alone.
+    Eigen::Matrix<double, 15, 1> sigma;
+    sigma << Vector3d::Constant(0.03), Vector3d::Constant(1e-4), Vector3d::Constant(0.1),
+        Vector3d::Constant(0.02), Vector3d::Constant(pipeline.window.priors.sigma_accel_mps2);
+    beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
+    return beginning;
+  }
+  throw DataError("", 0, "no window was accepted");
+}
+
+Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
+                const FixedLagOptions& options) {
+  Run run;
+  run.name = "fixed lag";
+  FixedLagOdometry odometry(tracks.calibration, options);
+  for (size_t i = beginning.frame; i < tracks.frames.size(); ++i) {
+    const TrackedFrame& frame = tracks.frames[i];
+    std::vector<ImuSample> imu;
+    if (i > beginning.frame) imu = tracks.imu.between(tracks.frames[i - 1].t, frame.t);
+    const double before = cpuMilliseconds();
+    run.outputs.push_back(i == beginning.frame ? odometry.start(beginning.start, frame)
+                                               : odometry.process(frame, imu));
+    run.ms.push_back(cpuMilliseconds() - before);
+    run.keyframes += run.outputs.back().keyframe;
+  }
+  return run;
+}
+
+Run runStereo(const SequenceTracks& tracks, const Beginning& beginning,
+              const PipelineOptions& pipeline) {
+  Run run;
+  run.name = "stereo";
+  StereoOdometry odometry(tracks.calibration, pipeline.window.odometry);
+  KeyframeSelector selector(KeyframeSelectorOptions{pipeline.keyframe_rate_hz});
+  const ImuNoiseDensities noise = pipeline.imu_noise.apply(tracks.calibration.imu.noise);
+  for (size_t i = beginning.frame; i < tracks.frames.size(); ++i) {
+    const TrackedFrame& frame = tracks.frames[i];
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    std::vector<ImuSample> imu;
+    if (i > beginning.frame) imu = tracks.imu.between(tracks.frames[i - 1].t, frame.t);
+    if (!imu.empty()) R = Preintegration(imu, beginning.start.state.bias, noise).deltas().dR;
+    const double before = cpuMilliseconds();
+    const bool keyframe = selector.isKeyframe(frame.t);
+    const StereoOdometry::FrameResult pose = odometry.track(frame, R, keyframe);
+    run.ms.push_back(cpuMilliseconds() - before);
+    OdometryOutput out;
+    out.t = frame.t;
+    out.keyframe = keyframe;
+    out.used = pose.inliers;
+    out.state.T_WB = beginning.start.state.T_WB * pose.T_VB;
+    out.state.v_WB.setConstant(std::numeric_limits<double>::quiet_NaN());
+    run.outputs.push_back(out);
+    run.keyframes += keyframe;
+  }
+  return run;
+}
+
+double rms(const std::vector<double>& squares) {
+  double sum = 0.0;
+  for (const double s : squares) sum += s;
+  return std::sqrt(sum / static_cast<double>(squares.size()));
+}
+
+void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down_G) {
+  const GroundTruth& truth = tracks.ground_truth;
+  Trajectory trajectory;
+  for (const OdometryOutput& out : run.outputs) trajectory.push_back({out.t, out.state.T_WB});
+  const double ate =
+      absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kSE3).position_m.rmse;
+  const double ate_yaw =
+      absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kYawPosition).position_m.rmse;
+  const double scale = alignTrajectory(trajectory, truth, AlignmentType::kSim3)->scale;
+  std::vector<double> tilt, tilt_corrected, velocity;
+  Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
+  int with_truth = 0;
+  for (const OdometryOutput& out : run.outputs) {
+    const auto at = truth.at(out.t);
+    if (!at) continue;
+    const Vector3d down_B = out.state.T_WB.R.transpose() * -Vector3d::UnitZ();
+    const Eigen::Matrix3d R_BG = at->T_WB.R.transpose();
+    if (secondsBetween(run.outputs.front().t, out.t) > 10.0) {
+      tilt.push_back(std::pow(angleBetween(down_B, R_BG * -Vector3d::UnitZ()), 2));
+      tilt_corrected.push_back(std::pow(angleBetween(down_B, R_BG * down_G), 2));
+    }
+    velocity.push_back(
+        (out.state.T_WB.R.transpose() * out.state.v_WB - R_BG * at->v_WB).squaredNorm());
+    NavState true_state;
+    true_state.T_WB = at->T_WB;
+    true_state.v_WB = at->v_WB;
+    true_state.bias = {at->b_g, at->b_a};
+    const Eigen::Matrix<double, 15, 1> d = out.state.minus(true_state);
+    for (int b = 0; b < 5; ++b)
+      nees[b] += d.segment<3>(3 * b).dot(out.covariance.block<3, 3>(3 * b, 3 * b).inverse() *
+                                         d.segment<3>(3 * b)) /
+                 3.0;
+    ++with_truth;
+  }
+  nees /= with_truth;
+  std::vector<double> ms = run.ms;
+  std::printf(
+      "%-9s | %.4f | %.4f | %.3f | %.3f | %.4f | %+.2f | %.2f / %.2f | %4d | %.2f %.2f %.2f %.2f "
+      "%.2f\n",
+      run.name.c_str(), ate, ate_yaw, 180.0 / M_PI * rms(tilt), 180.0 / M_PI * rms(tilt_corrected),
+      rms(velocity), 100.0 * (1.0 / scale - 1.0), quantileOf(ms, 0.5), quantileOf(ms, 0.99),
+      run.keyframes, nees[0], nees[1], nees[2], nees[3], nees[4]);
+}
+
+void run(const Arguments& arguments) {
+  const std::string initializer = arguments.start == "truth" ? "eta" : arguments.start;
+  const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {initializer});
+  const SequenceTracks tracks = load(arguments, suite.pipeline);
+  if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
+  const GroundTruthFloor floor = groundTruthFloor(tracks.ground_truth, tracks.imu.samples());
+  const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
+                                                         : fromInitializer(tracks, suite);
+  FixedLagOptions options;
+  ParameterSet section("fixed_lag");
+  options.declare(section);
+  section.read(arguments.fixed_lag);
+  options.sigma_px = suite.pipeline.window.odometry.sigma_px;
+  options.gravity_mps2 = suite.pipeline.window.gravity_mps2;
+  options.imu_noise = suite.pipeline.imu_noise.apply(tracks.calibration.imu.noise);
+  std::printf("%s, %.1f s from frame %zu\n", recordingName(arguments.source).c_str(),
+              secondsBetween(tracks.frames[beginning.frame].t, tracks.frames.back().t),
+              beginning.frame);
+  std::printf(
+      "odometry  | ATE, m | yaw, m | tilt, deg | corrected | velocity, m/s | scale, %% | "
+      "ms median / p99 | keyframes | NEES R p v b_g b_a\n");
+  const Run fixed_lag = runFixedLag(tracks, beginning, options);
+  printRun(fixed_lag, tracks, floor.gravity_direction_G);
+  printRun(runStereo(tracks, beginning, suite.pipeline), tracks, floor.gravity_direction_G);
+  if (arguments.trajectory.empty()) return;
+  Trajectory trajectory;
+  for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});
+  writeTum(arguments.trajectory, trajectory);
+}
+
+Arguments parse(int argc, char** argv) {
+  if (argc < 2 || argc % 2 != 0) throw ConfigError("takes a recording, then options with values");
+  Arguments arguments;
+  arguments.source = argv[1];
+  std::vector<std::string> set;
+  for (int i = 2; i < argc; i += 2) {
+    const std::string option = argv[i], value = argv[i + 1];
+    if (option == "--from")
+      arguments.from_s = std::stod(value);
+    else if (option == "--to")
+      arguments.to_s = std::stod(value);
+    else if (option == "--tracks")
+      arguments.tracks = value;
+    else if (option == "--tracks-file")
+      arguments.tracks_file = value;
+    else if (option == "--start")
+      arguments.start = value;
+    else if (option == "--seed")
+      arguments.seed = static_cast<unsigned>(std::stoul(value));
+    else if (option == "--trajectory")
+      arguments.trajectory = value;
+    else if (option == "-c")
+      arguments.ini = IniFile::fromFile(value);
+    else if (option == "--set")
+      set.push_back(value);
+    else
+      throw ConfigError("knows no " + option);
+  }
+  for (const std::string& argument : set) {
+    const bool of_fixed_lag = argument.rfind("fixed_lag.", 0) == 0;
+    (of_fixed_lag ? arguments.fixed_lag : arguments.ini).setFromArgument(argument);
+  }
+  return arguments;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  cv::setNumThreads(1);
+  try {
+    run(parse(argc, argv));
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "odometry_accuracy: %s\n", e.what());
+    return 3;
+  }
+  return 0;
+}

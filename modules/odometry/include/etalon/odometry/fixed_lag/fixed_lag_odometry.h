@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/parameters.h"
+#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/optimization/bundle/visual_window.h"
+
+namespace etalon {
+
+/** Section [fixed_lag]. */
+struct FixedLagOptions {
+  int recent_frames = 3;  ///< newest states with velocity and biases
+  int keyframes = 7;      ///< older states, poses alone
+  int iterations = 3;     ///< Gauss-Newton steps a frame, at most
+  double sigma_px = 0.35;
+  double chi2_huber = kChi2Pixel;      ///< of a pixel; its root is the Huber width
+  double chi2_gate = 25.0;             ///< of an observation against its prediction
+  double chi2_outlier = 16.0;          ///< of an observation after the optimisation
+  double keyframe_survival = 0.7;      ///< share of a frame's tracks that are landmarks
+  double keyframe_parallax_px = 30.0;  ///< median since the last keyframe, rotation apart
+  double gravity_mps2 = 9.81;          ///< not a key
+  ImuNoiseDensities imu_noise;         ///< densities to use; not a key
+
+  void declare(ParameterSet& parameters);
+};
+
+/**
+ * Tightly coupled stereo-inertial odometry over a sliding window: the newest frames with pose,
+ * velocity and biases, older keyframes with their pose, landmarks as bearing and inverse distance
+ * in the keyframe that saw them first. Everything older is a linear prior whose linearisation
+ * points are kept (first estimates), so that nothing is learnt of position and yaw of the whole.
+ *
+ * A frame's state is predicted by the IMU; its observations are held against that prediction
+ * before they are used. A frame without observations is dead reckoning: its covariance says so.
+ */
+class FixedLagOdometry : public Odometry {
+ public:
+  FixedLagOdometry(const StereoInertialCalibration& calibration, const FixedLagOptions& options);
+  ~FixedLagOdometry() override;
+
+  OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) override;
+  OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) override;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace etalon

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "etalon/core/tracked_frame.h"
+#include "etalon/imu/imu_sample.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
+
+namespace etalon {
+
+/** Where an odometry begins. */
+struct OdometryStart {
+  NavState state;  ///< at the stamp of the first frame, in a W whose z is up
+  /** Of the state's error, 15 x 15 in the order of state_index, positive definite. Position and yaw
+   * are free: give them a small variance. */
+  Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Identity();
+};
+
+/** What an odometry says after a frame. */
+struct OdometryOutput {
+  TimeNs t = 0;
+  NavState state;
+  /** Of the state's error, 15 x 15 in the order of state_index; of position and yaw relative to the
+   * start. */
+  Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
+
+  bool keyframe = false;     ///< the frame became a keyframe
+  int observations = 0;      ///< landmarks that the front end saw
+  int used = 0;              ///< of these, landmarks that the estimate rests on
+  int gated = 0;             ///< of these, far from where the state predicted them, and left out
+  double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
+  bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
+};
+
+/** A state for every frame, from tracks and IMU; one thread, bit-identical from run to run. */
+class Odometry {
+ public:
+  virtual ~Odometry() = default;
+
+  /** Forgets everything and begins at `frame`. */
+  virtual OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) = 0;
+
+  /**
+   * The next frame, later than the last one; it may have no observations.
+   * @param imu what ImuBuffer::between() gives from the last frame to this one; empty where the
+   *        IMU does not cover it
+   */
+  virtual OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) = 0;
+
+ protected:
+  Odometry() = default;
+  Odometry(const Odometry&) = default;
+  Odometry& operator=(const Odometry&) = default;
+};
+
+}  // namespace etalon

@@ -1,0 +1,221 @@
+#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "etalon/core/errors.h"
+#include "sliding.h"
+#include "tracks.h"
+#include "window_solver.h"
+
+namespace etalon {
+
+using fixed_lag::Matrix15d;
+using fixed_lag::MeasuredFrame;
+using fixed_lag::WindowState;
+
+void FixedLagOptions::declare(ParameterSet& parameters) {
+  parameters.add("recent_frames", &recent_frames, {2, 20},
+                 "Newest frames whose velocity and biases are unknowns too.");
+  parameters.add("keyframes", &keyframes, {3, 50}, "Older keyframes in the window.");
+  parameters.add("iterations", &iterations, {1, 50}, "Gauss-Newton steps a frame, at most.");
+  parameters.add("chi2_pixel", &chi2_huber, {0.1, 1e9},
+                 "Squared Huber width of a pixel (2 degrees of freedom, 95 %: 5.991).");
+  parameters.add("chi2_gate", &chi2_gate, {0.1, 1e9},
+                 "An observation whose squared distance from its prediction, in its standard "
+                 "deviations, is larger is left out.");
+  parameters.add("chi2_outlier", &chi2_outlier, {0.1, 1e9},
+                 "An observation whose squared residual (in sigma_px) is larger after the "
+                 "optimisation is dropped.");
+  parameters.add("keyframe_survival", &keyframe_survival, {0.0, 1.0},
+                 "A frame of whose tracks a smaller share are landmarks becomes a keyframe.");
+  parameters.add("keyframe_parallax_px", &keyframe_parallax_px, {0.1, 1e4},
+                 "So does one whose median track has moved farther since the last keyframe, "
+                 "rotation apart, px.");
+}
+
+namespace {
+
+constexpr double kMaxImuStep = 0.05;  // s between samples; what is longer is a gap
+
+/** Whether the samples reach from t0 to t1 without a gap. */
+bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
+  if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) return false;
+  for (size_t k = 1; k < imu.size(); ++k)
+    if (secondsBetween(imu[k - 1].t, imu[k].t) > kMaxImuStep) return false;
+  return true;
+}
+
+/**
+ * In place of an IMU that is missing or has gaps: what there is, or else a body that keeps its
+ * velocity and attitude; and noise of the size of a flight's rates (0.5 rad/s) and accelerations
+ * (2 m/s^2) that are correlated over the gap.
+ */
+Preintegration withoutImu(const WindowState& last, TimeNs t, std::vector<ImuSample> imu,
+                          ImuNoiseDensities noise, const Eigen::Vector3d& g_W) {
+  double gap = 0.0;
+  for (size_t k = 1; k < imu.size(); ++k)
+    gap = std::max(gap, secondsBetween(imu[k - 1].t, imu[k].t));
+  if (imu.size() < 2 || imu.front().t != last.t || imu.back().t != t) {
+    gap = secondsBetween(last.t, t);
+    ImuSample still;
+    still.gyro = last.now.bias.gyro;
+    still.accel = last.now.bias.accel - last.now.T_WB.R.transpose() * g_W;
+    imu.assign(2, still);
+    imu[0].t = last.t;
+    imu[1].t = t;
+  }
+  noise.gyro_noise_density = std::hypot(noise.gyro_noise_density, 0.5 * std::sqrt(gap));
+  noise.accel_noise_density = std::hypot(noise.accel_noise_density, 2.0 * std::sqrt(gap));
+  return Preintegration(std::move(imu), last.now.bias, noise);
+}
+
+}  // namespace
+
+class FixedLagOdometry::Impl {
+ public:
+  Impl(const StereoInertialCalibration& calibration, const FixedLagOptions& options)
+      : calibration_(calibration),
+        options_(options),
+        tracks_(calibration_, trackOptions()),
+        solver_({options.iterations, options.chi2_huber}) {}
+
+  OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
+    tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
+    window_ = fixed_lag::Window();
+    for (size_t c = 0; c < 2; ++c) window_.T_CB[c] = calibration_.cameras[c].T_BC.inverse();
+    window_.g_W = {0.0, 0.0, -options_.gravity_mps2};
+    serial_ = 0;
+    WindowState state;
+    state.t = frame.t;
+    state.now = state.linearization = start.state;
+    state.fixed = state.keyframe = true;
+    window_.states.push_back(state);
+    window_.reindex();
+    const Eigen::LLT<Matrix15d> factor(start.covariance);
+    if (factor.info() != Eigen::Success)
+      throw DataError("", 0, "the covariance of the start is not positive definite");
+    window_.prior = LinearRows(15, 15);
+    window_.prior.A = factor.matrixL().solve(Matrix15d::Identity());
+    const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
+    tracks_.createLandmarks(measured, &window_);
+    located_at_ = frame.t;
+    OdometryOutput out;
+    out.t = frame.t;
+    out.state = start.state;
+    out.covariance = covariance_ = start.covariance;
+    out.keyframe = true;
+    out.observations = static_cast<int>(frame.observations.size());
+    return out;
+  }
+
+  OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) {
+    OdometryOutput out;
+    out.t = frame.t;
+    const WindowState& last = window_.states.back();
+    if (frame.t <= last.t)
+      throw DataError("", 0,
+                      "frames out of order: stamp " + std::to_string(frame.t) + " ns follows " +
+                          std::to_string(last.t) + " ns");
+    out.imu_missing = !isComplete(imu, last.t, frame.t);
+    Preintegration preintegration =
+        out.imu_missing ? withoutImu(last, frame.t, imu, options_.imu_noise, window_.g_W)
+                        : Preintegration(imu, last.now.bias, options_.imu_noise);
+    addState(std::move(preintegration));
+
+    const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
+    const auto counts = tracks_.associate(measured, predictedPoseCovariance(), &window_);
+    WindowState& newest = window_.states.back();
+    newest.keyframe = tracks_.wantsKeyframe(measured, counts, window_);
+    if (newest.keyframe) tracks_.createLandmarks(measured, &window_);
+    const fixed_lag::SolverResult solved = solver_.solve(&window_);
+    tracks_.dropOutliers(&window_);
+    covariance_ = solved.covariance;
+
+    if (counts.used >= kLocatedBy) located_at_ = frame.t;
+    out.state = newest.now;
+    out.covariance = covariance_;
+    out.keyframe = newest.keyframe;
+    out.observations = static_cast<int>(frame.observations.size());
+    out.used = counts.used;
+    out.gated = counts.gated;
+    out.unlocated_s = secondsBetween(located_at_, frame.t);
+    fixed_lag::slide({options_.recent_frames, options_.keyframes, options_.chi2_huber}, &window_);
+    reintegrate();
+    return out;
+  }
+
+ private:
+  static constexpr int kLocatedBy = 6;  ///< landmarks that a frame needs to be located
+
+  fixed_lag::TrackOptions trackOptions() const {
+    return {options_.sigma_px, options_.chi2_gate, options_.chi2_outlier,
+            options_.keyframe_survival, options_.keyframe_parallax_px};
+  }
+
+  void addState(Preintegration preintegration) {
+    WindowState state;
+    state.serial = ++serial_;
+    state.t = preintegration.end();
+    state.now = predict(window_.states.back().now, preintegration, window_.g_W);
+    state.linearization = state.now;
+    state.imu_sqrt_information = inertialSqrtInformation(preintegration);
+    state.imu = std::move(preintegration);
+    window_.states.push_back(std::move(state));
+    window_.reindex();
+  }
+
+  /** Of the newest pose relative to the window, before its images are used: noise of the IMU, the
+   * velocity's error, and what the window itself may be off by. */
+  Eigen::Matrix<double, 6, 6> predictedPoseCovariance() const {
+    const Preintegration& imu = window_.states.back().imu;
+    const Eigen::Matrix3d R = window_.states[window_.states.size() - 2].now.T_WB.R;
+    Eigen::Matrix<double, 6, 6> P = Eigen::Matrix<double, 6, 6>::Zero();
+    P.topLeftCorner<3, 3>() = imu.covariance().topLeftCorner<3, 3>();
+    P.bottomRightCorner<3, 3>() = R * imu.covariance().block<3, 3>(3, 3) * R.transpose() +
+                                  imu.dt() * imu.dt() * covariance_.block<3, 3>(6, 6);
+    P.diagonal().head<3>().array() += std::pow(5e-4, 2);  // rad
+    P.diagonal().tail<3>().array() += std::pow(2e-3, 2);  // m
+    return P;
+  }
+
+  /** Integrates the raw samples anew where the bias has moved so far that the correction to first
+   * order is off by a tenth of a per mille of the rate. */
+  void reintegrate() {
+    for (size_t i = window_.firstFull() + 1; i < window_.states.size(); ++i) {
+      WindowState& state = window_.states[i];
+      const ImuBias& bias = window_.states[i - 1].now.bias;
+      if ((state.imu.bias().gyro - bias.gyro).norm() < 0.01 &&
+          (state.imu.bias().accel - bias.accel).norm() < 0.1)
+        continue;
+      state.imu = state.imu.reintegrated(bias);
+      state.imu_sqrt_information = inertialSqrtInformation(state.imu);
+    }
+  }
+
+  StereoInertialCalibration calibration_;
+  FixedLagOptions options_;
+  fixed_lag::Tracks tracks_;
+  fixed_lag::WindowSolver solver_;
+  fixed_lag::Window window_;
+  int serial_ = 0;
+  TimeNs located_at_ = 0;
+  Matrix15d covariance_ = Matrix15d::Zero();
+};
+
+FixedLagOdometry::FixedLagOdometry(const StereoInertialCalibration& calibration,
+                                   const FixedLagOptions& options)
+    : impl_(std::make_unique<Impl>(calibration, options)) {}
+
+FixedLagOdometry::~FixedLagOdometry() = default;
+
+OdometryOutput FixedLagOdometry::start(const OdometryStart& start, const TrackedFrame& frame) {
+  return impl_->start(start, frame);
+}
+
+OdometryOutput FixedLagOdometry::process(const TrackedFrame& frame,
+                                         const std::vector<ImuSample>& imu) {
+  return impl_->process(frame, imu);
+}
+
+}  // namespace etalon

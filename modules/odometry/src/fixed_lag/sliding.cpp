@@ -1,0 +1,152 @@
+#include "sliding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "window_solver.h"
+
+namespace etalon::fixed_lag {
+namespace {
+
+/** The unknowns that leave, column by column. */
+std::vector<Eigen::Index> columnsOf(const WindowState& state, Eigen::Index first) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index i = first; i < state.size(); ++i) columns.push_back(state.column + i);
+  return columns;
+}
+
+/** Landmarks that the newest full states do not see any more. */
+std::vector<Landmark*> endedLandmarks(Window* window, size_t oldest_full) {
+  const int newest = window->states[oldest_full].serial;
+  std::vector<Landmark*> ended;
+  for (auto& [id, landmark] : window->landmarks)
+    if (landmark.observations.back().serial <= newest) ended.push_back(&landmark);
+  return ended;
+}
+
+/** Gives a landmark whose host leaves the next keyframe that sees it as host; false if there is
+ * none. */
+bool moveHost(const Window& window, Landmark* landmark) {
+  const SE3& T_WH = window.states[static_cast<size_t>(landmark->host)].now.T_WB;
+  for (const LandmarkObservation& o : landmark->observations) {
+    const WindowState& state = window.states[static_cast<size_t>(o.state)];
+    if (o.state == landmark->host || !state.keyframe) continue;
+    const SE3 T_NH = relativePose(state.now.T_WB, T_WH);
+    const Eigen::Vector3d camera_N = window.T_CB[0].inverse().t;
+    landmark->in_host = InverseDepthLandmark(T_NH * landmark->in_host.position(), camera_N);
+    landmark->host_serial = state.serial;
+    landmark->host = o.state;
+    return true;
+  }
+  return false;
+}
+
+/** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, ended landmarks. */
+LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
+                  double chi2_huber, Eigen::Index unknowns) {
+  Matrix15d J_i, J_j;
+  const Vector15d imu = inertialRows(window, oldest_full + 1, &J_i, &J_j);
+  NormalEquations visual(window.unknowns());
+  LinearRows visual_rows(0, unknowns);
+  if (!ended.empty()) {
+    VisualTerms terms(chi2_huber);
+    terms.linearize(window, ended, static_cast<int>(oldest_full), &visual);
+    visual_rows = squareRoot(visual.H.topLeftCorner(unknowns, unknowns), visual.g.head(unknowns));
+  }
+  LinearRows rows(window.prior.rows() + 15 + visual_rows.rows(), unknowns);
+  const Eigen::VectorXd delta = deltas(window, unknowns);
+  rows.A.topLeftCorner(window.prior.rows(), window.prior.unknowns()) = window.prior.A;
+  rows.b.head(window.prior.rows()) = window.prior.b;
+  const Eigen::Index column = window.states[oldest_full].column;
+  rows.A.block<15, 15>(window.prior.rows(), column) = J_i;
+  rows.A.block<15, 15>(window.prior.rows(), column + 15) = J_j;
+  // Costs around the estimates become costs around the linearisation points.
+  rows.b.segment<15>(window.prior.rows()) =
+      imu - J_i * delta.segment<15>(column) - J_j * delta.segment<15>(column + 15);
+  rows.A.bottomRows(visual_rows.rows()) = visual_rows.A;
+  rows.b.tail(visual_rows.rows()) = visual_rows.b - visual_rows.A * delta;
+  return rows;
+}
+
+/** Takes the columns out of the rows. */
+LinearRows without(const LinearRows& rows, const std::vector<Eigen::Index>& leaving) {
+  std::vector<Eigen::Index> order = leaving;
+  for (Eigen::Index c = 0; c < rows.unknowns(); ++c)
+    if (std::find(leaving.begin(), leaving.end(), c) == leaving.end()) order.push_back(c);
+  LinearRows ordered;
+  ordered.A = rows.A(Eigen::all, order);
+  ordered.b = rows.b;
+  return compressed(
+      marginalizeFirst(std::move(ordered), static_cast<Eigen::Index>(leaving.size())));
+}
+
+}  // namespace
+
+size_t dispensableKeyframe(const Window& window) {
+  const size_t count = window.firstFull();
+  std::vector<int> hosted(count, 0), alive(count, 0);
+  const int newest = window.states.back().serial;
+  for (const auto& [id, landmark] : window.landmarks)
+    for (const LandmarkObservation& o : landmark.observations)
+      if (static_cast<size_t>(o.state) < count) {
+        ++hosted[static_cast<size_t>(o.state)];
+        alive[static_cast<size_t>(o.state)] += landmark.seenIn(newest);
+      }
+  // The newest two stay, so that there is always someone to take over.
+  for (size_t i = 0; i + 2 < count; ++i)
+    if (alive[i] < 0.05 * hosted[i] || alive[i] == 0) return i;
+  size_t worst = 0;
+  double largest = -1.0;
+  const Eigen::Vector3d p = window.states.back().now.T_WB.t;
+  for (size_t i = 0; i + 2 < count; ++i) {
+    double near = 0.0;
+    for (size_t j = 0; j + 2 < count; ++j)
+      if (i != j)
+        near += 1.0 / ((window.states[i].now.T_WB.t - window.states[j].now.T_WB.t).norm() + 1e-3);
+    const double score = std::sqrt((window.states[i].now.T_WB.t - p).norm()) * near;
+    if (score > largest) {
+      largest = score;
+      worst = i;
+    }
+  }
+  return worst;
+}
+
+void slide(const SlidingOptions& options, Window* window) {
+  const size_t oldest = window->firstFull();
+  const size_t full = window->states.size() - oldest;
+  if (full <= static_cast<size_t>(options.recent_frames)) return;
+  WindowState& leaving = window->states[oldest];
+  std::vector<Eigen::Index> columns = columnsOf(leaving, leaving.keyframe ? 6 : 0);
+  std::vector<Landmark*> ended;
+  std::set<int> gone;  // serials
+  if (leaving.keyframe) {
+    ended = endedLandmarks(window, oldest);
+    if (oldest >= static_cast<size_t>(options.keyframes)) {
+      const WindowState& keyframe = window->states[dispensableKeyframe(*window)];
+      gone.insert(keyframe.serial);
+      for (const Eigen::Index c : columnsOf(keyframe, 0)) columns.push_back(c);
+    }
+  } else {
+    gone.insert(leaving.serial);
+  }
+  const WindowState& next = window->states[oldest + 1];
+  const Eigen::Index unknowns = next.column + next.size();
+  const LinearRows rows = rowsOf(*window, oldest, ended, options.chi2_huber, unknowns);
+  for (size_t i = 0; i <= oldest + 1; ++i) window->states[i].fixed = true;
+  window->prior = without(rows, columns);
+
+  for (const Landmark* landmark : ended) window->landmarks.erase(LandmarkId(landmark->id));
+  for (auto& [id, landmark] : window->landmarks)
+    if (gone.count(landmark.host_serial) && !moveHost(*window, &landmark))
+      landmark.host_serial = -1;
+  leaving.full = false;
+  window->states.erase(
+      std::remove_if(window->states.begin(), window->states.end(),
+                     [&gone](const WindowState& s) { return gone.count(s.serial) > 0; }),
+      window->states.end());
+  window->reindex();
+}
+
+}  // namespace etalon::fixed_lag

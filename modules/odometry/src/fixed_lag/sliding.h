@@ -1,0 +1,28 @@
+#pragma once
+
+// What leaves a window, and what stays of it. Private to the module.
+
+#include "visual_terms.h"
+
+namespace etalon::fixed_lag {
+
+struct SlidingOptions {
+  int recent_frames = 3;
+  int keyframes = 7;
+  double chi2_huber = 5.991;
+};
+
+/**
+ * Keeps the window at its size: while there are more full states than `recent_frames`, the oldest
+ * becomes a keyframe with its pose alone, or leaves with its pixels if it is none; while there are
+ * more keyframes than `keyframes`, one leaves. At a keyframe, landmarks that are seen no more go
+ * into the prior with all their observations in older states; a landmark that is still
+ * followed loses its observation in the keyframe that leaves, and gets another host.
+ */
+void slide(const SlidingOptions& options, Window* window);
+
+/** The keyframe that the window can do without: one of which hardly any landmark is left, or that
+ * stands where others do (Engel, Koltun and Cremers, Direct Sparse Odometry, PAMI 2018, III-D). */
+size_t dispensableKeyframe(const Window& window);
+
+}  // namespace etalon::fixed_lag

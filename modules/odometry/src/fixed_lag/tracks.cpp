@@ -1,0 +1,198 @@
+#include "tracks.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "etalon/optimization/bundle/visual_window.h"
+
+namespace etalon::fixed_lag {
+namespace {
+
+/** Squared residual of the track against the landmark, both cameras, relative to what it should be
+ * at most; above 1 is too far. */
+double distance(const Window& window, const Landmark& landmark, const MeasuredFrame::Track& track,
+                const Eigen::Matrix<double, 6, 6>& pose_covariance, double gate) {
+  const WindowState& host = window.states[static_cast<size_t>(landmark.host)];
+  const SE3 T_HT = relativePose(host.now.T_WB, window.states.back().now.T_WB);
+  double worst = 0.0;
+  for (size_t camera = 0; camera < (track.has_right ? 2u : 1u); ++camera) {
+    Eigen::Vector2d r;
+    Eigen::Matrix<double, 2, 6> J_pose;
+    Eigen::Matrix<double, 2, 3> J_landmark;
+    if (!reprojectionResidual(window.T_CB[camera], track.measurements[camera], T_HT,
+                              landmark.in_host, &r, &J_pose, &J_landmark))
+      return 1e9;
+    J_pose.rightCols<3>() *= host.now.T_WB.R.transpose();
+    Eigen::Matrix2d S = J_pose * pose_covariance * J_pose.transpose() +
+                        J_landmark * landmark.covariance * J_landmark.transpose();
+    S.diagonal().array() += 1.0;
+    worst = std::max(worst, r.dot(S.inverse() * r) / gate);
+  }
+  return worst;
+}
+
+}  // namespace
+
+MeasuredFrame measure(const StereoInertialCalibration& calibration, const TrackedFrame& frame,
+                      double sigma_px) {
+  MeasuredFrame measured;
+  measured.t = frame.t;
+  measured.tracks.reserve(frame.observations.size());
+  for (const Observation& o : frame.observations) {
+    const auto left = makeMeasurement(calibration.cameras[0].model, o.left, sigma_px);
+    if (!left) continue;
+    MeasuredFrame::Track track;
+    track.id = o.id;
+    track.measurements[0] = *left;
+    if (o.has_right) {
+      const auto right = makeMeasurement(calibration.cameras[1].model, o.right, sigma_px);
+      track.has_right = right.has_value();
+      if (right) track.measurements[1] = *right;
+    }
+    measured.tracks.push_back(track);
+  }
+  return measured;
+}
+
+Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
+                                 const Eigen::Matrix<double, 6, 6>& pose_covariance,
+                                 Window* window) {
+  std::set<LandmarkId> still_rejected;
+  std::vector<std::pair<Landmark*, const MeasuredFrame::Track*>> agreeing, others;
+  for (const MeasuredFrame::Track& track : frame.tracks) {
+    if (rejected_.count(track.id)) {
+      still_rejected.insert(track.id);
+      continue;
+    }
+    const auto known = window->landmarks.find(track.id);
+    if (known == window->landmarks.end()) continue;
+    const bool agrees =
+        distance(*window, known->second, track, pose_covariance, options_.chi2_gate) < 1.0;
+    (agrees ? agreeing : others).emplace_back(&known->second, &track);
+  }
+  rejected_ = std::move(still_rejected);
+  Counts counts;
+  // Where most tracks disagree with the prediction, it is the prediction that is wrong.
+  if (others.size() > agreeing.size()) {
+    agreeing.insert(agreeing.end(), others.begin(), others.end());
+    others.clear();
+  }
+  const WindowState& newest = window->states.back();
+  for (const auto& [landmark, track] : agreeing)
+    landmark->observations.push_back({newest.serial, static_cast<int>(window->states.size()) - 1,
+                                      track->has_right, track->measurements});
+  for (const auto& [landmark, track] : others)
+    if (++landmark->strikes >= 2) rejected_.insert(track->id);
+  counts.used = static_cast<int>(agreeing.size());
+  counts.gated = static_cast<int>(others.size());
+  return counts;
+}
+
+bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
+                           const Window& window) const {
+  const size_t tracks = frame.tracks.size();
+  if (tracks < 10) return false;
+  if (counts.used < options_.keyframe_survival * static_cast<double>(tracks)) return true;
+  const Eigen::Matrix3d R_WC = window.states.back().now.T_WB.R * window.T_CB[0].R.transpose();
+  const Eigen::Matrix3d R_LC = last_R_WC_.transpose() * R_WC;
+  std::vector<double> parallax;
+  for (const MeasuredFrame::Track& track : frame.tracks) {
+    const auto before = last_keyframe_.find(track.id);
+    if (before == last_keyframe_.end()) continue;
+    const Eigen::Vector3d turned = R_LC * track.measurements[0].xy.homogeneous();
+    parallax.push_back((turned.hnormalized() - before->second).norm());
+  }
+  if (parallax.empty()) return true;
+  auto middle = parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2);
+  std::nth_element(parallax.begin(), middle, parallax.end());
+  return *middle * calibration_->cameras[0].model.fu > options_.keyframe_parallax_px;
+}
+
+void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
+  const WindowState& newest = window->states.back();
+  const int newest_index = static_cast<int>(window->states.size()) - 1;
+  VisualWindow views;
+  views.T_CB = window->T_CB;
+  views.keyframe_count = static_cast<int>(window->states.size());
+  views.first.push_back(0);
+  std::vector<std::vector<LandmarkObservation>> observations;
+  std::map<LandmarkId, std::vector<LandmarkObservation>> pending;
+  last_keyframe_.clear();
+  last_R_WC_ = newest.now.T_WB.R * window->T_CB[0].R.transpose();
+  for (const MeasuredFrame::Track& track : frame.tracks) {
+    last_keyframe_[track.id] = track.measurements[0].xy;
+    if (window->landmarks.count(track.id) || rejected_.count(track.id)) continue;
+    std::vector<LandmarkObservation> all;
+    for (LandmarkObservation& o : pending_[track.id])
+      for (size_t i = 0; i < window->states.size(); ++i)
+        if (window->states[i].serial == o.serial) {
+          o.state = static_cast<int>(i);
+          all.push_back(o);
+        }
+    all.push_back({newest.serial, newest_index, track.has_right, track.measurements});
+    const int l = views.landmarkCount();
+    views.landmark_ids.push_back(track.id);
+    for (const LandmarkObservation& o : all)
+      for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
+        views.measurements.push_back(
+            {o.state, l, camera, o.measurements[static_cast<size_t>(camera)]});
+    views.first.push_back(static_cast<int>(views.measurements.size()));
+    observations.push_back(std::move(all));
+  }
+  std::vector<SE3> T_WB;
+  for (const WindowState& state : window->states) T_WB.push_back(state.now.T_WB);
+  for (int l = 0; l < views.landmarkCount(); ++l) {
+    const LandmarkId id = views.landmark_ids[static_cast<size_t>(l)];
+    const auto p_W = triangulate(views, l, T_WB);
+    std::vector<LandmarkObservation>& all = observations[static_cast<size_t>(l)];
+    if (!p_W) {
+      pending[id] = std::move(all);
+      continue;
+    }
+    Landmark landmark;
+    landmark.id = id;
+    landmark.host_serial = newest.serial;
+    landmark.host = newest_index;
+    landmark.in_host =
+        InverseDepthLandmark(newest.now.T_WB.inverse() * *p_W, calibration_->cameras[0].T_BC.t);
+    landmark.observations = std::move(all);
+    window->landmarks.emplace(id, std::move(landmark));
+  }
+  pending_ = std::move(pending);
+}
+
+void Tracks::dropOutliers(Window* window) {
+  const int newest = window->states.back().serial;
+  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+    Landmark& landmark = it->second;
+    const SE3& T_WH = window->states[static_cast<size_t>(landmark.host)].now.T_WB;
+    auto& observations = landmark.observations;
+    const auto misfits = [&](const LandmarkObservation& o) {
+      const SE3 T_HT = relativePose(T_WH, window->states[static_cast<size_t>(o.state)].now.T_WB);
+      for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
+        Eigen::Vector2d r;
+        if (!reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
+                                  landmark.in_host, &r) ||
+            r.squaredNorm() > options_.chi2_outlier)
+          return true;
+      }
+      return false;
+    };
+    const bool seen = landmark.seenIn(newest);
+    const size_t before = observations.size();
+    observations.erase(std::remove_if(observations.begin(), observations.end(), misfits),
+                       observations.end());
+    if (seen && landmark.seenIn(newest))
+      landmark.strikes = 0;
+    else if (seen)
+      ++landmark.strikes;
+    // What does not fit its own host, or again and again, is no landmark.
+    const bool lost =
+        observations.empty() || landmark.strikes >= 2 || 2 * observations.size() < before;
+    if (lost) rejected_.insert(landmark.id);
+    it = lost ? window->landmarks.erase(it) : std::next(it);
+  }
+}
+
+}  // namespace etalon::fixed_lag

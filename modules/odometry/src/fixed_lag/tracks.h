@@ -1,0 +1,74 @@
+#pragma once
+
+// Tracks of the front end against the window: which to believe, and the landmarks that they become.
+// Private to the module.
+
+#include <set>
+#include <unordered_map>
+
+#include "window.h"
+
+namespace etalon::fixed_lag {
+
+struct TrackOptions {
+  double sigma_px = 0.35;
+  double chi2_gate = 25.0;
+  double chi2_outlier = 16.0;
+  double keyframe_survival = 0.7;
+  double keyframe_parallax_px = 30.0;
+};
+
+/** What the front end saw in a frame, undistorted. */
+struct MeasuredFrame {
+  struct Track {
+    LandmarkId id = 0;
+    bool has_right = false;
+    std::array<ReprojectionMeasurement, 2> measurements;
+  };
+  TimeNs t = 0;
+  std::vector<Track> tracks;  ///< in increasing order of id
+};
+
+MeasuredFrame measure(const StereoInertialCalibration& calibration, const TrackedFrame& frame,
+                      double sigma_px);
+
+/** Decides about tracks; the window's newest state is always the frame in question. */
+class Tracks {
+ public:
+  Tracks(const StereoInertialCalibration& calibration, const TrackOptions& options)
+      : calibration_(&calibration), options_(options) {}
+
+  struct Counts {
+    int used = 0, gated = 0;
+  };
+  /**
+   * Gives the window's landmarks their observations in the newest state, but for those that are
+   * farther from where the state predicts them than its error explains.
+   * @param pose_covariance of the newest pose relative to the window, [rotation, position in W]
+   */
+  Counts associate(const MeasuredFrame& frame, const Eigen::Matrix<double, 6, 6>& pose_covariance,
+                   Window* window);
+
+  /** Whether the newest state is to be a keyframe: too few of its tracks are landmarks, or the view
+   * has changed. */
+  bool wantsKeyframe(const MeasuredFrame& frame, const Counts& counts, const Window& window) const;
+
+  /** The newest state is a keyframe: its tracks that are no landmarks become some, from both
+   * cameras or from keyframes before. */
+  void createLandmarks(const MeasuredFrame& frame, Window* window);
+
+  /** Drops observations that do not fit after the optimisation, and landmarks that go on not to. */
+  void dropOutliers(Window* window);
+
+ private:
+  const StereoInertialCalibration* calibration_;
+  TrackOptions options_;
+  std::set<LandmarkId> rejected_;  ///< tracks that are not believed any more
+  /** In keyframes, of tracks whose distance is not known yet. */
+  std::map<LandmarkId, std::vector<LandmarkObservation>> pending_;
+  /** Left directions in the last keyframe, and its attitude. */
+  std::unordered_map<LandmarkId, Eigen::Vector2d> last_keyframe_;
+  Eigen::Matrix3d last_R_WC_ = Eigen::Matrix3d::Identity();
+};
+
+}  // namespace etalon::fixed_lag

@@ -1,0 +1,238 @@
+#include "visual_terms.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "etalon/core/so3.h"
+
+namespace etalon::fixed_lag {
+namespace {
+
+/** What a landmark behind a camera costs: as much as a pixel that is off by so many sigma. */
+constexpr double kBehindCamera = 30.0;
+
+}  // namespace
+
+double huberCost(double r2, double chi2_huber, double* weight) {
+  *weight = 1.0;
+  if (r2 <= chi2_huber) return r2;
+  const double ratio = std::sqrt(chi2_huber / r2);
+  *weight = ratio;
+  return r2 * ratio * (2.0 - ratio);
+}
+
+RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
+  const SE3 T_HT = relativePose(T_WH, T_WT);
+  RelativeJacobians J;
+  J.by_target.setIdentity();
+  J.by_target.bottomRightCorner<3, 3>() = T_WH.R.transpose();
+  J.by_host.setZero();
+  J.by_host.topLeftCorner<3, 3>() = -T_HT.R.transpose();
+  J.by_host.bottomLeftCorner<3, 3>() = hat(T_HT.t);
+  J.by_host.bottomRightCorner<3, 3>() = -T_WH.R.transpose();
+  return J;
+}
+
+double VisualTerms::addResidual(const Window& window, const ReprojectionMeasurement& measurement,
+                                int camera, const Landmark& landmark, const SE3& T_HT,
+                                Target* target, Eigen::Matrix3d* V, Eigen::Vector3d* g_l) const {
+  Eigen::Vector2d r;
+  Eigen::Matrix<double, 2, 6> J_pose;
+  Eigen::Matrix<double, 2, 3> J_landmark;
+  double weight = 1.0;
+  if (!reprojectionResidual(window.T_CB[static_cast<size_t>(camera)], measurement, T_HT,
+                            landmark.in_host, &r, target ? &J_pose : nullptr, &J_landmark))
+    return huberCost(kBehindCamera * kBehindCamera, chi2_huber_, &weight);
+  const double cost = huberCost(r.squaredNorm(), chi2_huber_, &weight);
+  const Eigen::Matrix<double, 2, 3> weighted = weight * J_landmark;
+  V->noalias() += weighted.transpose() * J_landmark;
+  g_l->noalias() += weighted.transpose() * r;
+  if (!target) return cost;
+  const Eigen::Matrix<double, 2, 6> weighted_pose = weight * J_pose;
+  target->H_pp.noalias() += weighted_pose.transpose() * J_pose;
+  target->H_pl.noalias() += weighted_pose.transpose() * J_landmark;
+  target->g_p.noalias() += weighted_pose.transpose() * r;
+  return cost;
+}
+
+/** Sums over the observations of one landmark. */
+double VisualTerms::collect(const Window& window, Landmark* landmark, int last_state) {
+  Eliminated e;
+  e.landmark = landmark;
+  e.first = targets_.size();
+  e.g_l.setZero();
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  const size_t n = window.states.size();
+  double cost = 0.0;
+  for (const LandmarkObservation& o : landmark->observations) {
+    if (o.state > last_state) continue;
+    Target* target = nullptr;
+    if (o.state != landmark->host) {
+      targets_.emplace_back();
+      target = &targets_.back();
+      target->state = o.state;
+      target->H_pp.setZero();
+      target->H_pl.setZero();
+      target->g_p.setZero();
+    }
+    const SE3& T_HT =
+        relative_[static_cast<size_t>(landmark->host) * n + static_cast<size_t>(o.state)];
+    for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
+      cost += addResidual(window, o.measurements[static_cast<size_t>(camera)], camera, *landmark,
+                          T_HT, target, &V, &e.g_l);
+  }
+  e.last = targets_.size();
+  // At infinity, and wanted farther: its distance is no unknown.
+  const bool held = !(landmark->in_host.parameters.z() > 0.0) && e.g_l.z() >= 0.0;
+  if (held) {
+    V.row(2).setZero();
+    V.col(2).setZero();
+    V(2, 2) = 1.0;
+    e.g_l.z() = 0.0;
+    for (size_t i = e.first; i < e.last; ++i) targets_[i].H_pl.col(2).setZero();
+  }
+  // Without parallax the distance is not determined: it stays where it is.
+  V(0, 0) += 1e-9 * V(0, 0) + 1e-12;
+  V(1, 1) += 1e-9 * V(1, 1) + 1e-12;
+  V(2, 2) += 1e-9 * V(2, 2) + 1e-6;
+  e.inverse = V.inverse();
+  landmark->covariance = e.inverse;
+  eliminated_.push_back(e);
+  return cost;
+}
+
+/** The landmark's Schur complement, added to its host's sums. */
+void VisualTerms::eliminate(const Eliminated& e) {
+  HostSums& sums = hosts_[static_cast<size_t>(e.landmark->host)];
+  const Eigen::Index size = 6 * static_cast<Eigen::Index>(hosts_.size());
+  if (!sums.used) {
+    sums.used = true;
+    sums.H.setZero(size, size);
+    sums.g.setZero(size);
+  }
+  const Eigen::Vector3d best = e.inverse * e.g_l;
+  for (size_t i = e.first; i < e.last; ++i) {
+    Target& a = targets_[i];
+    const Eigen::Index row = 6 * a.state;
+    a.scaled.noalias() = a.H_pl * e.inverse;
+    sums.H.block<6, 6>(row, row) += a.H_pp;
+    sums.g.segment<6>(row) += a.g_p;
+    sums.g.segment<6>(row).noalias() -= a.H_pl * best;
+    for (size_t j = e.first; j <= i; ++j) {  // in time order: j's block stands above
+      const Target& b = targets_[j];
+      sums.H.block<6, 6>(6 * b.state, row).noalias() -= b.scaled.lazyProduct(a.H_pl.transpose());
+    }
+  }
+}
+
+void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* equations) const {
+  const HostSums& sums = hosts_[static_cast<size_t>(host)];
+  const int n = static_cast<int>(window.states.size());
+  const WindowState& h = window.states[static_cast<size_t>(host)];
+  std::vector<RelativeJacobians> J(static_cast<size_t>(n));
+  std::vector<int> seen;
+  for (int k = 0; k < n; ++k) {
+    if (k == host || sums.H(6 * k, 6 * k) == 0.0) continue;
+    seen.push_back(k);
+    J[static_cast<size_t>(k)] = relativeJacobians(
+        h.linearization.T_WB, window.states[static_cast<size_t>(k)].linearization.T_WB);
+  }
+  Eigen::MatrixXd& H = equations->H;
+  for (const int k : seen) {
+    const RelativeJacobians& J_k = J[static_cast<size_t>(k)];
+    const Eigen::Index column = window.states[static_cast<size_t>(k)].column;
+    Matrix6d by_host = Matrix6d::Zero();  // the row of k times the host's derivatives
+    for (const int l : seen) {
+      Matrix6d block;
+      if (l >= k)
+        block = sums.H.block<6, 6>(6 * k, 6 * l);
+      else
+        block = sums.H.block<6, 6>(6 * l, 6 * k).transpose();
+      by_host.noalias() += block * J[static_cast<size_t>(l)].by_host;
+      if (l < k) continue;
+      const Eigen::Index other = window.states[static_cast<size_t>(l)].column;
+      const Matrix6d absolute =
+          J_k.by_target.transpose() * block * J[static_cast<size_t>(l)].by_target;
+      H.block<6, 6>(column, other) += absolute;
+      if (l > k) H.block<6, 6>(other, column) += absolute.transpose();
+    }
+    const Matrix6d mixed = J_k.by_target.transpose() * by_host;
+    H.block<6, 6>(column, h.column) += mixed;
+    H.block<6, 6>(h.column, column) += mixed.transpose();
+    H.block<6, 6>(h.column, h.column).noalias() += J_k.by_host.transpose() * by_host;
+    equations->g.segment<6>(column).noalias() +=
+        J_k.by_target.transpose() * sums.g.segment<6>(6 * k);
+    equations->g.segment<6>(h.column).noalias() +=
+        J_k.by_host.transpose() * sums.g.segment<6>(6 * k);
+  }
+}
+
+void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& landmarks,
+                            int last_state, NormalEquations* equations) {
+  const size_t n = window.states.size();
+  targets_.clear();
+  eliminated_.clear();
+  hosts_.resize(n);
+  for (HostSums& sums : hosts_) sums.used = false;
+  relative_.resize(n * n);
+  for (size_t h = 0; h < n; ++h)
+    for (size_t k = 0; k < n; ++k)
+      relative_[h * n + k] =
+          h == k ? SE3() : relativePose(window.states[h].now.T_WB, window.states[k].now.T_WB);
+  for (Landmark* landmark : landmarks) equations->cost += collect(window, landmark, last_state);
+  for (const Eliminated& e : eliminated_) eliminate(e);
+  for (size_t h = 0; h < n; ++h)
+    if (hosts_[h].used) toAbsolute(window, static_cast<int>(h), equations);
+}
+
+void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& step) const {
+  const size_t n = window.states.size();
+  std::vector<Vector6d> relative(n * n);
+  for (size_t h = 0; h < n; ++h) {
+    if (!hosts_[h].used) continue;
+    for (size_t k = 0; k < n; ++k) {
+      if (h == k) continue;
+      const WindowState &a = window.states[h], &b = window.states[k];
+      const RelativeJacobians J = relativeJacobians(a.linearization.T_WB, b.linearization.T_WB);
+      relative[h * n + k] =
+          J.by_target * step.segment<6>(b.column) + J.by_host * step.segment<6>(a.column);
+    }
+  }
+  for (const Eliminated& e : eliminated_) {
+    Eigen::Vector3d g = e.g_l;
+    for (size_t i = e.first; i < e.last; ++i) {
+      const size_t pair =
+          static_cast<size_t>(e.landmark->host) * n + static_cast<size_t>(targets_[i].state);
+      g.noalias() += targets_[i].H_pl.transpose() * relative[pair];
+    }
+    Eigen::Vector3d& parameters = e.landmark->in_host.parameters;
+    parameters.noalias() -= e.inverse * g;
+    parameters.z() = std::max(0.0, parameters.z());
+  }
+}
+
+double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& landmarks) const {
+  double cost = 0.0, weight = 1.0;
+  const size_t n = window.states.size();
+  std::vector<SE3> relative(n);
+  for (size_t h = 0; h < n; ++h) {
+    for (size_t k = 0; k < n; ++k)
+      relative[k] = relativePose(window.states[h].now.T_WB, window.states[k].now.T_WB);
+    for (const Landmark* landmark : landmarks) {
+      if (landmark->host != static_cast<int>(h)) continue;
+      for (const LandmarkObservation& o : landmark->observations)
+        for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
+          Eigen::Vector2d r;
+          const bool ahead =
+              reprojectionResidual(window.T_CB[camera], o.measurements[camera],
+                                   relative[static_cast<size_t>(o.state)], landmark->in_host, &r);
+          const double r2 = ahead ? r.squaredNorm() : kBehindCamera * kBehindCamera;
+          cost += huberCost(r2, chi2_huber_, &weight);
+        }
+    }
+  }
+  return cost;
+}
+
+}  // namespace etalon::fixed_lag

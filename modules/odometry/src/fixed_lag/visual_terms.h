@@ -1,0 +1,95 @@
+#pragma once
+
+// Normal equations of the window's pixels, landmarks eliminated. Private to the module.
+
+#include "window.h"
+
+namespace etalon::fixed_lag {
+
+/** Gauss-Newton's equations H x = -g of the cost x^T H x + 2 g^T x + cost. */
+struct NormalEquations {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  double cost = 0.0;  ///< robust sum of squares
+
+  explicit NormalEquations(Eigen::Index size)
+      : H(Eigen::MatrixXd::Zero(size, size)), g(Eigen::VectorXd::Zero(size)) {}
+};
+
+/**
+ * The pixels' part of the cost, around the window's estimates. A residual depends on the pose of
+ * the observing body in the host's alone: its derivative by that is taken at the estimates, and
+ * that of the relative pose by the two absolute ones at the linearisation points, so that moving
+ * and turning all states together costs nothing whatever those are. Landmarks with the same host
+ * share the second factor, which is applied once for all of them.
+ */
+class VisualTerms {
+ public:
+  explicit VisualTerms(double chi2_huber) : chi2_huber_(chi2_huber) {}
+
+  /**
+   * Adds those of `landmarks` to the equations; keeps what solveLandmarks() needs, and sets
+   * the landmarks' covariances.
+   * @param last_state observations in later states are left out
+   */
+  void linearize(const Window& window, const std::vector<Landmark*>& landmarks, int last_state,
+                 NormalEquations* equations);
+
+  /** Moves the landmarks of the last linearize() to their best places for the step of the states;
+   * inverse distances stay at 0 or above. */
+  void solveLandmarks(const Window& window, const Eigen::VectorXd& step) const;
+
+  /** The robust cost alone, of all landmarks. */
+  double cost(const Window& window, const std::vector<Landmark*>& landmarks) const;
+
+ private:
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+  /** An observing state of a landmark, other than the host. */
+  struct Target {
+    int state = 0;
+    Matrix6d H_pp;
+    Matrix63d H_pl, scaled;
+    Vector6d g_p;
+  };
+  /** A landmark of the last linearisation. */
+  struct Eliminated {
+    Landmark* landmark = nullptr;
+    Eigen::Matrix3d inverse;
+    Eigen::Vector3d g_l;
+    size_t first = 0, last = 0;  ///< of targets_
+  };
+  /** Sums in relative poses over the landmarks of a host. */
+  struct HostSums {
+    bool used = false;
+    Eigen::MatrixXd H;  ///< 6 x 6 blocks by state, upper ones
+    Eigen::VectorXd g;
+  };
+
+  double addResidual(const Window& window, const ReprojectionMeasurement& measurement, int camera,
+                     const Landmark& landmark, const SE3& T_HT, Target* target, Eigen::Matrix3d* V,
+                     Eigen::Vector3d* g_l) const;
+  double collect(const Window& window, Landmark* landmark, int last_state);
+  void eliminate(const Eliminated& eliminated);
+  void toAbsolute(const Window& window, int host, NormalEquations* equations) const;
+
+  double chi2_huber_;
+  std::vector<Target> targets_;
+  std::vector<Eliminated> eliminated_;
+  std::vector<HostSums> hosts_;
+  std::vector<SE3> relative_;  ///< T_HT by host and target, at the estimates
+};
+
+/** Robust cost of a squared residual, and the weight that goes with it. */
+double huberCost(double r2, double chi2_huber, double* weight);
+
+/** Derivatives of the pose of the target in the host, [rotation by right perturbation, position in
+ * the host], by the two absolute ones. */
+struct RelativeJacobians {
+  Eigen::Matrix<double, 6, 6> by_target, by_host;
+};
+RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT);
+
+}  // namespace etalon::fixed_lag

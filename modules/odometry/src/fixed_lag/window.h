@@ -1,0 +1,85 @@
+#pragma once
+
+// The states, landmarks and prior of a FixedLagOdometry. Private to the module.
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/tracked_frame.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
+#include "etalon/optimization/marginalization/linear_rows.h"
+#include "etalon/optimization/residuals/reprojection_residual.h"
+
+namespace etalon::fixed_lag {
+
+using Matrix15d = Eigen::Matrix<double, 15, 15>;
+using Vector15d = Eigen::Matrix<double, 15, 1>;
+
+/** The body at a frame. Unknowns: pose, and velocity and biases while it is `full`. */
+struct WindowState {
+  int serial = 0;  ///< of the frame
+  TimeNs t = 0;
+  NavState now;  ///< the estimate
+  /** Derivatives by absolute poses, velocities and biases are taken here: at the estimate until
+   * the prior touches the state, and from then on where that was (`fixed`). */
+  NavState linearization;
+  bool fixed = false;
+  bool full = true;
+  bool keyframe = false;
+  Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
+  Matrix15d imu_sqrt_information = Matrix15d::Zero();
+  Eigen::Index column = 0;  ///< of its first unknown
+
+  Eigen::Index size() const { return full ? 15 : 6; }
+  /** The error of `now` about `linearization`. */
+  Vector15d delta() const { return fixed ? now.minus(linearization) : Vector15d::Zero(); }
+};
+
+/** A landmark in one frame. */
+struct LandmarkObservation {
+  int serial = 0;  ///< of the state
+  int state = 0;   ///< its index in the window
+  bool has_right = false;
+  std::array<ReprojectionMeasurement, 2> measurements;
+};
+
+struct Landmark {
+  LandmarkId id = 0;
+  int host_serial = 0;
+  int host = 0;                  ///< index of the state in whose body frame it lives
+  InverseDepthLandmark in_host;  ///< origin and axes in that frame
+  std::vector<LandmarkObservation> observations;  ///< in time order, the host's too
+  int strikes = 0;                                ///< observations in a row that did not agree
+  /** Of its parameters, given the poses; from the last linearisation. */
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+
+  bool seenIn(int serial) const {
+    return !observations.empty() && observations.back().serial == serial;
+  }
+};
+
+struct Window {
+  std::array<SE3, 2> T_CB;
+  Eigen::Vector3d g_W = Eigen::Vector3d::Zero();
+  std::vector<WindowState> states;  ///< in time order, the full ones last
+  std::map<LandmarkId, Landmark> landmarks;
+  /** In the states' deltas: |A delta + b|^2; its unknowns are the first columns of the window. */
+  LinearRows prior;
+
+  Eigen::Index unknowns() const {
+    return states.empty() ? 0 : states.back().column + states.back().size();
+  }
+  /** After states came or went: columns, and indices in landmarks and observations. Observations
+   * and landmarks whose state is gone are dropped. */
+  void reindex();
+  size_t firstFull() const;
+};
+
+/** Body of state `t` in the body of state `h`. */
+inline SE3 relativePose(const SE3& T_WH, const SE3& T_WT) {
+  return {T_WH.R.transpose() * T_WT.R, T_WH.R.transpose() * (T_WT.t - T_WH.t)};
+}
+
+}  // namespace etalon::fixed_lag

@@ -1,0 +1,57 @@
+#pragma once
+
+// Damped Gauss-Newton over a window. Private to the module.
+
+#include <Eigen/Cholesky>
+
+#include "visual_terms.h"
+
+namespace etalon::fixed_lag {
+
+struct SolverOptions {
+  int iterations = 3;
+  double chi2_huber = 5.991;
+  /** Converged is a step shorter than this in its own standard deviations, all states together. */
+  double converged_sigmas = 0.02;
+};
+
+struct SolverResult {
+  int iterations = 0;  ///< steps that were taken
+  double cost = 0.0;
+  bool converged = false;
+  /** Of the newest state's error, 15 x 15; zero if the equations are not positive definite. */
+  Matrix15d covariance = Matrix15d::Zero();
+};
+
+/** The whitened inertial residual that ends in full state `i`, and its derivatives (both or none).
+ */
+Vector15d inertialRows(const Window& window, size_t i, Matrix15d* J_i = nullptr,
+                       Matrix15d* J_j = nullptr);
+/** Adds the inertial terms between the full states. */
+void addInertialTerms(const Window& window, NormalEquations* equations);
+/** Adds the prior. */
+void addPrior(const Window& window, NormalEquations* equations);
+/** The errors of the first `unknowns` columns about the linearisation points. */
+Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns);
+
+/**
+ * Minimises the window's cost: prior, IMU and pixels. Normal equations with the landmarks
+ * eliminated, Cholesky; damped (Levenberg-Marquardt) only where a plain step does not lower the
+ * cost.
+ */
+class WindowSolver {
+ public:
+  explicit WindowSolver(const SolverOptions& options)
+      : options_(options), visual_(options.chi2_huber) {}
+  SolverResult solve(Window* window);
+
+ private:
+  void linearize(Window* window, NormalEquations* equations);
+  double costOf(const Window& window) const;
+
+  SolverOptions options_;
+  VisualTerms visual_;
+  std::vector<Landmark*> landmarks_;
+};
+
+}  // namespace etalon::fixed_lag

@@ -1,0 +1,88 @@
+#include "etalon/optimization/marginalization/linear_rows.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace etalon {
+namespace {
+
+/** [A | b], column by column. */
+Eigen::MatrixXd augmented(const LinearRows& rows) {
+  Eigen::MatrixXd M(rows.rows(), rows.unknowns() + 1);
+  M << rows.A, rows.b;
+  return M;
+}
+
+LinearRows split(const Eigen::Ref<const Eigen::MatrixXd>& M) {
+  LinearRows rows;
+  rows.A = M.leftCols(M.cols() - 1);
+  rows.b = M.col(M.cols() - 1);
+  return rows;
+}
+
+}  // namespace
+
+LinearRows marginalizeFirst(LinearRows rows, Eigen::Index count) {
+  Eigen::MatrixXd M = augmented(rows);
+  // A row of zeros in the marginalised columns stays as it is: reflect the others alone.
+  std::vector<Eigen::Index> touched, untouched;
+  for (Eigen::Index i = 0; i < M.rows(); ++i)
+    (M.row(i).head(count).isZero(0.0) ? untouched : touched).push_back(i);
+  Eigen::MatrixXd T = M(touched, Eigen::all);
+  const Eigen::VectorXd norms = T.leftCols(count).colwise().norm();
+  const double tiny = std::sqrt(std::numeric_limits<double>::epsilon());
+  Eigen::VectorXd workspace(T.cols());
+  Eigen::Index row = 0;
+  for (Eigen::Index c = 0; c < count && row < T.rows(); ++c) {
+    auto column = T.col(c).tail(T.rows() - row);
+    if (!(column.norm() > tiny * norms[c])) continue;
+    double tau = 0.0, beta = 0.0;
+    Eigen::VectorXd essential(column.size() - 1);
+    column.makeHouseholder(essential, tau, beta);
+    T.bottomRightCorner(T.rows() - row, T.cols() - c - 1)
+        .applyHouseholderOnTheLeft(essential, tau, workspace.data());
+    ++row;
+  }
+  const Eigen::Index left = T.rows() - row;
+  Eigen::MatrixXd kept(left + static_cast<Eigen::Index>(untouched.size()), M.cols() - count);
+  kept.topRows(left) = T.bottomRightCorner(left, M.cols() - count);
+  kept.bottomRows(kept.rows() - left) = M(untouched, Eigen::lastN(M.cols() - count));
+  return split(kept);
+}
+
+LinearRows compressed(LinearRows rows) {
+  if (rows.rows() <= rows.unknowns()) return rows;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(augmented(rows));
+  const Eigen::Index n = rows.unknowns();
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  return split(R);
+}
+
+LinearRows squareRoot(const Eigen::MatrixXd& H, const Eigen::VectorXd& g) {
+  // To a unit diagonal first: the unknowns' units differ by orders of magnitude.
+  const Eigen::Index n = H.rows();
+  Eigen::VectorXd scale(n);
+  for (Eigen::Index i = 0; i < n; ++i) scale[i] = H(i, i) > 0.0 ? 1.0 / std::sqrt(H(i, i)) : 0.0;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * H * scale.asDiagonal());
+  const Eigen::VectorXd D = factor.vectorD();
+  const Eigen::MatrixXd L = factor.matrixL();
+  Eigen::Index rank = 0;
+  while (rank < n && D[rank] > 1e-13) ++rank;
+  Eigen::VectorXd y = factor.transpositionsP() * Eigen::VectorXd(scale.asDiagonal() * g);
+  const auto L11 = L.topLeftCorner(rank, rank);
+  Eigen::VectorXd b = L11.triangularView<Eigen::UnitLower>().solve(y.head(rank));
+  LinearRows rows(rank, n);
+  const Eigen::VectorXd root = D.head(rank).cwiseSqrt();
+  rows.b = b.cwiseQuotient(root);
+  Eigen::MatrixXd U = root.asDiagonal() * L.leftCols(rank).transpose();
+  U = U * factor.transpositionsP();
+  for (Eigen::Index i = 0; i < n; ++i)
+    rows.A.col(i) = scale[i] > 0.0 ? Eigen::VectorXd(U.col(i) / scale[i])
+                                   : Eigen::VectorXd(Eigen::VectorXd::Zero(rank));
+  return rows;
+}
+
+}  // namespace etalon
