@@ -37,8 +37,8 @@ struct Arguments {
 std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& options,
                              double seconds, double elapsed_s) {
   const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
-  std::string state = "initialised";
-  if (pipeline.state() == PipelineState::kCollecting)
+  std::string state = toString(pipeline.state());
+  if (!pipeline.initializedAt())
     state = pipeline.attempts().empty()
                 ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
                       std::to_string(options.keyframes)
@@ -63,6 +63,16 @@ void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool
     text = attempt.decision.accepted ? text + (handover ? " to " : " by ") + attempt.initializer
                                      : attempt.initializer + ": " + text;
   std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
+  std::fflush(stdout);
+}
+
+void printEvent(const PipelineEvent& event, TimeNs first_image) {
+  std::printf("%8.2f s  %s: %s\n", secondsBetween(first_image, event.t), toString(event.state),
+              event.reason.c_str());
+  if (event.jump)
+    std::printf("            the pose jumped by %.3f m and may be off by %.3f m\n",
+                event.jump->T_before_after.t.norm(),
+                std::sqrt(event.jump->covariance.diagonal().tail<3>().sum()));
   std::fflush(stdout);
 }
 
@@ -118,9 +128,14 @@ class Replay {
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();
       const InitializationAttempt& attempt = pipeline_.attempts()[reported_];
-      const bool handover =
-          pipeline_.state() == PipelineState::kInitialized && attempt.t > pipeline_.initializedAt();
+      const bool handover = pipeline_.initializedAt() && attempt.t > *pipeline_.initializedAt();
       printAttempt(attempt, images_.front().t, handover, configuration_.initializers.at_rest_name);
+    }
+    for (; events_reported_ < pipeline_.events().size(); ++events_reported_) {
+      const PipelineEvent& event = pipeline_.events()[events_reported_];
+      if (event.state == PipelineState::kVisual) continue;
+      progress_.interrupt();
+      printEvent(event, images_.front().t);
     }
     progress_.update(last, [this] {
       const double seconds =
@@ -139,7 +154,7 @@ class Replay {
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
-  size_t reported_ = 0;
+  size_t reported_ = 0, events_reported_ = 0;
 };
 
 /** Errors and times of an accepted attempt. */
@@ -281,7 +296,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   if (died) addLostAttempt(*died, &record);
   printSummary(record, writeRunResults(arguments.out, finished, record));
   if (failure) std::rethrow_exception(failure);
-  return run.pipeline().state() == PipelineState::kInitialized ? kOk : kNotInitialised;
+  return run.pipeline().initializedAt() ? kOk : kNotInitialised;
 }
 
 /** What a crash takes with it is done once more, up to the crash: the same again, bit by bit. */

@@ -23,11 +23,11 @@
 #include <string>
 
 #include "cut_tracks.h"
+#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/datasets/recorded_source.h"
-#include "etalon/benchmark/benchmark_slots.h"
-#include "etalon/benchmark/content_hash.h"
 #include "etalon/evaluation/ground_truth_floor.h"
 #include "etalon/evaluation/metrics.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"

@@ -131,12 +131,29 @@ obs::CObservationIMU toObservation(const ImuSample& sample) {
   return observation;
 }
 
-obs::CObservationRobotPose toObservation(const StampedPose& pose, const std::string& label) {
+/** d(yaw, pitch, roll) / d(rotation vector in the body), R = Rz(yaw) Ry(pitch) Rx(roll). */
+static Eigen::Matrix3d anglesByRotation(double pitch, double roll) {
+  // The body's rate is E (yaw, pitch, roll)'; near a pitch of 90 deg the angles know no covariance.
+  Eigen::Matrix3d E;
+  E << -std::sin(pitch), 0.0, 1.0,                            //
+      std::cos(pitch) * std::sin(roll), std::cos(roll), 0.0,  //
+      std::cos(pitch) * std::cos(roll), -std::sin(roll), 0.0;
+  return E.inverse();
+}
+
+obs::CObservationRobotPose toObservation(const StampedPose& pose, const std::string& label,
+                                         const Eigen::Matrix<double, 6, 6>& covariance) {
   obs::CObservationRobotPose observation;
   observation.timestamp = toMrptTime(pose.t);
   observation.sensorLabel = label;
   observation.pose.mean = toMrptPose(pose.T_WB);
   observation.pose.cov.setZero();
+  if (!covariance.allFinite() || covariance.isZero()) return observation;
+  const mrpt::poses::CPose3D& mean = observation.pose.mean;
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+  J.topRightCorner<3, 3>().setIdentity();
+  J.bottomLeftCorner<3, 3>() = anglesByRotation(mean.pitch(), mean.roll());
+  observation.pose.cov = Eigen::Matrix<double, 6, 6>(J * covariance * J.transpose());
   return observation;
 }
 

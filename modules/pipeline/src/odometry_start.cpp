@@ -47,7 +47,8 @@ OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_W
   if (attempt.has_vi_ba) {
     v_A = attempt.vi_ba.states.back().v_WB;
     const Eigen::MatrixXd& joint = attempt.vi_ba.covariance;
-    covariance = joint.rows() >= 15 ? Matrix15d(joint.bottomRightCorner<15, 15>()) : roughCovariance();
+    covariance =
+        joint.rows() >= 15 ? Matrix15d(joint.bottomRightCorner<15, 15>()) : roughCovariance();
   } else {
     v_A = attempt.init.states.back().v_WB;
     covariance = attempt.init.covariance.rows() == 11 ? covarianceOf(attempt.init, T_AB.R)

@@ -71,8 +71,8 @@ void Pipeline::processAdmitted() {
 void Pipeline::process(const ImuSample& sample) {
   imu_.add(sample);
   // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
-  const TimeNs needed = sample.t - durationNs(std::max(options_.input.max_gap_s,
-                                                       options_.max_dead_reckoning_s));
+  const TimeNs needed =
+      sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
   if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
 }
 
@@ -173,6 +173,7 @@ void Pipeline::keep(const OdometryOutput& output) {
   estimate.state = state_;
   estimate.nav = output.state;
   estimate.sigma = output.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
   bias_ = output.state.bias;
   trajectory_.push_back({output.t, output.state.T_WB});
   estimates_.push_back(estimate);
@@ -237,7 +238,8 @@ void Pipeline::startInertially(const InitializationAttempt& attempt, const SE3& 
   inertial_ = std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag);
   starter_.endWaitForMotion();
   window_.clear();
-  const std::string by = attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
+  const std::string by =
+      attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
   enter(PipelineState::kInertial, frame.t, by + " accepted");
   trajectory_.pop_back();
   estimates_.pop_back();

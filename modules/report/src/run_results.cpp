@@ -1,14 +1,17 @@
 #include "etalon/report/run_results.h"
 
+#include <cmath>
 #include <filesystem>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/median.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/so3.h"
 #include "etalon/core/tum_file.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"
 #include "etalon/runlog/attempt_record.h"
+#include "etalon/runlog/states_csv.h"
 
 namespace etalon {
 
@@ -35,6 +38,17 @@ RunStatistics statisticsOf(const FinishedRun& run) {
     frame_ms.push_back(t.frontend_ms + t.odometry_ms);
   s.frame_median_ms = median(frame_ms);
   return s;
+}
+
+EventRecord recordOf(const PipelineEvent& event) {
+  constexpr double kDegree = M_PI / 180.0;
+  EventRecord record{event.t, toString(event.state), event.reason, {}};
+  if (!event.jump) return record;
+  const Eigen::Matrix<double, 6, 1> variance = event.jump->covariance.diagonal().cwiseMax(0.0);
+  record.jump = {
+      event.jump->T_before_after.t.norm(), logSO3(event.jump->T_before_after.R).norm() / kDegree,
+      std::sqrt(variance.tail<3>().sum()), std::sqrt(variance.head<3>().sum()) / kDegree};
+  return record;
 }
 
 /** Those of reading, then what the pipeline found in its input; frames outside the IMU's time are
@@ -82,13 +96,13 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   record.versions = run.versions;
   record.config = run.configuration.effective_ini;
   if (!run.images.empty()) record.first_image = run.images.front().t;
-  if (run.pipeline.state() == PipelineState::kInitialized)
-    record.initialized_at = run.pipeline.initializedAt();
+  record.initialized_at = run.pipeline.initializedAt();
   record.handed_over_at = run.pipeline.handedOverAt();
   const GroundTruth& ground_truth = run.source.groundTruth();
   for (const InitializationAttempt& attempt : run.pipeline.attempts())
     record.attempts.push_back(
         makeAttemptRecord(attempt, run.configuration.pipeline.window.gravity_mps2, ground_truth));
+  for (const PipelineEvent& event : run.pipeline.events()) record.events.push_back(recordOf(event));
   record.statistics = statisticsOf(run);
   record.warnings = warningsOf(run);
   const Trajectory& trajectory = run.pipeline.trajectory();
@@ -104,28 +118,31 @@ RunRecord makeRunRecord(const FinishedRun& run) {
 
 std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
                                          const RunRecord& record) {
-  const std::vector<std::string> names = {"trajectory.tum", "initialization.json", kRunLogName,
-                                          "trajectory.png", "report.html",         "config.ini"};
+  const std::vector<std::string> names = {"trajectory.tum", "states.csv",     "initialization.json",
+                                          kRunLogName,      "trajectory.png", "report.html",
+                                          "config.ini"};
   OutputFiles output(folder);
   std::vector<std::string> files;
   for (const std::string& name : names) files.push_back(output.path(name));
   writeTum(files[0], run.pipeline.trajectory(),
            record.initialized_at ? "T_WB" : kTumFramesNeverInitialised);
-  writeInitializationJson(files[1], record);
+  writeFile(files[1], statesCsv(run.pipeline.estimates()));
+  writeInitializationJson(files[2], record);
   RunLog log;
   log.record = record;
   log.calibration = run.source.calibration();
   log.images = run.images;
   log.odometry = run.pipeline.trajectory();
+  log.estimates = run.pipeline.estimates();
   log.ground_truth = run.source.groundTruth();
-  writeRunLog(files[2], log);
+  writeRunLog(files[3], log);
   TrajectoryPlotOptions plot;
   plot.title = std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
   plot.initialized_at = record.initialized_at;
   plot.alignment = rotationAlignment(record);
-  drawTrajectoryPlot(files[3], run.pipeline.trajectory(), run.source.groundTruth(), plot);
-  writeFile(files[4], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
-  writeFile(files[5], run.configuration.effective_ini);
+  drawTrajectoryPlot(files[4], run.pipeline.trajectory(), run.source.groundTruth(), plot);
+  writeFile(files[5], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
+  writeFile(files[6], run.configuration.effective_ini);
   output.putInPlace();
   for (size_t i = 0; i < names.size(); ++i)
     files[i] = (std::filesystem::path(folder) / names[i]).string();

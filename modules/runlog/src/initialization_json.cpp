@@ -91,6 +91,25 @@ ErrorStatistics errorStatisticsFromJson(const JsonReader& json) {
   return s;
 }
 
+Json eventJson(const EventRecord& event) {
+  Json json = {{"t_ns", event.t}, {"state", event.state}, {"reason", event.reason}};
+  if (event.jump)
+    json["jump"] = {{"translation_m", numberJson(event.jump->translation_m)},
+                    {"rotation_deg", numberJson(event.jump->rotation_deg)},
+                    {"sigma_position_m", numberJson(event.jump->sigma_position_m)},
+                    {"sigma_rotation_deg", numberJson(event.jump->sigma_rotation_deg)}};
+  return json;
+}
+
+EventRecord eventFromJson(const JsonReader& json) {
+  EventRecord event{json.at("t_ns").stamp(), json.at("state").text(), json.at("reason").text(), {}};
+  if (!json.has("jump")) return event;
+  const JsonReader jump = json.at("jump");
+  event.jump = {jump.at("translation_m").number(), jump.at("rotation_deg").number(),
+                jump.at("sigma_position_m").number(), jump.at("sigma_rotation_deg").number()};
+  return event;
+}
+
 RunRecord recordFromJson(const JsonReader& json) {
   RunRecord record;
   if (!json.has("format") || json.at("format").text() != kRunFormat)
@@ -125,6 +144,9 @@ RunRecord recordFromJson(const JsonReader& json) {
     record.trajectory_errors = {errorStatisticsFromJson(errors.at("position_m")),
                                 errorStatisticsFromJson(errors.at("rotation_deg"))};
   }
+  if (json.has("events"))
+    for (const JsonReader& event : json.at("events").elements())
+      record.events.push_back(eventFromJson(event));
   for (const JsonReader& attempt : json.at("attempts").elements())
     record.attempts.push_back(attemptFromJson(attempt));
   record.config = json.at("config").text();
@@ -196,6 +218,8 @@ std::string toJson(const RunRecord& record) {
     json["trajectory_errors"]["rotation_deg"] =
         errorStatisticsJson(record.trajectory_errors->rotation_deg);
   }
+  json["events"] = Json::array();
+  for (const EventRecord& event : record.events) json["events"].push_back(eventJson(event));
   json["attempts"] = Json::array();
   for (const AttemptRecord& attempt : record.attempts)
     json["attempts"].push_back(attemptJson(attempt));

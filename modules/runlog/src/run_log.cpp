@@ -45,7 +45,12 @@ std::vector<CObservation::Ptr> observationsOf(const RunLog& log) {
     for (const StageRecord& stage : attempt->stages)
       for (const KeyframeState& state : stage.states)
         add({state.t, state.T_WB}, log.record.initializer + "/" + stage.stage);
-  for (const StampedPose& pose : log.odometry) add(pose, log.record.initializer + "/odometry");
+  for (size_t i = 0; i < log.odometry.size(); ++i)
+    observations.push_back(std::make_shared<mrpt::obs::CObservationRobotPose>(
+        toObservation(log.odometry[i], log.record.initializer + "/odometry",
+                      i < log.estimates.size()
+                          ? log.estimates[i].pose_covariance
+                          : Eigen::Matrix<double, 6, 6>(Eigen::Matrix<double, 6, 6>::Zero()))));
   if (!log.odometry.empty())
     for (const GroundTruthState& state : log.ground_truth.states)
       if (state.t >= log.odometry.front().t && state.t <= log.odometry.back().t)

@@ -8,8 +8,8 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
-#include "etalon/optimization/residuals/inertial_residual.h"
 #include "etalon/optimization/marginalization/linear_rows.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
 #include "etalon/optimization/residuals/reprojection_residual.h"
 
 namespace etalon::fixed_lag {

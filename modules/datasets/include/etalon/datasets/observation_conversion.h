@@ -32,8 +32,14 @@ mrpt::obs::CObservationStereoImages toObservation(const StereoFrame& frame,
  */
 mrpt::obs::CObservationIMU toObservation(const ImuSample& sample);
 
-/** T_WB as MRPT's observation, with zero covariance. */
-mrpt::obs::CObservationRobotPose toObservation(const StampedPose& pose, const std::string& label);
+/**
+ * T_WB as MRPT's observation.
+ * @param covariance of the pose's error, [rotation, position]: T_WB = (R Exp(d), t + e), rad and m;
+ *        becomes MRPT's, of x, y, z, yaw, pitch and roll; zero where it is not known
+ */
+mrpt::obs::CObservationRobotPose toObservation(
+    const StampedPose& pose, const std::string& label,
+    const Eigen::Matrix<double, 6, 6>& covariance = Eigen::Matrix<double, 6, 6>::Zero());
 
 /**
  * The images of an observation as gray ones (shared with the observation where they are 8-bit gray

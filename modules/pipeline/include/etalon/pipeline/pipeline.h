@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -8,7 +7,7 @@
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/stereo_tracker.h"
-#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/frame_estimate.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/pipeline_state.h"
@@ -22,17 +21,6 @@ struct FrameTiming {
   double frontend_ms = 0.0;
   double odometry_ms = 0.0;
   double initialization_ms = 0.0;
-};
-
-/** What was known of a frame when it had been processed: nothing later is in it. */
-struct FrameEstimate {
-  TimeNs t = 0;
-  PipelineState state = PipelineState::kVisual;
-  NavState nav;  ///< in W; velocity and biases in the states kInertial and kDeadReckoning alone
-  /** Standard deviations of the errors, in the order of state_index; of position and yaw since the
-   * first start. NaN where they are not known. */
-  Eigen::Matrix<double, 15, 1> sigma =
-      Eigen::Matrix<double, 15, 1>::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
 /**

@@ -26,9 +26,9 @@ struct FinishedRun {
 RunRecord makeRunRecord(const FinishedRun& run);
 
 /**
- * Writes trajectory.tum, initialization.json, run.rawlog, trajectory.png, report.html and
- * config.ini into `folder`, which is made if need be. They
- * take their places together, when all of them are whole.
+ * Writes trajectory.tum, states.csv, initialization.json, run.rawlog, trajectory.png, report.html
+ * and config.ini into `folder`, which is made if need be. They take their places together, when all
+ * of them are whole.
  * @return their paths, in this order
  * @throws DataError naming the file that cannot be written
  */

@@ -80,6 +80,20 @@ struct RunStatistics {
   double frame_median_ms = SegmentErrors::kNone;  ///< front end and odometry of a stereo frame
 };
 
+/** A change of the pipeline's state (PipelineEvent). */
+struct EventRecord {
+  TimeNs t = 0;
+  std::string state;   ///< toString(PipelineState): the new one
+  std::string reason;  ///< a clause
+  /** Of a start in flight: by how much the pose jumped, and the standard deviation of how far off
+   * position and yaw may be; m and deg. */
+  struct Jump {
+    double translation_m = 0.0, rotation_deg = 0.0;
+    double sigma_position_m = 0.0, sigma_rotation_deg = 0.0;
+  };
+  std::optional<Jump> jump;
+};
+
 /** How much of a run's frames the ground truth covers. */
 struct GroundTruthUse {
   int frames = 0;          ///< of the trajectory
@@ -100,6 +114,7 @@ struct RunRecord {
   std::optional<TimeNs> initialized_at;
   std::optional<TimeNs> handed_over_at;  ///< from the start at rest to the one for motion
   std::vector<AttemptRecord> attempts;
+  std::vector<EventRecord> events;
   RunStatistics statistics;
   std::vector<std::string> warnings;
   std::optional<GroundTruthUse> ground_truth;  ///< where the recording has some

@@ -5,6 +5,7 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/trajectory.h"
+#include "etalon/pipeline/frame_estimate.h"
 #include "etalon/runlog/initialization_json.h"
 
 namespace etalon {
@@ -22,9 +23,10 @@ struct StereoReference {
 struct RunLog {
   RunRecord record;
   StereoInertialCalibration calibration;
-  std::vector<StereoReference> images;  ///< those whose paths are empty are left out
-  Trajectory odometry;                  ///< T_WB of all frames
-  GroundTruth ground_truth;             ///< may be empty
+  std::vector<StereoReference> images;   ///< those whose paths are empty are left out
+  Trajectory odometry;                   ///< T_WB of all frames
+  std::vector<FrameEstimate> estimates;  ///< one a pose of `odometry`, or none
+  GroundTruth ground_truth;              ///< may be empty
 };
 
 /**
@@ -33,8 +35,8 @@ struct RunLog {
  *  - CObservationStereoImages "stereo": the input's images by reference, no pixels, and calibration
  *  - CObservationRobotPose "<initializer>/init" and "<initializer>/vi_ba": the keyframes of the
  *    accepted attempt, else of the last one that has states; "<initializer>/odometry"; and
- *    "ground_truth", inside the run's time. A pose's covariance is zero: not known.
- * The observations' stamps are cut to MRPT's tick of 100 ns; those in the record are not.
+ *    "ground_truth", inside the run's time. A pose has the covariance of its estimate; zero: not
+ * known. The observations' stamps are cut to MRPT's tick of 100 ns; those in the record are not.
  * @throws DataError if the log cannot be written
  */
 void writeRunLog(const std::string& path, const RunLog& log);

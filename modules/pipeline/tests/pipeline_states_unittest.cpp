@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "etalon/core/so3.h"
+#include "etalon/pipeline/odometry_start.h"
+#include "etalon/pipeline/pipeline.h"
+#include "scripted_flight.h"
+
+namespace etalon::pipeline_test {
+
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+constexpr size_t kWindow = 3;  // keyframes
+
+/** A pipeline whose initializer says the truth, in flight, and the fixed-lag odometry after it. */
+class PipelineStates : public ::testing::Test {
+ protected:
+  static const Flight& flight() { return Flight::instance(); }
+
+  static InitializationResult truth(const InitializationProblem& problem) {
+    InitializationResult result;
+    result.status = InitializationStatus::kSuccess;
+    for (int k = 0; k < problem.keyframeCount(); ++k) {
+      const TimeNs t = problem.keyframe(k).t;
+      const auto state = flight().trajectory.at(t);
+      result.states.push_back({t, state.T_WB, state.v_WB});
+    }
+    result.covariance = Eigen::MatrixXd::Identity(11, 11) * 1e-6;
+    return result;
+  }
+
+  static Pipeline pipeline(double max_dead_reckoning_s = 5.0) {
+    PipelineOptions options;
+    options.keyframes = kWindow;
+    options.keyframe_rate_hz = kFrameRateHz;
+    options.window.refine = false;  // what the script says counts as it is
+    options.max_dead_reckoning_s = max_dead_reckoning_s;
+    PipelineInitializers initializers;
+    initializers.name = "truth";
+    initializers.initializer = std::make_shared<Scripted>(truth);
+    return {flight().calibration, options, initializers};
+  }
+
+  /** All frames, those in [first, last) with their lenses covered. */
+  static void fly(Pipeline* pipeline, size_t first = 0, size_t last = 0) {
+    for (const ImuSample& sample : flight().imu) pipeline->add(sample);
+    for (size_t k = 0; k < flight().frames.size(); ++k) {
+      StereoFrame frame = flight().frames[k];
+      if (k >= first && k < last) {
+        // Never the same image twice: that would be a camera that hangs.
+        const cv::Scalar grey(static_cast<double>(k % 4));
+        frame.left = cv::Mat(frame.left.size(), CV_8UC1, grey);
+        frame.right = cv::Mat(frame.right.size(), CV_8UC1, grey);
+      }
+      pipeline->add(frame);
+    }
+    pipeline->finish();
+  }
+
+  static double positionError(const FrameEstimate& estimate) {
+    return (estimate.nav.T_WB.t - flight().truth(estimate.t).t).norm();
+  }
+};
+
+TEST_F(PipelineStates, StereoOdometryRunsUntilTheStartAndTheFixedLagOdometryFromThere) {
+  Pipeline pipeline = this->pipeline();
+  EXPECT_EQ(pipeline.state(), PipelineState::kWaiting);
+  fly(&pipeline);
+  ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
+  ASSERT_EQ(pipeline.trajectory().size(), flight().frames.size());
+  ASSERT_EQ(pipeline.events().size(), 2U);
+  EXPECT_EQ(pipeline.events()[0].state, PipelineState::kVisual);
+  EXPECT_EQ(pipeline.events()[0].t, flight().frames[0].t);
+  EXPECT_EQ(pipeline.events()[1].state, PipelineState::kInertial);
+  EXPECT_EQ(pipeline.events()[1].t, flight().frames[kWindow - 1].t);
+  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kWindow - 1].t);
+  for (size_t k = 0; k < pipeline.estimates().size(); ++k) {
+    const FrameEstimate& estimate = pipeline.estimates()[k];
+    EXPECT_EQ(estimate.t, flight().frames[k].t);
+    EXPECT_EQ(estimate.state, k + 1 < kWindow ? PipelineState::kVisual : PipelineState::kInertial);
+    EXPECT_EQ(estimate.sigma.allFinite(), k + 1 >= kWindow);
+    EXPECT_LT(positionError(estimate), 0.01);  // 1 % of a path of about 1 m
+    EXPECT_EQ(pipeline.trajectory()[k].T_WB.t, estimate.nav.T_WB.t);
+    if (k + 1 < kWindow) continue;
+    EXPECT_LT((estimate.nav.v_WB - flight().trajectory.at(estimate.t).v_WB).norm(), 0.03);
+  }
+}
+
+TEST_F(PipelineStates, FramesWaitForTheImu) {
+  Pipeline pipeline = this->pipeline();
+  for (size_t k = 0; k < 3; ++k) pipeline.add(flight().frames[k]);
+  EXPECT_TRUE(pipeline.trajectory().empty());
+  for (const ImuSample& sample : flight().imu)
+    if (sample.t <= flight().frames[1].t) pipeline.add(sample);
+  EXPECT_EQ(pipeline.trajectory().size(), 2U);
+}
+
+TEST_F(PipelineStates, TheImuCarriesThePoseWhileTheLensesAreCovered) {
+  Pipeline pipeline = this->pipeline();
+  fly(&pipeline, 4, 6);
+  ASSERT_EQ(pipeline.events().size(), 4U);
+  EXPECT_EQ(pipeline.events()[2].state, PipelineState::kDeadReckoning);
+  EXPECT_EQ(pipeline.events()[2].t, flight().frames[4].t);
+  EXPECT_THAT(pipeline.events()[2].reason, HasSubstr("no landmark"));
+  EXPECT_EQ(pipeline.events()[3].state, PipelineState::kInertial);
+  EXPECT_EQ(pipeline.events()[3].t, flight().frames[6].t);
+  EXPECT_EQ(pipeline.framesNotLocated(), 2);
+  for (const FrameEstimate& estimate : pipeline.estimates())
+    EXPECT_LT(positionError(estimate), 0.02);
+  // It knows less and less: position of frames 3, 4, 5.
+  for (const size_t k : {4U, 5U})
+    EXPECT_GT(pipeline.estimates()[k].sigma.segment<3>(3).norm(),
+              pipeline.estimates()[k - 1].sigma.segment<3>(3).norm());
+}
+
+TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
+  Pipeline pipeline = this->pipeline(0.15);
+  fly(&pipeline, 3, 5);
+  std::vector<PipelineState> states;
+  for (const PipelineEvent& event : pipeline.events()) states.push_back(event.state);
+  EXPECT_EQ(states, (std::vector<PipelineState>{PipelineState::kVisual, PipelineState::kInertial,
+                                                PipelineState::kDeadReckoning, PipelineState::kLost,
+                                                PipelineState::kInertial}));
+  EXPECT_EQ(pipeline.events()[3].t, flight().frames[4].t);
+  EXPECT_THAT(pipeline.events()[3].reason, HasSubstr("0.2 s"));
+  const PipelineEvent& again = pipeline.events().back();
+  EXPECT_EQ(again.t, flight().frames[7].t);
+  ASSERT_TRUE(again.jump);
+  EXPECT_LT(again.jump->T_before_after.t.norm(), 1e-9);  // the position goes on
+  EXPECT_GT(again.jump->covariance.trace(), 0.0);
+  ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
+  EXPECT_LT(positionError(pipeline.estimates().back()), 0.05);
+  EXPECT_LT(
+      angleBetween(pipeline.estimates().back().nav.T_WB.R.row(2), flight().truth(again.t).R.row(2)),
+      1e-9);  // roll and pitch are the initializer's
+}
+
+TEST(OdometryStart, TurnsTheStateWithTheWorldAndKeepsTheCovarianceOfAttitude) {
+  InitializationAttempt attempt;
+  attempt.init.states = {
+      {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)}};
+  attempt.init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
+  attempt.init.covariance = Eigen::MatrixXd::Zero(11, 11);
+  attempt.init.covariance.diagonal() << 1, 2, 3, 4, 5, 6, 7, 7, 9, 10, 11;
+  const SE3 T_WA(expSO3(Vector3d(0, 0, M_PI / 2)), Vector3d(10, 0, 0));
+  const OdometryStart start = odometryStart(attempt, T_WA);
+  EXPECT_LT((start.state.T_WB.t - Vector3d(8, 1, 3)).norm(), 1e-12);
+  EXPECT_LT((start.state.v_WB - Vector3d(0.5, 0.5, 0.25)).norm(), 1e-12);
+  EXPECT_EQ(start.state.bias.gyro, attempt.init.bias.gyro);
+  const auto& P = start.covariance;
+  EXPECT_NEAR(P(6, 6), 10, 1e-12);  // the velocity's x and y have changed places
+  EXPECT_NEAR(P(7, 7), 9, 1e-12);
+  EXPECT_NEAR(P(9, 9), 1, 1e-12);
+  EXPECT_NEAR(P(14, 14), 6, 1e-12);
+  // Tilt of the world about x and y, 7 rad^2 each, none about z: seen in the body.
+  const Eigen::Matrix3d R = attempt.init.states[0].T_WB.R;
+  const Eigen::Matrix3d expected =
+      R.transpose() * Vector3d(7, 7, 0).asDiagonal() * R + 1e-8 * Eigen::Matrix3d::Identity();
+  EXPECT_LT((P.topLeftCorner<3, 3>() - expected).norm(), 1e-12);
+}
+
+}  // namespace
+
+}  // namespace etalon::pipeline_test

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "etalon/pipeline/frame_estimate.h"
+
+namespace etalon {
+
+/**
+ * The causal estimates of a run as CSV, a line a frame: stamp (ns), state, position (m), quaternion
+ * of T_WB, velocity in W (m/s), b_g (rad/s), b_a (m/s^2), and the standard deviation of each
+ * (rotation about the body's axes in deg). Empty where it is not known.
+ */
+std::string statesCsv(const std::vector<FrameEstimate>& estimates);
+
+}  // namespace etalon
