@@ -75,6 +75,18 @@ StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
   return result;
 }
 
+void StereoOdometry::begin(const TrackedFrame& frame, const SE3& T_VB,
+                           const Eigen::Vector3d& v_VB) {
+  keyframes_.clear();
+  landmarks_.clear();
+  window_ = VisualWindow();
+  started_ = true;
+  t_ = frame.t;
+  T_VB_ = T_VB;
+  v_VB_ = v_VB;
+  addKeyframe(frame);
+}
+
 void StereoOdometry::addKeyframe(const TrackedFrame& frame) {
   keyframes_.push_back({frame, T_VB_});
   while (static_cast<int>(keyframes_.size()) > options_.window_keyframes) keyframes_.pop_front();

@@ -162,9 +162,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
     enter(PipelineState::kDeadReckoning, t, whyNotLocated(tracked, output));
   }
   keep(output);
-  if (state_ != PipelineState::kLost) return;
-  if (tracked) odometry_.track(*tracked, Eigen::Matrix3d::Identity(), true);
-  odometry_.transform(output.state.T_WB * odometry_.pose().inverse());
+  if (state_ == PipelineState::kLost) odometry_.begin(frame, output.state.T_WB, output.state.v_WB);
 }
 
 void Pipeline::keep(const OdometryOutput& output) {
@@ -190,7 +188,6 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   enter(PipelineState::kLost, output.t, reason);
   inertial_.reset();
   lost_covariance_ = output.covariance.topLeftCorner<6, 6>();
-  odometry_ = StereoOdometry(calibration_, options_.window.odometry);
   window_.restart();
 }
 

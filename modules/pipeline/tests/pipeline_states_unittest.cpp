@@ -108,8 +108,9 @@ TEST_F(PipelineStates, TheImuCarriesThePoseWhileTheLensesAreCovered) {
   EXPECT_EQ(pipeline.events()[2].t, flight().frames[4].t);
   EXPECT_THAT(pipeline.events()[2].reason, HasSubstr("no landmark"));
   EXPECT_EQ(pipeline.events()[3].state, PipelineState::kInertial);
-  EXPECT_EQ(pipeline.events()[3].t, flight().frames[6].t);
-  EXPECT_EQ(pipeline.framesNotLocated(), 2);
+  // The first images after it show new landmarks, which locate the frame after that.
+  EXPECT_EQ(pipeline.events()[3].t, flight().frames[7].t);
+  EXPECT_EQ(pipeline.framesNotLocated(), 3);
   for (const FrameEstimate& estimate : pipeline.estimates())
     EXPECT_LT(positionError(estimate), 0.02);
   // It knows less and less: position of frames 3, 4, 5.
@@ -129,15 +130,15 @@ TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
   EXPECT_EQ(pipeline.events()[3].t, flight().frames[4].t);
   EXPECT_THAT(pipeline.events()[3].reason, HasSubstr("0.2 s"));
   const PipelineEvent& again = pipeline.events().back();
-  EXPECT_EQ(again.t, flight().frames[7].t);
+  EXPECT_EQ(again.t, flight().frames[4 + kWindow - 1].t);
   ASSERT_TRUE(again.jump);
   EXPECT_LT(again.jump->T_before_after.t.norm(), 1e-9);  // the position goes on
   EXPECT_GT(again.jump->covariance.trace(), 0.0);
   ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
   EXPECT_LT(positionError(pipeline.estimates().back()), 0.05);
-  EXPECT_LT(
-      angleBetween(pipeline.estimates().back().nav.T_WB.R.row(2), flight().truth(again.t).R.row(2)),
-      1e-9);  // roll and pitch are the initializer's
+  const FrameEstimate& estimate = pipeline.estimates()[4 + kWindow - 1];
+  EXPECT_LT(angleBetween(estimate.nav.T_WB.R.row(2), flight().truth(again.t).R.row(2)),
+            1e-3);  // roll and pitch are the initializer's
 }
 
 TEST(OdometryStart, TurnsTheStateWithTheWorldAndKeepsTheCovarianceOfAttitude) {

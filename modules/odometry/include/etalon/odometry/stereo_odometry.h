@@ -47,6 +47,10 @@ class StereoOdometry {
    */
   FrameResult track(const TrackedFrame& frame, const Eigen::Matrix3d& R_prev_cur, bool keyframe);
 
+  /** Forgets everything and begins at `frame`, which may have no observations, with the body's pose
+   * and velocity (m/s). */
+  void begin(const TrackedFrame& frame, const SE3& T_VB, const Eigen::Vector3d& v_VB);
+
   /** The pose at `t`, not before the last frame's: turned as the gyro saw it, moved at the last
    * known velocity for max_prediction_s at most. */
   SE3 predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const;
