@@ -179,8 +179,10 @@ InitializationProblem Pipeline::windowProblem(const WindowOptions& options) cons
   for (size_t i = 0; i < frames.size(); ++i)
     if (std::binary_search(window_keyframes_.begin(), window_keyframes_.end(), frames[i].t))
       indices.push_back(static_cast<int>(i));
-  return makeProblem(calibration_, noise_, options, std::move(frames), std::move(indices),
-                     ImuBuffer(imu_.between(window_keyframes_.front(), window_keyframes_.back())));
+  ImuBuffer imu(imu_.between(window_keyframes_.front(), window_keyframes_.back()));
+  const ImuNoiseDensities noise = options_.imu_noise.apply(calibration_.imu.noise, imu.samples());
+  return makeProblem(calibration_, noise, options, std::move(frames), std::move(indices),
+                     std::move(imu));
 }
 
 void Pipeline::tryInitialize() {
