@@ -11,10 +11,12 @@
 //    the ground truth's within 10 s.
 // The last lines are of all recordings together.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "etalon/core/errors.h"
