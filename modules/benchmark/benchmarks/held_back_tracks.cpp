@@ -187,10 +187,10 @@ void run(const Arguments& arguments) {
       slotCount(tracks.first_image, tracks.frames.back().t, arguments.every_s, window);
   std::vector<Score> scores;
   for (int segment = 0; segment < windows; ++segment) {
-    const auto score = judgeWindow(
-        slotProblem(tracks, arguments.every_s, window, segment,
-                    pipeline.imu_noise.apply(tracks.calibration.imu.noise), pipeline.window),
-        tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
+    const auto score =
+        judgeWindow(slotProblem(tracks, arguments.every_s, window, segment, pipeline.imu_noise,
+                                pipeline.window),
+                    tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
     if (score) scores.push_back(*score);
   }
   if (scores.empty())

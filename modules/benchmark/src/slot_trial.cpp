@@ -12,8 +12,8 @@ SlotTrial::SlotTrial(const SlotRecord& slot, const SequenceTracks& tracks,
       tracks_(tracks),
       floor_(floor),
       options_(options),
-      problem_(slotProblem(tracks, every_s, {slot.keyframes, slot.rate_hz}, slot.segment,
-                           noise.apply(tracks.calibration.imu.noise), options)) {
+      problem_(slotProblem(tracks, every_s, {slot.keyframes, slot.rate_hz}, slot.segment, noise,
+                           options)) {
   std::vector<TimeNs>& keyframes = before_.attempt.keyframes;
   for (int k = 0; k < problem_.keyframeCount(); ++k) keyframes.push_back(problem_.keyframe(k).t);
   before_.gyro_floor = gyroWindowFloor(tracks.ground_truth, tracks.imu, keyframes);

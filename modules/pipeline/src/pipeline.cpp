@@ -195,7 +195,7 @@ void Pipeline::tryInitialize(const TrackedFrame& frame) {
   imu_.dropBefore(window_.stamps().front());
   if (!window_.complete()) return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
-    return window_.problem(calibration_, noise_, options, imu_);
+    return window_.problem(calibration_, options_.imu_noise, options, imu_);
   });
   if (outcome == Starter::Outcome::kRefused) return;
   const InitializationAttempt& attempt = attempts().back();

@@ -6,6 +6,7 @@
 
 #include "etalon/benchmark/benchmark_record.h"
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/imu/imu_noise.h"
 #include "etalon/pipeline/window_initialization.h"
 
 namespace etalon {
@@ -53,10 +54,10 @@ int slotCount(TimeNs first_image, TimeNs last_image, double every_s, const Bench
  * The window of slot number `segment` as a problem: keyframes by KeyframeSelector from the first
  * frame of the slot on, all frames between them, raw IMU. Depends on nothing but its arguments. If
  * images are missing to the end of the recording, the problem has fewer keyframes.
- * @param noise densities to use
+ * @param noise makes the densities to use from the data sheet's and the window's samples
  */
 InitializationProblem slotProblem(const SequenceTracks& tracks, double every_s,
                                   const BenchmarkWindow& window, int segment,
-                                  const ImuNoiseDensities& noise, const WindowOptions& options);
+                                  const ImuNoiseOptions& noise, const WindowOptions& options);
 
 }  // namespace etalon
