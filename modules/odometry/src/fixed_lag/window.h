@@ -8,8 +8,8 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
-#include "etalon/optimization/residuals/inertial_residual.h"
 #include "etalon/optimization/marginalization/linear_rows.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
 #include "etalon/optimization/residuals/reprojection_residual.h"
 
 namespace etalon::fixed_lag {
@@ -76,6 +76,13 @@ struct Window {
   void reindex();
   size_t firstFull() const;
 };
+
+/** A window of one state with its prior: its error has the covariance whose inverse is L^T L. */
+Window windowAt(const StereoInertialCalibration& calibration, const Eigen::Vector3d& g_W,
+                const NavState& state, TimeNs t, const Matrix15d& L);
+
+/** Appends the state at the end of the interval, where the IMU predicts it. */
+void appendState(Preintegration preintegration, Window* window);
 
 /** Body of state `t` in the body of state `h`. */
 inline SE3 relativePose(const SE3& T_WH, const SE3& T_WT) {
