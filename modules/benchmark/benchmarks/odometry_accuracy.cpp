@@ -1,6 +1,7 @@
 // odometry_accuracy SRC [--tracks FOLDER | --tracks-file FILE] [--from S] [--to S] [--start
 // truth|NAME]
-//                   [--seed N] [--trajectory FILE] [-c INI] [--set section.key=value]...
+//                   [--seed N] [--stereo yes|no] [--trajectory FILE] [-c INI] [--set
+//                   section.key=value]...
 //
 // How good is the odometry, asked without images? SRC is a recording (EuRoC folder or .rawlog) with
 // ground truth; its tracks come from the front end or from a cache (--tracks keeps them in FOLDER;
@@ -40,6 +41,7 @@ using Eigen::Vector3d;
 
 struct Arguments {
   std::string source, tracks, tracks_file, start = "truth", trajectory;
+  bool stereo = true;
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
   IniFile ini;
@@ -268,7 +270,8 @@ void run(const Arguments& arguments) {
       "ms median / p99 | keyframes | NEES R p v b_g b_a\n");
   const Run fixed_lag = runFixedLag(tracks, beginning, options);
   printRun(fixed_lag, tracks, floor.gravity_direction_G);
-  printRun(runStereo(tracks, beginning, suite.pipeline), tracks, floor.gravity_direction_G);
+  if (arguments.stereo)
+    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, floor.gravity_direction_G);
   if (arguments.trajectory.empty()) return;
   Trajectory trajectory;
   for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});
@@ -294,6 +297,8 @@ Arguments parse(int argc, char** argv) {
       arguments.start = value;
     else if (option == "--seed")
       arguments.seed = static_cast<unsigned>(std::stoul(value));
+    else if (option == "--stereo")
+      arguments.stereo = value != "no";
     else if (option == "--trajectory")
       arguments.trajectory = value;
     else if (option == "-c")

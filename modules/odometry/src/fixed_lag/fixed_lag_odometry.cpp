@@ -82,21 +82,11 @@ class FixedLagOdometry::Impl {
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
-    window_ = fixed_lag::Window();
-    for (size_t c = 0; c < 2; ++c) window_.T_CB[c] = calibration_.cameras[c].T_BC.inverse();
-    window_.g_W = {0.0, 0.0, -options_.gravity_mps2};
-    serial_ = 0;
-    WindowState state;
-    state.t = frame.t;
-    state.now = state.linearization = start.state;
-    state.fixed = state.keyframe = true;
-    window_.states.push_back(state);
-    window_.reindex();
     const Eigen::LLT<Matrix15d> factor(start.covariance);
     if (factor.info() != Eigen::Success)
       throw DataError("", 0, "the covariance of the start is not positive definite");
-    window_.prior = LinearRows(15, 15);
-    window_.prior.A = factor.matrixL().solve(Matrix15d::Identity());
+    window_ = fixed_lag::windowAt(calibration_, {0.0, 0.0, -options_.gravity_mps2}, start.state,
+                                  frame.t, factor.matrixL().solve(Matrix15d::Identity()));
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     tracks_.createLandmarks(measured, &window_);
     located_at_ = frame.t;
@@ -121,7 +111,7 @@ class FixedLagOdometry::Impl {
     Preintegration preintegration =
         out.imu_missing ? withoutImu(last, frame.t, imu, options_.imu_noise, window_.g_W)
                         : Preintegration(imu, last.now.bias, options_.imu_noise);
-    addState(std::move(preintegration));
+    appendState(std::move(preintegration), &window_);
 
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     const auto counts = tracks_.associate(measured, predictedPoseCovariance(), &window_);
@@ -151,18 +141,6 @@ class FixedLagOdometry::Impl {
   fixed_lag::TrackOptions trackOptions() const {
     return {options_.sigma_px, options_.chi2_gate, options_.chi2_outlier,
             options_.keyframe_survival, options_.keyframe_parallax_px};
-  }
-
-  void addState(Preintegration preintegration) {
-    WindowState state;
-    state.serial = ++serial_;
-    state.t = preintegration.end();
-    state.now = predict(window_.states.back().now, preintegration, window_.g_W);
-    state.linearization = state.now;
-    state.imu_sqrt_information = inertialSqrtInformation(preintegration);
-    state.imu = std::move(preintegration);
-    window_.states.push_back(std::move(state));
-    window_.reindex();
   }
 
   /** Of the newest pose relative to the window, before its images are used: noise of the IMU, the
@@ -198,7 +176,6 @@ class FixedLagOdometry::Impl {
   fixed_lag::Tracks tracks_;
   fixed_lag::WindowSolver solver_;
   fixed_lag::Window window_;
-  int serial_ = 0;
   TimeNs located_at_ = 0;
   Matrix15d covariance_ = Matrix15d::Zero();
 };

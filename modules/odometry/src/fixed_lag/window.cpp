@@ -36,4 +36,32 @@ void Window::reindex() {
   }
 }
 
+Window windowAt(const StereoInertialCalibration& calibration, const Eigen::Vector3d& g_W,
+                const NavState& state, TimeNs t, const Matrix15d& L) {
+  Window window;
+  for (size_t c = 0; c < 2; ++c) window.T_CB[c] = calibration.cameras[c].T_BC.inverse();
+  window.g_W = g_W;
+  WindowState first;
+  first.t = t;
+  first.now = first.linearization = state;
+  first.fixed = first.keyframe = true;
+  window.states.push_back(std::move(first));
+  window.reindex();
+  window.prior = LinearRows(15, 15);
+  window.prior.A = L;
+  return window;
+}
+
+void appendState(Preintegration preintegration, Window* window) {
+  const WindowState& last = window->states.back();
+  WindowState state;
+  state.serial = last.serial + 1;
+  state.t = preintegration.end();
+  state.now = state.linearization = predict(last.now, preintegration, window->g_W);
+  state.imu_sqrt_information = inertialSqrtInformation(preintegration);
+  state.imu = std::move(preintegration);
+  window->states.push_back(std::move(state));
+  window->reindex();
+}
+
 }  // namespace etalon::fixed_lag

@@ -77,6 +77,13 @@ struct Window {
   size_t firstFull() const;
 };
 
+/** A window of one state with its prior: its error has the covariance whose inverse is L^T L. */
+Window windowAt(const StereoInertialCalibration& calibration, const Eigen::Vector3d& g_W,
+                const NavState& state, TimeNs t, const Matrix15d& L);
+
+/** Appends the state at the end of the interval, where the IMU predicts it. */
+void appendState(Preintegration preintegration, Window* window);
+
 /** Body of state `t` in the body of state `h`. */
 inline SE3 relativePose(const SE3& T_WH, const SE3& T_WT) {
   return {T_WH.R.transpose() * T_WT.R, T_WH.R.transpose() * (T_WT.t - T_WH.t)};

@@ -112,10 +112,11 @@ SolverResult WindowSolver::solve(Window* window) {
   result.cost = equations.cost;
   double damping = 0.0;
   Eigen::LLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd scale;
   const Eigen::Index n = window->unknowns();
   for (int attempt = 0; attempt < options_.iterations + 3; ++attempt) {
     // Scaled to a unit diagonal: the unknowns' units differ by many orders of magnitude.
-    const Eigen::VectorXd scale = equations.H.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    scale = equations.H.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
     Eigen::MatrixXd scaled = scale.asDiagonal() * equations.H * scale.asDiagonal();
     scaled.diagonal().array() += damping;
     factor.compute(scaled);
@@ -143,15 +144,15 @@ SolverResult WindowSolver::solve(Window* window) {
     result.cost = cost;
     damping = damping > 1e-6 ? 0.1 * damping : 0.0;
     result.converged = promised < options_.converged_sigmas * options_.converged_sigmas;
-    if (last) {
-      const auto newest = Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n).rightCols(15));
-      const Eigen::VectorXd tail = scale.tail(15);
-      const Matrix15d block = factor.solve(newest).bottomRows(15);
-      result.covariance = tail.asDiagonal() * block * tail.asDiagonal();
-      result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
-      break;
-    }
+    if (last) break;
     equations = std::move(next);
+  }
+  if (factor.info() == Eigen::Success) {
+    const Eigen::MatrixXd newest = Eigen::MatrixXd::Identity(n, n).rightCols(15);
+    const Eigen::VectorXd tail = scale.tail(15);
+    const Matrix15d block = factor.solve(newest).bottomRows(15);
+    result.covariance = tail.asDiagonal() * block * tail.asDiagonal();
+    result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
   }
   return result;
 }

@@ -1,6 +1,5 @@
 #include "etalon/optimization/marginalization/linear_rows.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <cmath>
 #include <limits>
@@ -62,26 +61,33 @@ LinearRows compressed(LinearRows rows) {
 }
 
 LinearRows squareRoot(const Eigen::MatrixXd& H, const Eigen::VectorXd& g) {
-  // To a unit diagonal first: the unknowns' units differ by orders of magnitude.
+  // Cholesky with complete pivoting, one outer product a row: Eigen's LDLT pivots by a diagonal
+  // that it has not updated, and does not tell the rank. To a unit diagonal first: the unknowns'
+  // units differ by orders of magnitude.
   const Eigen::Index n = H.rows();
   Eigen::VectorXd scale(n);
   for (Eigen::Index i = 0; i < n; ++i) scale[i] = H(i, i) > 0.0 ? 1.0 / std::sqrt(H(i, i)) : 0.0;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * H * scale.asDiagonal());
-  const Eigen::VectorXd D = factor.vectorD();
-  const Eigen::MatrixXd L = factor.matrixL();
+  Eigen::MatrixXd left = scale.asDiagonal() * H * scale.asDiagonal();
+  Eigen::VectorXd left_g = scale.cwiseProduct(g);
+  LinearRows rows(n, n);
   Eigen::Index rank = 0;
-  while (rank < n && D[rank] > 1e-13) ++rank;
-  Eigen::VectorXd y = factor.transpositionsP() * Eigen::VectorXd(scale.asDiagonal() * g);
-  const auto L11 = L.topLeftCorner(rank, rank);
-  Eigen::VectorXd b = L11.triangularView<Eigen::UnitLower>().solve(y.head(rank));
-  LinearRows rows(rank, n);
-  const Eigen::VectorXd root = D.head(rank).cwiseSqrt();
-  rows.b = b.cwiseQuotient(root);
-  Eigen::MatrixXd U = root.asDiagonal() * L.leftCols(rank).transpose();
-  U = U * factor.transpositionsP();
+  for (; rank < n; ++rank) {
+    Eigen::Index pivot = 0;
+    const double largest = left.diagonal().maxCoeff(&pivot);
+    if (!(largest > 1e-13)) break;
+    const Eigen::VectorXd row = left.col(pivot) / std::sqrt(largest);
+    const double b = left_g[pivot] / std::sqrt(largest);
+    left.noalias() -= row * row.transpose();
+    left_g -= b * row;
+    left.col(pivot).setZero();  // exactly
+    left.row(pivot).setZero();
+    rows.A.row(rank) = row;
+    rows.b[rank] = b;
+  }
   for (Eigen::Index i = 0; i < n; ++i)
-    rows.A.col(i) = scale[i] > 0.0 ? Eigen::VectorXd(U.col(i) / scale[i])
-                                   : Eigen::VectorXd(Eigen::VectorXd::Zero(rank));
+    if (scale[i] > 0.0) rows.A.col(i) /= scale[i];
+  rows.A.conservativeResize(rank, n);
+  rows.b.conservativeResize(rank);
   return rows;
 }
 

@@ -1,0 +1,99 @@
+// odometry_consistency [name=value]...
+//
+// Is the fixed-lag odometry as good as it says? Simulated flights of 60 s whose noise is as it is
+// believed; prints the mean NEES a degree of freedom (1 where the covariance is right) of rotation,
+// position, velocity, b_g and b_a, and their RMS errors, by time since the start.
+//   flights=10 seed=1 duration=60 pixels=1 imu=1 walk=1 start=1 (factors; 0: without that noise)
+//   tracks=120 aggressive=1, and the keys of [fixed_lag]
+
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <string>
+
+#include "../tests/simulated_flight.h"
+#include "etalon/core/parameters.h"
+
+namespace {
+
+using namespace etalon;
+
+struct Sums {
+  Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
+  Eigen::Matrix<double, 5, 1> squares = Eigen::Matrix<double, 5, 1>::Zero();
+  double pose = 0.0;  // NEES of rotation and position together, 6
+  int count = 0;
+};
+
+void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, std::uint64_t seed,
+               double start, std::map<int, Sums>* bins) {
+  FixedLagOdometry odometry(flight.calibration, options);
+  for (size_t i = 0; i < flight.frames.size(); ++i) {
+    const OdometryOutput out =
+        i == 0 ? odometry.start(flight.startAt(0, start * startSigma(), seed), flight.frames[0])
+               : odometry.process(flight.frames[i], flight.between(i - 1, i));
+    Sums& sums = (*bins)[static_cast<int>(i / 200)];
+    const Eigen::Matrix<double, 15, 1> d = out.state.minus(flight.truth[i]);
+    sums.nees += neesOf(out, flight.truth[i]);
+    sums.pose += d.head<6>().dot(out.covariance.topLeftCorner<6, 6>().llt().solve(d.head<6>())) / 6;
+    for (int b = 0; b < 5; ++b) sums.squares[b] += d.segment<3>(3 * b).squaredNorm();
+    ++sums.count;
+  }
+}
+
+void run(int argc, char** argv) {
+  double flights = 10, seed = 1, pixels = 1, imu = 1, walk = 1, tracks = 120, aggressive = 1;
+  double duration = 60, start = 1;
+  FixedLagOptions options;
+  ParameterSet section("fixed_lag");
+  options.declare(section);
+  std::map<std::string, double*> own = {
+      {"flights", &flights},   {"seed", &seed},   {"pixels", &pixels},
+      {"imu", &imu},           {"walk", &walk},   {"tracks", &tracks},
+      {"duration", &duration}, {"start", &start}, {"aggressive", &aggressive}};
+  IniFile ini;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const size_t equals = argument.find('=');
+    const auto known = own.find(argument.substr(0, equals));
+    if (known != own.end())
+      *known->second = std::stod(argument.substr(equals + 1));
+    else
+      ini.setFromArgument("fixed_lag." + argument);
+  }
+  section.read(ini);
+  std::map<int, Sums> bins;
+  for (int f = 0; f < flights; ++f) {
+    SimulatedFlightOptions simulated;
+    simulated.seed = static_cast<std::uint64_t>(seed) + static_cast<std::uint64_t>(f);
+    simulated.duration_s = duration;
+    simulated.profile = aggressive > 0 ? MotionProfile::kAggressive : MotionProfile::kGentle;
+    simulated.sigma_px *= pixels;
+    simulated.imu_noise = imu > 0;
+    simulated.bias_walk = walk > 0;
+    simulated.tracks = static_cast<int>(tracks);
+    const SimulatedFlight flight = simulateFlight(simulated);
+    options.imu_noise = flight.imu_noise;
+    addFlight(flight, options, 1000 + simulated.seed, start, &bins);
+  }
+  std::printf("from, s | pose | NEES R p v b_g b_a | RMS deg, m, m/s, rad/s, m/s^2\n");
+  for (const auto& [bin, sums] : bins) {
+    const Eigen::Matrix<double, 5, 1> nees = sums.nees / sums.count;
+    const Eigen::Matrix<double, 5, 1> rms = (sums.squares / sums.count).cwiseSqrt();
+    std::printf("%7d | %.2f | %.2f %.2f %.2f %.2f %.2f | %.4f %.4f %.4f %.5f %.4f\n", 10 * bin,
+                sums.pose / sums.count, nees[0], nees[1], nees[2], nees[3], nees[4],
+                180.0 / M_PI * rms[0], rms[1], rms[2], rms[3], rms[4]);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "odometry_consistency: %s\n", e.what());
+    return 3;
+  }
+  return 0;
+}
