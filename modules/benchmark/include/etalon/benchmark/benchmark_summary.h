@@ -21,7 +21,7 @@ struct FigureSummary {
   int count = 0;  ///< slots that have the figure
   double mean = SegmentErrors::kNone;
   double median = SegmentErrors::kNone;
-  double p90 = SegmentErrors::kNone;  ///< 90th percentile; see quantileOf()
+  double p90 = SegmentErrors::kNone;  ///< 90th percentile; see quantile()
 };
 
 FigureSummary summaryOf(const std::vector<double>& values);
