@@ -8,7 +8,7 @@
 
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/median.h"
+#include "etalon/core/statistics.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/imu/imu_limits.h"
 #include "etalon/imu/preintegration.h"

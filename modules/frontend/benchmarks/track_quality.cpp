@@ -21,6 +21,7 @@
 #include <string>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/statistics.h"
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "euroc_folder.h"
@@ -32,12 +33,6 @@ double threadMilliseconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
 cv::Mat readImage(const std::string& path) {
@@ -76,8 +71,8 @@ void run(const std::string& folder_path, const etalon::IniFile& ini, int refinem
   std::printf("%s: %zu frames, %zu keyframes\n%s", folder_path.c_str(), frames.size(),
               keyframes.size(),
               toText(judgeTracks(folder.calibration, frames, T_WB, keyframes)).c_str());
-  std::printf("milliseconds a frame: median %.2f, 95%% %.2f\n", percentile(milliseconds, 0.5),
-              percentile(milliseconds, 0.95));
+  std::printf("milliseconds a frame: median %.2f, 95%% %.2f\n", quantile(milliseconds, 0.5),
+              quantile(milliseconds, 0.95));
 }
 
 }  // namespace
