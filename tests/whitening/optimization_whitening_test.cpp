@@ -13,7 +13,7 @@
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
 #include "etalon/initialization/steps/translation_ba.h"
 #include "etalon/initialization/steps/translation_step.h"
-#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/odometry/visual_solution.h"
 #include "etalon/optimization/bundle/pose_only.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
