@@ -1,6 +1,6 @@
 #include "etalon/benchmark/benchmark_record.h"
 
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/evaluation/segment_metrics.h"
 
 namespace etalon {
