@@ -8,7 +8,7 @@
 #include <set>
 
 #include "etalon/core/statistics.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {

@@ -8,17 +8,6 @@
 
 namespace etalon::testing {
 
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "etalon_run_XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 static StageRecord exampleStage(const std::string& name, double seed) {
   std::vector<KeyframeState> states;
   for (int k = 0; k < 3; ++k) {

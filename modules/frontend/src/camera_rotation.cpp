@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "etalon/core/so3.h"
-#include "etalon/datasets/time_offset.h"
+#include "etalon/frontend/time_offset.h"
 
 namespace etalon {
 
@@ -115,10 +115,6 @@ std::vector<size_t> chooseBlocks(const RecordedSource& source, size_t block, siz
 
 }  // namespace
 
-std::string describe(const FrameLoader::Result& loaded) {
-  return loaded.problem.empty() ? std::string() : loaded.file + ": " + loaded.problem;
-}
-
 std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t max_frames,
                                                 ImageProblems* problems) {
   const std::vector<TimeNs>& stamps = source.imageStamps();
@@ -130,7 +126,7 @@ std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t m
     RotationTracker tracker(source.calibration().cameras[0].model);
     size_t previous = first;
     for (size_t i = first; i < first + block; ++i) {
-      const FrameLoader::Result loaded = source.loadFrame(i);
+      const LoadedFrame loaded = source.loadFrame(i);
       if (!loaded.problem.empty()) {
         if (problems) (*problems)[i] = describe(loaded);
         continue;

@@ -1,4 +1,4 @@
-#include "etalon/datasets/time_offset.h"
+#include "etalon/frontend/time_offset.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -6,6 +6,9 @@
 
 namespace etalon {
 
+/** printf into a string; cut after 600 characters. */
+__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...);
+
 /** RFC 4180: quoted where it must be. */
 std::string csvField(const std::string& text);
 

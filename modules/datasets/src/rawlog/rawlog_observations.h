@@ -9,11 +9,11 @@
 namespace etalon {
 
 /** The observations of a rawlog in file order; those of sensory frames one by one. */
-class RawlogReader {
+class RawlogObservations {
  public:
   /** @throws DataError if there is no such file. */
-  explicit RawlogReader(const std::string& path);
-  ~RawlogReader();
+  explicit RawlogObservations(const std::string& path);
+  ~RawlogObservations();
 
   /**
    * The next observation; null at the end of the log. Objects of other classes are passed over.

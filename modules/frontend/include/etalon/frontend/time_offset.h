@@ -1,12 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "etalon/datasets/recorded_source.h"
+#include "etalon/datasets/recording_checks.h"
+#include "etalon/datasets/recording_info.h"
 
 namespace etalon {
 
@@ -42,12 +43,6 @@ struct TimeOffsetEstimate {
   bool discernible() const;
 };
 
-/** By number of the pair: file and what is wrong with it. */
-using ImageProblems = std::map<size_t, std::string>;
-
-/** File and problem of a pair as a sentence; empty if there is none. */
-std::string describe(const FrameLoader::Result& loaded);
-
 /**
  * Measures the rotation between consecutive left images (KLT, essential matrix on undistorted
  * bearings) where the gyro moves most, decoding at most `max_frames` images. Images that cannot be
@@ -64,5 +59,18 @@ std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t m
  */
 TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
                                       const std::vector<ImuSample>& imu, double max_offset_s);
+
+/** Angle between R_BC0 of the calibration and the one that gyro and images say, deg; only where the
+ * offset is clear. */
+std::optional<double> rotationDisagreementDeg(const TimeOffsetEstimate& offset,
+                                              const StereoInertialCalibration& calibration);
+
+/**
+ * What gyro and images together say is wrong with a recording: the rotation of the camera to the
+ * IMU, the gyro's unit and axes, the clocks.
+ * @param image_rate_hz offsets of less than half a period are not worth a warning
+ */
+RecordingFindings checkMotion(const TimeOffsetEstimate& offset,
+                              const StereoInertialCalibration& calibration, double image_rate_hz);
 
 }  // namespace etalon

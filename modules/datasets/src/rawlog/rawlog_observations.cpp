@@ -1,4 +1,4 @@
-#include "rawlog_reader.h"
+#include "rawlog/rawlog_observations.h"
 
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/serialization/CArchive.h>
@@ -26,7 +26,7 @@ static std::string messageOf(const std::exception& e) {
 
 /** Counts the bytes of the current object, which tells the end of the log from the end inside an
  * object. */
-struct RawlogReader::Archive : public mrpt::serialization::CArchive {
+struct RawlogObservations::Archive : public mrpt::serialization::CArchive {
   mrpt::io::CFileGZInputStream stream;
   size_t bytes_of_object = 0;
 
@@ -40,7 +40,7 @@ struct RawlogReader::Archive : public mrpt::serialization::CArchive {
   std::string getArchiveDescription() const override { return stream.getStreamDescription(); }
 };
 
-RawlogReader::RawlogReader(const std::string& path)
+RawlogObservations::RawlogObservations(const std::string& path)
     : path_(path), archive_(std::make_unique<Archive>()) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
@@ -49,9 +49,9 @@ RawlogReader::RawlogReader(const std::string& path)
     throw DataError(path, 0, "cannot be opened; expected an MRPT rawlog");
 }
 
-RawlogReader::~RawlogReader() = default;
+RawlogObservations::~RawlogObservations() = default;
 
-mrpt::obs::CObservation::Ptr RawlogReader::next() {
+mrpt::obs::CObservation::Ptr RawlogObservations::next() {
   for (;;) {
     if (frame_) {
       if (in_frame_ < frame_->size()) return frame_->getObservationByIndex(in_frame_++);

@@ -1,13 +1,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "etalon/datasets/recording_checks.h"
-#include "sentence.h"
+#include "etalon/core/text.h"
+#include "etalon/frontend/recording_inspection.h"
 
 namespace etalon {
 
@@ -67,35 +65,6 @@ void addMatches(const StereoInertialCalibration& calibration, const cv::Mat& lef
   }
 }
 
-/** Whether two files have the same content. */
-bool sameContent(const std::string& a, const std::string& b) {
-  std::error_code error;
-  if (a.empty() || b.empty()) return false;
-  const auto size_a = std::filesystem::file_size(a, error);
-  if (error || size_a != std::filesystem::file_size(b, error) || error) return false;
-  if (std::filesystem::equivalent(a, b, error)) return true;
-  std::ifstream in_a(a, std::ios::binary), in_b(b, std::ios::binary);
-  std::vector<char> buffer_a(1 << 16), buffer_b(1 << 16);
-  while (in_a && in_b) {
-    in_a.read(buffer_a.data(), static_cast<std::streamsize>(buffer_a.size()));
-    in_b.read(buffer_b.data(), static_cast<std::streamsize>(buffer_b.size()));
-    if (in_a.gcount() != in_b.gcount() ||
-        !std::equal(buffer_a.begin(), buffer_a.begin() + in_a.gcount(), buffer_b.begin()))
-      return false;
-  }
-  return in_a.eof() && in_b.eof();
-}
-
-/** Whether the gyro turned between two stamps: a rate above any bias of a sensor in use. */
-bool turns(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
-  constexpr double kTurningRps = 0.15;
-  auto sample = std::lower_bound(imu.begin(), imu.end(), t0,
-                                 [](const ImuSample& s, TimeNs t) { return s.t < t; });
-  for (; sample != imu.end() && sample->t <= t1; ++sample)
-    if (sample->gyro.norm() > kTurningRps) return true;
-  return false;
-}
-
 }  // namespace
 
 RecordingFindings checkImages(RecordedSource& source, size_t pairs) {
@@ -105,7 +74,7 @@ RecordingFindings checkImages(RecordedSource& source, size_t pairs) {
   size_t read = 0, flat = 0, equal = 0;
   StereoMatches matches;
   for (size_t i = 0; i < all && read < pairs && i < step * pairs; i += step) {
-    const FrameLoader::Result pair = source.loadFrame(i);
+    const LoadedFrame pair = source.loadFrame(i);
     if (!pair.problem.empty()) continue;
     ++read;
     if (withoutContrast(pair.frame.left) || withoutContrast(pair.frame.right)) {
@@ -144,27 +113,6 @@ RecordingFindings checkImages(RecordedSource& source, size_t pairs) {
         format(": images: of %d matches between left and right only %d agree with the calibration; "
                "are intrinsics and T_BS right?",
                matches.all, matches.agree));
-  return findings;
-}
-
-RecordingFindings checkRepeatedImages(const RecordedSource& source) {
-  RecordingFindings findings;
-  const std::vector<TimeNs>& stamps = source.imageStamps();
-  size_t repeated = 0;
-  TimeNs first = 0;
-  for (size_t i = 1; i < stamps.size(); ++i) {
-    if (!turns(source.imuSamples(), stamps[i - 1], stamps[i])) continue;
-    const auto before = source.framePaths(i - 1), now = source.framePaths(i);
-    if (!sameContent(before.first, now.first) && !sameContent(before.second, now.second)) continue;
-    if (repeated++ == 0) first = stamps[i];
-  }
-  if (repeated == 0) return findings;
-  const std::string sentence =
-      source.name() + format(
-                          ": images: %zu of %zu pairs repeat an image of the pair before while "
-                          "the gyro turns, the first at stamp %lld; does the camera hang?",
-                          repeated, stamps.size(), static_cast<long long>(first));
-  (2 * repeated > stamps.size() ? findings.errors : findings.warnings).push_back(sentence);
   return findings;
 }
 

@@ -6,22 +6,9 @@
 #include <vector>
 
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon::testing {
-
-/** A folder of its own, removed at the end. */
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 constexpr TimeNs kFirstStamp = 1403636584763555584;  // not a multiple of MRPT's tick, as in EuRoC
 constexpr int kFrames = 6;

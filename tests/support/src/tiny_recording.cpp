@@ -1,7 +1,6 @@
-#include "tiny_recording.h"
+#include "etalon/testing/tiny_recording.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <Eigen/Geometry>
 #include <cstdio>
@@ -15,17 +14,6 @@
 namespace etalon::testing {
 
 namespace fs = std::filesystem;
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (fs::temp_directory_path() / "etalon_datasets_XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
 
 namespace {
 
