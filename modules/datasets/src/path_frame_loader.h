@@ -17,7 +17,7 @@ inline FrameLoader::Result loadPair(TimeNs t, const std::string& left, const std
   result.frame.left_path = left;
   result.frame.right_path = right;
   if (!decode) return result;
-  const auto load = [&](const std::string& path, const PinholeRadtan& camera) {
+  const auto load = [&](const std::string& path, const CameraModel& camera) {
     if (!result.problem.empty()) return cv::Mat();
     cv::Mat image = readGrayImage(path, &result.problem);
     if (result.problem.empty()) result.problem = checkImage(image, camera);

@@ -56,12 +56,9 @@ CameraCalibration readCamera(const std::string& path) {
     camera.T_BC.t[r] = T.at(4 * static_cast<size_t>(r) + 3);
   }
   camera.T_BC.R = nearestRotation(camera.T_BC.R);
-  camera.model.width = node["resolution"][0].as<int>();
-  camera.model.height = node["resolution"][1].as<int>();
-  camera.model.fu = k.at(0), camera.model.fv = k.at(1);
-  camera.model.cu = k.at(2), camera.model.cv = k.at(3);
-  camera.model.k1 = d.at(0), camera.model.k2 = d.at(1);
-  camera.model.p1 = d.at(2), camera.model.p2 = d.at(3);
+  camera.model = CameraModel(
+      node["camera_model"].as<std::string>(), node["distortion_model"].as<std::string>(),
+      node["resolution"][0].as<int>(), node["resolution"][1].as<int>(), k, d);
   return camera;
 }
 
