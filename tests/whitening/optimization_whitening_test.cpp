@@ -256,10 +256,10 @@ TEST(Whitening, PoseOnlyCostsWhatItsFreedomSaysAndWhatTheRawPixelsSay) {
         Vector2d r;
         ASSERT_TRUE(reprojectionResidual(window.T_CB[c], p.measurement, result.T_WB, p.p_W, &r));
         sum += r.squaredNorm();
-        const PinholeRadtan& model = w.synthetic.calibration.cameras[c].model;
+        const CameraModel& model = w.synthetic.calibration.cameras[c].model;
         const auto predicted = model.project(window.T_CB[c] * (result.T_WB.inverse() * p.p_W));
         ASSERT_TRUE(predicted);
-        pixels += (*predicted - model.normalizedToPixel(p.measurement.xy)).squaredNorm() / 0.49;
+        pixels += (*predicted - model.project(p.measurement.ray()).value()).squaredNorm() / 0.49;
       }
       const double freedom = 2.0 * static_cast<double>(points.size()) - 6.0;
       whitened.add(sum, freedom);
