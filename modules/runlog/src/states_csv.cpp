@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/imu/preintegration.h"
 
 namespace etalon {
