@@ -15,7 +15,8 @@ struct TrackOptions {
   double chi2_gate = 25.0;
   double chi2_outlier = 16.0;
   double keyframe_survival = 0.7;
-  double keyframe_parallax_px = 30.0;
+  double keyframe_parallax_px = 15.0;
+  double least_sigma_px = 0.1;  ///< see FixedLagOptions
 };
 
 /** What the front end saw in a frame, undistorted. */
@@ -59,6 +60,9 @@ class Tracks {
 
   /** Drops observations that do not fit after the optimisation, and landmarks that go on not to. */
   void dropOutliers(Window* window);
+
+  /** Lets the window's pixel variance follow the residuals' median. */
+  void followNoise(Window* window) const;
 
  private:
   const StereoInertialCalibration* calibration_;

@@ -14,12 +14,10 @@ constexpr double kBehindCamera = 30.0;
 
 }  // namespace
 
-double huberCost(double r2, double chi2_huber, double* weight) {
-  *weight = 1.0;
-  if (r2 <= chi2_huber) return r2;
-  const double ratio = std::sqrt(chi2_huber / r2);
-  *weight = ratio;
-  return r2 * ratio * (2.0 - ratio);
+double robustCost(double r2, double* weight) {
+  const double relative = r2 / kLossChi2;
+  *weight = kLossGain / (1.0 + relative);
+  return kLossGain * kLossChi2 * std::log1p(relative);
 }
 
 RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
@@ -43,8 +41,9 @@ double VisualTerms::addResidual(const Window& window, const ReprojectionMeasurem
   double weight = 1.0;
   if (!reprojectionResidual(window.T_CB[static_cast<size_t>(camera)], measurement, T_HT,
                             landmark.in_host, &r, target ? &J_pose : nullptr, &J_landmark))
-    return huberCost(kBehindCamera * kBehindCamera, chi2_huber_, &weight);
-  const double cost = huberCost(r.squaredNorm(), chi2_huber_, &weight);
+    return robustCost(kBehindCamera * kBehindCamera, &weight);
+  const double cost = robustCost(r.squaredNorm() / window.pixel_variance, &weight);
+  weight /= window.pixel_variance;
   const Eigen::Matrix<double, 2, 3> weighted = weight * J_landmark;
   V->noalias() += weighted.transpose() * J_landmark;
   g_l->noalias() += weighted.transpose() * r;
@@ -227,8 +226,9 @@ double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& lan
           const bool ahead =
               reprojectionResidual(window.T_CB[camera], o.measurements[camera],
                                    relative[static_cast<size_t>(o.state)], landmark->in_host, &r);
-          const double r2 = ahead ? r.squaredNorm() : kBehindCamera * kBehindCamera;
-          cost += huberCost(r2, chi2_huber_, &weight);
+          const double r2 =
+              ahead ? r.squaredNorm() / window.pixel_variance : kBehindCamera * kBehindCamera;
+          cost += robustCost(r2, &weight);
         }
     }
   }

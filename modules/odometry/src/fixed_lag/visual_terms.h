@@ -25,8 +25,6 @@ struct NormalEquations {
  */
 class VisualTerms {
  public:
-  explicit VisualTerms(double chi2_huber) : chi2_huber_(chi2_huber) {}
-
   /**
    * Adds those of `landmarks` to the equations; keeps what solveLandmarks() needs, and sets
    * the landmarks' covariances.
@@ -75,15 +73,24 @@ class VisualTerms {
   void eliminate(const Eliminated& eliminated);
   void toAbsolute(const Window& window, int host, NormalEquations* equations) const;
 
-  double chi2_huber_;
   std::vector<Target> targets_;
   std::vector<Eliminated> eliminated_;
   std::vector<HostSums> hosts_;
   std::vector<SE3> relative_;  ///< T_HT by host and target, at the estimates
 };
 
-/** Robust cost of a squared residual, and the weight that goes with it. */
-double huberCost(double r2, double chi2_huber, double* weight);
+/** Squared scale of the Cauchy loss: of a pixel's two whitened coordinates. */
+constexpr double kLossChi2 = 4.0;
+/**
+ * With Gaussian noise (s = r^2 exponential of mean 2, w = 1 / (1 + s / kLossChi2)) Gauss-Newton's
+ * matrix has E[w] = 0.723 of the information, and the estimate's variance is E[w^2 s] / 2 / (E[w] -
+ * E[w^2 s] / kLossChi2)^2 = 1.092 of the least: the loss is scaled by 1 / (0.723 * 1.092), so that
+ * the covariance is the one that the estimate has.
+ */
+constexpr double kLossGain = 1.267;
+
+/** Robust cost of a squared whitened residual, and the weight that goes with it. */
+double robustCost(double r2, double* weight);
 
 /** Derivatives of the pose of the target in the host, [rotation by right perturbation, position in
  * the host], by the two absolute ones. */
