@@ -27,12 +27,14 @@
 #include <string>
 
 #include "cut_tracks.h"
-#include "etalon/benchmark/benchmark_slots.h"
 #include "etalon/benchmark/content_hash.h"
+#include "etalon/benchmark/windows.h"
+#include "etalon/core/degrees.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
-#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/ground_truth_bound.h"
 #include "etalon/evaluation/metrics.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/run_configuration.h"
@@ -152,13 +154,12 @@ Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
 /** The first window that is accepted; the odometries begin at its first keyframe. */
 Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration& suite) {
   const PipelineOptions& pipeline = suite.pipeline;
-  const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
   const double every_s = 0.25;
-  const int slots = slotCount(tracks.first_image, tracks.frames.back().t, every_s, window);
-  for (int slot = 0; slot < slots; ++slot) {
+  const int windows = windowCount(tracks.first_image, tracks.frames.back().t, every_s, shape);
+  for (int window = 0; window < windows; ++window) {
     const InitializationProblem problem =
-        slotProblem(tracks, every_s, window, slot,
-                    pipeline.imu_noise.apply(tracks.calibration.imu.noise), pipeline.window);
+        windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
     const InitializationAttempt attempt =
         attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
     if (!attempt.decision.accepted) continue;
@@ -280,9 +281,9 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
       "%.0f | "
       "%.2f %.2f %.2f %.2f %.2f\n",
       run.name.c_str(), ate, ate_yaw, relative.position_m.rmse, relative.rotation_deg.rmse,
-      180.0 / M_PI * rms(tilt), 180.0 / M_PI * rms(tilt_corrected), rms(velocity),
-      100.0 * (1.0 / scale - 1.0), quantileOf(ms, 0.5), quantileOf(ms, 0.99), run.keyframes,
-      used / frames, seen / frames, nees[0], nees[1], nees[2], nees[3], nees[4]);
+      degrees(rms(tilt)), degrees(rms(tilt_corrected)), rms(velocity), 100.0 * (1.0 / scale - 1.0),
+      quantile(ms, 0.5), quantile(ms, 0.99), run.keyframes, used / frames, seen / frames, nees[0],
+      nees[1], nees[2], nees[3], nees[4]);
 }
 
 void run(const Arguments& arguments) {
@@ -290,7 +291,7 @@ void run(const Arguments& arguments) {
   const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {initializer});
   SequenceTracks tracks = load(arguments, suite.pipeline);
   if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
-  const GroundTruthFloor floor = groundTruthFloor(tracks.ground_truth, tracks.imu.samples());
+  const GroundTruthBound bound = groundTruthBound(tracks.ground_truth, tracks.imu.samples());
   const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
                                                          : fromInitializer(tracks, suite);
   FixedLagOptions options;
@@ -309,9 +310,9 @@ void run(const Arguments& arguments) {
       "%% | "
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
   const Run fixed_lag = runFixedLag(tracks, beginning, options);
-  printRun(fixed_lag, tracks, floor.gravity_direction_G);
+  printRun(fixed_lag, tracks, bound.gravity_direction_G);
   if (arguments.stereo)
-    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, floor.gravity_direction_G);
+    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, bound.gravity_direction_G);
   if (arguments.trajectory.empty()) return;
   Trajectory trajectory;
   for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});

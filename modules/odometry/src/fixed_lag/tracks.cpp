@@ -1,10 +1,10 @@
 #include "tracks.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon::fixed_lag {
@@ -101,13 +101,12 @@ bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
   for (const MeasuredFrame::Track& track : frame.tracks) {
     const auto before = last_keyframe_.find(track.id);
     if (before == last_keyframe_.end()) continue;
-    const Eigen::Vector3d turned = R_LC * track.measurements[0].xy.homogeneous();
-    parallax.push_back((turned.hnormalized() - before->second).norm());
+    parallax.push_back(angleBetween(R_LC * track.measurements[0].ray(), before->second));
   }
   if (parallax.empty()) return true;
   auto middle = parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2);
   std::nth_element(parallax.begin(), middle, parallax.end());
-  return *middle * calibration_->cameras[0].model.fu > options_.keyframe_parallax_px;
+  return *middle * calibration_->cameras[0].model.focal().x() > options_.keyframe_parallax_px;
 }
 
 void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
@@ -122,7 +121,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   last_keyframe_.clear();
   last_R_WC_ = newest.now.T_WB.R * window->T_CB[0].R.transpose();
   for (const MeasuredFrame::Track& track : frame.tracks) {
-    last_keyframe_[track.id] = track.measurements[0].xy;
+    last_keyframe_[track.id] = track.measurements[0].ray();
     if (window->landmarks.count(track.id) || rejected_.count(track.id)) continue;
     std::vector<LandmarkObservation> all;
     for (LandmarkObservation& o : pending_[track.id])

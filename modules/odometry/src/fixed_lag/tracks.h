@@ -70,8 +70,8 @@ class Tracks {
   std::set<LandmarkId> rejected_;  ///< tracks that are not believed any more
   /** In keyframes, of tracks whose distance is not known yet. */
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending_;
-  /** Left directions in the last keyframe, and its attitude. */
-  std::unordered_map<LandmarkId, Eigen::Vector2d> last_keyframe_;
+  /** Rays of the left camera in the last keyframe, and its attitude. */
+  std::unordered_map<LandmarkId, Eigen::Vector3d> last_keyframe_;
   Eigen::Matrix3d last_R_WC_ = Eigen::Matrix3d::Identity();
 };
 
