@@ -15,7 +15,7 @@ struct TrackOptions {
   double chi2_gate = 25.0;
   double chi2_outlier = 16.0;
   double keyframe_survival = 0.7;
-  double keyframe_parallax_px = 15.0;
+  double keyframe_parallax_px = 12.0;
   double least_sigma_px = 0.1;  ///< see FixedLagOptions
 };
 

@@ -18,7 +18,7 @@ struct FixedLagOptions {
   double chi2_gate = 25.0;             ///< of an observation against its prediction
   double chi2_outlier = 16.0;          ///< of one after the optimisation, in sigma_px
   double keyframe_survival = 0.7;      ///< share of a frame's tracks that are landmarks
-  double keyframe_parallax_px = 15.0;  ///< median since the last keyframe, rotation apart
+  double keyframe_parallax_px = 12.0;  ///< median since the last keyframe, rotation apart
   double gravity_mps2 = 9.81;          ///< not a key
   ImuNoiseDensities imu_noise;         ///< densities to use; not a key
 
