@@ -1,17 +1,20 @@
 // odometry_accuracy SRC [--tracks FOLDER | --tracks-file FILE] [--from S] [--to S] [--start
 // truth|NAME]
-//                   [--seed N] [--stereo yes|no] [--trajectory FILE] [-c INI] [--set
-//                   section.key=value]...
+//                   [--fault black|right|drop|imu --at S --for S] [--seed N] [--stereo yes|no]
+//                   [--trajectory FILE] [-c INI] [--set section.key=value]...
 //
 // How good is the odometry, asked without images? SRC is a recording (EuRoC folder or .rawlog) with
 // ground truth; its tracks come from the front end or from a cache (--tracks keeps them in FOLDER;
 // --tracks-file takes FILE as it is, whatever it was made from). Both odometries run from S to S
 // after the first image: from the ground truth's state with seeded errors, or from what the
-// initializer NAME finds in the first window that is accepted. Prints a line for each odometry:
-// ATE after alignment in SE(3), and in yaw and position alone; RMSE of roll and pitch from 10 s
-// after the start on, against the ground truth and against it turned to where the recording's
-// accelerometer has gravity; RMSE of the velocity; scale; CPU time a frame; mean NEES a degree of
-// freedom of the fixed-lag odometry's rotation, position, velocity, b_g and b_a.
+// initializer NAME finds in the first window that is accepted. --fault: from S after the first of
+// those frames on, for S seconds, no frame has observations and afterwards every track is a new
+// one, or the right camera sees nothing, or there are no frames, or there is no IMU. Prints a line
+// for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE over 100
+// frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth and against
+// it turned to where the recording's accelerometer has gravity; RMSE of the velocity; scale; CPU
+// time a frame; mean NEES a degree of freedom of the fixed-lag odometry's rotation, position,
+// velocity, b_g and b_a.
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -24,12 +27,14 @@
 #include <string>
 
 #include "cut_tracks.h"
-#include "etalon/benchmark/benchmark_slots.h"
 #include "etalon/benchmark/content_hash.h"
+#include "etalon/benchmark/windows.h"
+#include "etalon/core/degrees.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
-#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/ground_truth_bound.h"
 #include "etalon/evaluation/metrics.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/run_configuration.h"
@@ -40,7 +45,8 @@ using namespace etalon;
 using Eigen::Vector3d;
 
 struct Arguments {
-  std::string source, tracks, tracks_file, start = "truth", trajectory;
+  std::string source, tracks, tracks_file, start = "truth", trajectory, fault;
+  double fault_at_s = 0.0, fault_for_s = 0.0;
   bool stereo = true;
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
@@ -92,6 +98,30 @@ SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline)
   return tracks;
 }
 
+void injectFault(const Arguments& arguments, SequenceTracks* tracks) {
+  std::vector<TrackedFrame> frames;
+  constexpr LandmarkId kNewIds = 1'000'000'000;
+  for (TrackedFrame& frame : tracks->frames) {
+    const double t = secondsBetween(tracks->first_image, frame.t) - arguments.fault_at_s;
+    const bool within = t >= 0.0 && t < arguments.fault_for_s;
+    if (arguments.fault == "drop" && within) continue;
+    if (arguments.fault == "black" && within) frame.observations.clear();
+    for (Observation& o : frame.observations) {
+      if (arguments.fault == "right" && within) o.has_right = false;
+      if ((arguments.fault == "black" || arguments.fault == "drop") && t >= 0.0) o.id += kNewIds;
+    }
+    frames.push_back(std::move(frame));
+  }
+  tracks->frames = std::move(frames);
+  if (arguments.fault != "imu") return;
+  ImuBuffer imu;
+  for (const ImuSample& sample : tracks->imu.samples()) {
+    const double t = secondsBetween(tracks->first_image, sample.t) - arguments.fault_at_s;
+    if (t < 0.0 || t >= arguments.fault_for_s) imu.add(sample);
+  }
+  tracks->imu = std::move(imu);
+}
+
 /** Where the odometries begin: a frame's index, and the state there. */
 struct Beginning {
   size_t frame = 0;
@@ -124,13 +154,12 @@ Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
 /** The first window that is accepted; the odometries begin at its first keyframe. */
 Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration& suite) {
   const PipelineOptions& pipeline = suite.pipeline;
-  const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
   const double every_s = 0.25;
-  const int slots = slotCount(tracks.first_image, tracks.frames.back().t, every_s, window);
-  for (int slot = 0; slot < slots; ++slot) {
+  const int windows = windowCount(tracks.first_image, tracks.frames.back().t, every_s, shape);
+  for (int window = 0; window < windows; ++window) {
     const InitializationProblem problem =
-        slotProblem(tracks, every_s, window, slot,
-                    pipeline.imu_noise.apply(tracks.calibration.imu.noise), pipeline.window);
+        windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
     const InitializationAttempt attempt =
         attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
     if (!attempt.decision.accepted) continue;
@@ -188,7 +217,8 @@ Run runStereo(const SequenceTracks& tracks, const Beginning& beginning,
     OdometryOutput out;
     out.t = frame.t;
     out.keyframe = keyframe;
-    out.used = pose.inliers;
+    out.observations = static_cast<int>(frame.observations.size());
+    out.used = pose.inliers;  // pixels of both cameras
     out.state.T_WB = beginning.start.state.T_WB * pose.T_VB;
     out.state.v_WB.setConstant(std::numeric_limits<double>::quiet_NaN());
     run.outputs.push_back(out);
@@ -212,6 +242,7 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
   const double ate_yaw =
       absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kYawPosition).position_m.rmse;
   const double scale = alignTrajectory(trajectory, truth, AlignmentType::kSim3)->scale;
+  const TrajectoryErrors relative = relativeTrajectoryErrors(trajectory, truth, 100);
   std::vector<double> tilt, tilt_corrected, velocity;
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
   int with_truth = 0;
@@ -238,21 +269,29 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
     ++with_truth;
   }
   nees /= with_truth;
+  double used = 0.0, seen = 0.0;
+  const auto frames = static_cast<double>(run.outputs.size());
+  for (const OdometryOutput& out : run.outputs) {
+    used += out.used;
+    seen += out.observations;
+  }
   std::vector<double> ms = run.ms;
   std::printf(
-      "%-9s | %.4f | %.4f | %.3f | %.3f | %.4f | %+.2f | %.2f / %.2f | %4d | %.2f %.2f %.2f %.2f "
-      "%.2f\n",
-      run.name.c_str(), ate, ate_yaw, 180.0 / M_PI * rms(tilt), 180.0 / M_PI * rms(tilt_corrected),
-      rms(velocity), 100.0 * (1.0 / scale - 1.0), quantileOf(ms, 0.5), quantileOf(ms, 0.99),
-      run.keyframes, nees[0], nees[1], nees[2], nees[3], nees[4]);
+      "%-9s | %.4f | %.4f | %.4f | %.4f | %.3f | %.3f | %.4f | %+.2f | %.2f / %.2f | %4d | %.0f / "
+      "%.0f | "
+      "%.2f %.2f %.2f %.2f %.2f\n",
+      run.name.c_str(), ate, ate_yaw, relative.position_m.rmse, relative.rotation_deg.rmse,
+      degrees(rms(tilt)), degrees(rms(tilt_corrected)), rms(velocity), 100.0 * (1.0 / scale - 1.0),
+      quantile(ms, 0.5), quantile(ms, 0.99), run.keyframes, used / frames, seen / frames, nees[0],
+      nees[1], nees[2], nees[3], nees[4]);
 }
 
 void run(const Arguments& arguments) {
   const std::string initializer = arguments.start == "truth" ? "eta" : arguments.start;
   const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {initializer});
-  const SequenceTracks tracks = load(arguments, suite.pipeline);
+  SequenceTracks tracks = load(arguments, suite.pipeline);
   if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
-  const GroundTruthFloor floor = groundTruthFloor(tracks.ground_truth, tracks.imu.samples());
+  const GroundTruthBound bound = groundTruthBound(tracks.ground_truth, tracks.imu.samples());
   const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
                                                          : fromInitializer(tracks, suite);
   FixedLagOptions options;
@@ -262,16 +301,18 @@ void run(const Arguments& arguments) {
   options.sigma_px = suite.pipeline.window.odometry.sigma_px;
   options.gravity_mps2 = suite.pipeline.window.gravity_mps2;
   options.imu_noise = suite.pipeline.imu_noise.apply(tracks.calibration.imu.noise);
+  if (!arguments.fault.empty()) injectFault(arguments, &tracks);
   std::printf("%s, %.1f s from frame %zu\n", recordingName(arguments.source).c_str(),
               secondsBetween(tracks.frames[beginning.frame].t, tracks.frames.back().t),
               beginning.frame);
   std::printf(
-      "odometry  | ATE, m | yaw, m | tilt, deg | corrected | velocity, m/s | scale, %% | "
-      "ms median / p99 | keyframes | NEES R p v b_g b_a\n");
+      "odometry  | ATE, m | yaw, m | 5 s, m | deg | tilt, deg | corrected | velocity, m/s | scale, "
+      "%% | "
+      "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
   const Run fixed_lag = runFixedLag(tracks, beginning, options);
-  printRun(fixed_lag, tracks, floor.gravity_direction_G);
+  printRun(fixed_lag, tracks, bound.gravity_direction_G);
   if (arguments.stereo)
-    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, floor.gravity_direction_G);
+    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, bound.gravity_direction_G);
   if (arguments.trajectory.empty()) return;
   Trajectory trajectory;
   for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});
@@ -295,6 +336,12 @@ Arguments parse(int argc, char** argv) {
       arguments.tracks_file = value;
     else if (option == "--start")
       arguments.start = value;
+    else if (option == "--fault")
+      arguments.fault = value;
+    else if (option == "--at")
+      arguments.fault_at_s = std::stod(value);
+    else if (option == "--for")
+      arguments.fault_for_s = std::stod(value);
     else if (option == "--seed")
       arguments.seed = static_cast<unsigned>(std::stoul(value));
     else if (option == "--stereo")

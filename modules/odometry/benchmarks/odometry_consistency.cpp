@@ -42,21 +42,24 @@ void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, st
 }
 
 void run(int argc, char** argv) {
-  double flights = 10, seed = 1, pixels = 1, imu = 1, walk = 1, tracks = 120, aggressive = 1;
+  double flights = 10, seed = 1, pixels = 1, imu = 1, walk = 1, tracks = 120;
   double duration = 60, start = 1;
+  std::string profile = "aggressive";
   FixedLagOptions options;
   ParameterSet section("fixed_lag");
   options.declare(section);
   std::map<std::string, double*> own = {
-      {"flights", &flights},   {"seed", &seed},   {"pixels", &pixels},
-      {"imu", &imu},           {"walk", &walk},   {"tracks", &tracks},
-      {"duration", &duration}, {"start", &start}, {"aggressive", &aggressive}};
+      {"flights", &flights}, {"seed", &seed},     {"pixels", &pixels},     {"imu", &imu},
+      {"walk", &walk},       {"tracks", &tracks}, {"duration", &duration}, {"start", &start},
+  };
   IniFile ini;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const size_t equals = argument.find('=');
     const auto known = own.find(argument.substr(0, equals));
-    if (known != own.end())
+    if (argument.rfind("profile=", 0) == 0)
+      profile = argument.substr(equals + 1);
+    else if (known != own.end())
       *known->second = std::stod(argument.substr(equals + 1));
     else
       ini.setFromArgument("fixed_lag." + argument);
@@ -67,7 +70,7 @@ void run(int argc, char** argv) {
     SimulatedFlightOptions simulated;
     simulated.seed = static_cast<std::uint64_t>(seed) + static_cast<std::uint64_t>(f);
     simulated.duration_s = duration;
-    simulated.profile = aggressive > 0 ? MotionProfile::kAggressive : MotionProfile::kGentle;
+    simulated.profile = motionProfileFromName(profile);
     simulated.sigma_px *= pixels;
     simulated.imu_noise = imu > 0;
     simulated.bias_walk = walk > 0;

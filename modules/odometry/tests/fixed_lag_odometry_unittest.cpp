@@ -72,9 +72,9 @@ void coverLenses(double t0, double t1, SimulatedFlight* flight) {
 }
 
 TEST(FixedLagOdometry, IsConsistentOverAMinute) {
-  // Six flights. NEES of three unknowns scatters by sqrt(2/3) a sample, and within a flight biases
-  // and pose are the same for seconds: the mean of six flights' 50 s is known to about a tenth for
-  // velocity and accelerometer bias, and to a third for what persists: yaw and position.
+  // Six flights. Velocity and biases are new every few seconds, and their mean NEES is known to a
+  // tenth. Errors of yaw and position stay for the whole flight: six flights are eighteen numbers,
+  // whose mean square is known to a third (odometry_consistency flies more).
   Vector5d early = Vector5d::Zero(), late = Vector5d::Zero();
   int early_count = 0, late_count = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -92,10 +92,10 @@ TEST(FixedLagOdometry, IsConsistentOverAMinute) {
   const Vector5d all = (early + late) / (early_count + late_count);
   RecordProperty("nees", (std::ostringstream() << all.transpose()).str());
   for (int b = 0; b < 5; ++b) {
-    EXPECT_GT(all[b], 0.8) << b << ": " << all.transpose();
-    EXPECT_LT(all[b], 1.25) << b << ": " << all.transpose();
+    EXPECT_GT(all[b], b < 2 ? 0.5 : 0.8) << b << ": " << all.transpose();
+    EXPECT_LT(all[b], b < 2 ? 1.7 : 1.25) << b << ": " << all.transpose();
     // No growth with time.
-    EXPECT_LT(late[b] / late_count, 1.5 * early[b] / early_count) << b;
+    EXPECT_LT(late[b] / late_count, (b < 2 ? 2.0 : 1.5) * early[b] / early_count) << b;
   }
 }
 

@@ -138,7 +138,7 @@ struct Blocks {
       landmarks.push_back(landmark.in_host.parameters);
   }
 
-  double solve(const Window& window, const Matrix15d& L, double chi2_huber) {
+  double solve(const Window& window, const Matrix15d& L) {
     using namespace ceres;
     Problem problem;
     for (State& s : states) {
@@ -165,7 +165,8 @@ struct Blocks {
           const PixelCost cost{&window.T_CB[camera], &o.measurements[camera], landmark.in_host};
           State &h = states[static_cast<size_t>(landmark.host)],
                 &t = states[static_cast<size_t>(o.state)];
-          auto* loss = new HuberLoss(std::sqrt(chi2_huber));
+          auto* loss =
+              new ScaledLoss(new CauchyLoss(std::sqrt(kLossChi2)), kLossGain, TAKE_OWNERSHIP);
           if (o.state == landmark.host)
             problem.AddResidualBlock(
                 new NumericDiffCostFunction<HostPixelCost, CENTRAL, 2, 3>(new HostPixelCost{cost}),
@@ -202,7 +203,7 @@ TEST(FixedLagWindow, HasTheMinimumThatCeresFinds) {
   // The prior's derivatives are taken at its linearisation point, and Ceres' where the state is:
   // without fixed states both are the same but for the curvature of the rotation's logarithm.
   Blocks blocks(window);
-  const double expected = blocks.solve(window, L, kChi2Pixel);
+  const double expected = blocks.solve(window, L);
   SolverOptions options;
   options.iterations = 50;
   options.converged_sigmas = 1e-7;

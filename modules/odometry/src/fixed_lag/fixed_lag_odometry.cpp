@@ -19,8 +19,9 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
                  "Newest frames whose velocity and biases are unknowns too.");
   parameters.add("keyframes", &keyframes, {3, 50}, "Older keyframes in the window.");
   parameters.add("iterations", &iterations, {1, 50}, "Gauss-Newton steps a frame, at most.");
-  parameters.add("chi2_pixel", &chi2_huber, {0.1, 1e9},
-                 "Squared Huber width of a pixel (2 degrees of freedom, 95 %: 5.991).");
+  parameters.add("least_sigma_px", &least_sigma_px, {0.001, 100.0},
+                 "The standard deviation of a pixel begins at [odometry] sigma_px and follows the "
+                 "residuals' median, but not below this, px; at sigma_px or above: it stays.");
   parameters.add("chi2_gate", &chi2_gate, {0.1, 1e9},
                  "An observation whose squared distance from its prediction, in its standard "
                  "deviations, is larger is left out.");
@@ -36,7 +37,7 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
 
 namespace {
 
-constexpr double kMaxImuStep = 0.05;  // s between samples; what is longer is a gap
+constexpr double kMaxImuStep = 0.03;  // s between samples; what is longer is a gap
 
 /** Whether the samples reach from t0 to t1 without a gap. */
 bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
@@ -78,7 +79,7 @@ class FixedLagOdometry::Impl {
       : calibration_(calibration),
         options_(options),
         tracks_(calibration_, trackOptions()),
-        solver_({options.iterations, options.chi2_huber}) {}
+        solver_({options.iterations}) {}
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
@@ -120,6 +121,7 @@ class FixedLagOdometry::Impl {
     if (newest.keyframe) tracks_.createLandmarks(measured, &window_);
     const fixed_lag::SolverResult solved = solver_.solve(&window_);
     tracks_.dropOutliers(&window_);
+    if (options_.least_sigma_px < options_.sigma_px) tracks_.followNoise(&window_);
     covariance_ = solved.covariance;
 
     if (counts.used >= kLocatedBy) located_at_ = frame.t;
@@ -130,7 +132,7 @@ class FixedLagOdometry::Impl {
     out.used = counts.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
-    fixed_lag::slide({options_.recent_frames, options_.keyframes, options_.chi2_huber}, &window_);
+    fixed_lag::slide({options_.recent_frames, options_.keyframes}, &window_);
     reintegrate();
     return out;
   }
@@ -139,8 +141,12 @@ class FixedLagOdometry::Impl {
   static constexpr int kLocatedBy = 6;  ///< landmarks that a frame needs to be located
 
   fixed_lag::TrackOptions trackOptions() const {
-    return {options_.sigma_px, options_.chi2_gate, options_.chi2_outlier,
-            options_.keyframe_survival, options_.keyframe_parallax_px};
+    return {options_.sigma_px,
+            options_.chi2_gate,
+            options_.chi2_outlier,
+            options_.keyframe_survival,
+            options_.keyframe_parallax_px,
+            options_.least_sigma_px};
   }
 
   /** Of the newest pose relative to the window, before its images are used: noise of the IMU, the

@@ -44,13 +44,13 @@ bool moveHost(const Window& window, Landmark* landmark) {
 
 /** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, ended landmarks. */
 LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
-                  double chi2_huber, Eigen::Index unknowns) {
+                  Eigen::Index unknowns) {
   Matrix15d J_i, J_j;
   const Vector15d imu = inertialRows(window, oldest_full + 1, &J_i, &J_j);
   NormalEquations visual(window.unknowns());
   LinearRows visual_rows(0, unknowns);
   if (!ended.empty()) {
-    VisualTerms terms(chi2_huber);
+    VisualTerms terms;
     terms.linearize(window, ended, static_cast<int>(oldest_full), &visual);
     visual_rows = squareRoot(visual.H.topLeftCorner(unknowns, unknowns), visual.g.head(unknowns));
   }
@@ -133,7 +133,7 @@ void slide(const SlidingOptions& options, Window* window) {
   }
   const WindowState& next = window->states[oldest + 1];
   const Eigen::Index unknowns = next.column + next.size();
-  const LinearRows rows = rowsOf(*window, oldest, ended, options.chi2_huber, unknowns);
+  const LinearRows rows = rowsOf(*window, oldest, ended, unknowns);
   for (size_t i = 0; i <= oldest + 1; ++i) window->states[i].fixed = true;
   window->prior = without(rows, columns);
 

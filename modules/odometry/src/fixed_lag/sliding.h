@@ -9,7 +9,6 @@ namespace etalon::fixed_lag {
 struct SlidingOptions {
   int recent_frames = 3;
   int keyframes = 7;
-  double chi2_huber = 5.991;
 };
 
 /**

@@ -1,9 +1,10 @@
 #include "tracks.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
+#include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon::fixed_lag {
@@ -100,13 +101,12 @@ bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
   for (const MeasuredFrame::Track& track : frame.tracks) {
     const auto before = last_keyframe_.find(track.id);
     if (before == last_keyframe_.end()) continue;
-    const Eigen::Vector3d turned = R_LC * track.measurements[0].xy.homogeneous();
-    parallax.push_back((turned.hnormalized() - before->second).norm());
+    parallax.push_back(angleBetween(R_LC * track.measurements[0].ray(), before->second));
   }
   if (parallax.empty()) return true;
   auto middle = parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2);
   std::nth_element(parallax.begin(), middle, parallax.end());
-  return *middle * calibration_->cameras[0].model.fu > options_.keyframe_parallax_px;
+  return *middle * calibration_->cameras[0].model.focal().x() > options_.keyframe_parallax_px;
 }
 
 void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
@@ -121,7 +121,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   last_keyframe_.clear();
   last_R_WC_ = newest.now.T_WB.R * window->T_CB[0].R.transpose();
   for (const MeasuredFrame::Track& track : frame.tracks) {
-    last_keyframe_[track.id] = track.measurements[0].xy;
+    last_keyframe_[track.id] = track.measurements[0].ray();
     if (window->landmarks.count(track.id) || rejected_.count(track.id)) continue;
     std::vector<LandmarkObservation> all;
     for (LandmarkObservation& o : pending_[track.id])
@@ -160,6 +160,36 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
     window->landmarks.emplace(id, std::move(landmark));
   }
   pending_ = std::move(pending);
+}
+
+void Tracks::followNoise(Window* window) const {
+  const int newest = window->states.back().serial;
+  std::vector<double> squares;
+  for (const auto& [id, landmark] : window->landmarks) {
+    if (!landmark.seenIn(newest) || landmark.observations.size() < 3) continue;
+    const SE3& T_WH = window->states[static_cast<size_t>(landmark.host)].now.T_WB;
+    int pixels = 0;
+    for (const LandmarkObservation& o : landmark.observations) pixels += o.has_right ? 2 : 1;
+    // Of 2 n coordinates the landmark itself takes three.
+    const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
+    for (const LandmarkObservation& o : landmark.observations) {
+      const SE3 T_HT = relativePose(T_WH, window->states[static_cast<size_t>(o.state)].now.T_WB);
+      for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
+        Eigen::Vector2d r;
+        if (reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
+                                 landmark.in_host, &r))
+          squares.push_back(r.squaredNorm() / share);
+      }
+    }
+  }
+  if (squares.size() < 100) return;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  constexpr double kMedian = 1.386;   // of chi-square with 2 degrees of freedom
+  constexpr double kFollowed = 0.02;  // a frame: over fifty of them
+  double& variance = window->pixel_variance;
+  variance += kFollowed * (*middle / kMedian - variance);
+  variance = std::max(variance, std::pow(options_.least_sigma_px / options_.sigma_px, 2));
 }
 
 void Tracks::dropOutliers(Window* window) {

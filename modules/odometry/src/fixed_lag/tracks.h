@@ -15,7 +15,8 @@ struct TrackOptions {
   double chi2_gate = 25.0;
   double chi2_outlier = 16.0;
   double keyframe_survival = 0.7;
-  double keyframe_parallax_px = 30.0;
+  double keyframe_parallax_px = 12.0;
+  double least_sigma_px = 0.1;  ///< see FixedLagOptions
 };
 
 /** What the front end saw in a frame, undistorted. */
@@ -60,14 +61,17 @@ class Tracks {
   /** Drops observations that do not fit after the optimisation, and landmarks that go on not to. */
   void dropOutliers(Window* window);
 
+  /** Lets the window's pixel variance follow the residuals' median. */
+  void followNoise(Window* window) const;
+
  private:
   const StereoInertialCalibration* calibration_;
   TrackOptions options_;
   std::set<LandmarkId> rejected_;  ///< tracks that are not believed any more
   /** In keyframes, of tracks whose distance is not known yet. */
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending_;
-  /** Left directions in the last keyframe, and its attitude. */
-  std::unordered_map<LandmarkId, Eigen::Vector2d> last_keyframe_;
+  /** Rays of the left camera in the last keyframe, and its attitude. */
+  std::unordered_map<LandmarkId, Eigen::Vector3d> last_keyframe_;
   Eigen::Matrix3d last_R_WC_ = Eigen::Matrix3d::Identity();
 };
 

@@ -14,14 +14,6 @@ constexpr double kBehindCamera = 30.0;
 
 }  // namespace
 
-double huberCost(double r2, double chi2_huber, double* weight) {
-  *weight = 1.0;
-  if (r2 <= chi2_huber) return r2;
-  const double ratio = std::sqrt(chi2_huber / r2);
-  *weight = ratio;
-  return r2 * ratio * (2.0 - ratio);
-}
-
 RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
   const SE3 T_HT = relativePose(T_WH, T_WT);
   RelativeJacobians J;
@@ -34,37 +26,36 @@ RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
   return J;
 }
 
-double VisualTerms::addResidual(const Window& window, const ReprojectionMeasurement& measurement,
-                                int camera, const Landmark& landmark, const SE3& T_HT,
-                                Target* target, Eigen::Matrix3d* V, Eigen::Vector3d* g_l) const {
+void VisualTerms::addResidual(const Window& window, const ReprojectionMeasurement& measurement,
+                              int camera, const Landmark& landmark, const SE3& T_HT, Target* target,
+                              Eigen::Matrix3d* V, Eigen::Vector3d* g_l) {
   Eigen::Vector2d r;
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 3> J_landmark;
-  double weight = 1.0;
   if (!reprojectionResidual(window.T_CB[static_cast<size_t>(camera)], measurement, T_HT,
-                            landmark.in_host, &r, target ? &J_pose : nullptr, &J_landmark))
-    return huberCost(kBehindCamera * kBehindCamera, chi2_huber_, &weight);
-  const double cost = huberCost(r.squaredNorm(), chi2_huber_, &weight);
+                            landmark.in_host, &r, target ? &J_pose : nullptr, &J_landmark)) {
+    cost_.add(kBehindCamera * kBehindCamera);
+    return;
+  }
+  const double weight = cost_.add(r.squaredNorm() / window.pixel_variance) / window.pixel_variance;
   const Eigen::Matrix<double, 2, 3> weighted = weight * J_landmark;
   V->noalias() += weighted.transpose() * J_landmark;
   g_l->noalias() += weighted.transpose() * r;
-  if (!target) return cost;
+  if (!target) return;
   const Eigen::Matrix<double, 2, 6> weighted_pose = weight * J_pose;
   target->H_pp.noalias() += weighted_pose.transpose() * J_pose;
   target->H_pl.noalias() += weighted_pose.transpose() * J_landmark;
   target->g_p.noalias() += weighted_pose.transpose() * r;
-  return cost;
 }
 
 /** Sums over the observations of one landmark. */
-double VisualTerms::collect(const Window& window, Landmark* landmark, int last_state) {
+void VisualTerms::collect(const Window& window, Landmark* landmark, int last_state) {
   Eliminated e;
   e.landmark = landmark;
   e.first = targets_.size();
   e.g_l.setZero();
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   const size_t n = window.states.size();
-  double cost = 0.0;
   for (const LandmarkObservation& o : landmark->observations) {
     if (o.state > last_state) continue;
     Target* target = nullptr;
@@ -79,8 +70,8 @@ double VisualTerms::collect(const Window& window, Landmark* landmark, int last_s
     const SE3& T_HT =
         relative_[static_cast<size_t>(landmark->host) * n + static_cast<size_t>(o.state)];
     for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
-      cost += addResidual(window, o.measurements[static_cast<size_t>(camera)], camera, *landmark,
-                          T_HT, target, &V, &e.g_l);
+      addResidual(window, o.measurements[static_cast<size_t>(camera)], camera, *landmark, T_HT,
+                  target, &V, &e.g_l);
   }
   e.last = targets_.size();
   // At infinity, and wanted farther: its distance is no unknown.
@@ -99,7 +90,6 @@ double VisualTerms::collect(const Window& window, Landmark* landmark, int last_s
   e.inverse = V.inverse();
   landmark->covariance = e.inverse;
   eliminated_.push_back(e);
-  return cost;
 }
 
 /** The landmark's Schur complement, added to its host's sums. */
@@ -180,7 +170,9 @@ void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& 
     for (size_t k = 0; k < n; ++k)
       relative_[h * n + k] =
           h == k ? SE3() : relativePose(window.states[h].now.T_WB, window.states[k].now.T_WB);
-  for (Landmark* landmark : landmarks) equations->cost += collect(window, landmark, last_state);
+  cost_ = RobustCost();
+  for (Landmark* landmark : landmarks) collect(window, landmark, last_state);
+  equations->cost += cost_.total();
   for (const Eliminated& e : eliminated_) eliminate(e);
   for (size_t h = 0; h < n; ++h)
     if (hosts_[h].used) toAbsolute(window, static_cast<int>(h), equations);
@@ -213,7 +205,7 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
 }
 
 double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& landmarks) const {
-  double cost = 0.0, weight = 1.0;
+  RobustCost cost;
   const size_t n = window.states.size();
   std::vector<SE3> relative(n);
   for (size_t h = 0; h < n; ++h) {
@@ -227,12 +219,13 @@ double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& lan
           const bool ahead =
               reprojectionResidual(window.T_CB[camera], o.measurements[camera],
                                    relative[static_cast<size_t>(o.state)], landmark->in_host, &r);
-          const double r2 = ahead ? r.squaredNorm() : kBehindCamera * kBehindCamera;
-          cost += huberCost(r2, chi2_huber_, &weight);
+          const double r2 =
+              ahead ? r.squaredNorm() / window.pixel_variance : kBehindCamera * kBehindCamera;
+          cost.add(r2);
         }
     }
   }
-  return cost;
+  return cost.total();
 }
 
 }  // namespace etalon::fixed_lag

@@ -2,6 +2,8 @@
 
 // Normal equations of the window's pixels, landmarks eliminated. Private to the module.
 
+#include <cmath>
+
 #include "window.h"
 
 namespace etalon::fixed_lag {
@@ -16,6 +18,40 @@ struct NormalEquations {
       : H(Eigen::MatrixXd::Zero(size, size)), g(Eigen::VectorXd::Zero(size)) {}
 };
 
+/** Squared scale of the Cauchy loss: of a pixel's two whitened coordinates. */
+constexpr double kLossChi2 = 4.0;
+/**
+ * With Gaussian noise (s = r^2 exponential of mean 2, w = 1 / (1 + s / kLossChi2)) Gauss-Newton's
+ * matrix has E[w] = 0.723 of the information, and the estimate's variance is E[w^2 s] / 2 / (E[w] -
+ * E[w^2 s] / kLossChi2)^2 = 1.092 of the least: the loss is scaled by 1 / (0.723 * 1.092), so that
+ * the covariance is the one that the estimate has.
+ */
+constexpr double kLossGain = 1.267;
+
+/** The robust cost of squared whitened residuals, kLossGain kLossChi2 log(1 + r^2 / kLossChi2)
+ * each; one logarithm for many. */
+class RobustCost {
+ public:
+  /** @return the weight of the residual */
+  double add(double r2) {
+    const double factor = 1.0 + r2 / kLossChi2;
+    product_ *= factor;
+    if (product_ > 1e100) flush();
+    return kLossGain / factor;
+  }
+  double total() {
+    flush();
+    return kLossGain * kLossChi2 * sum_;
+  }
+
+ private:
+  void flush() {
+    sum_ += std::log(product_);
+    product_ = 1.0;
+  }
+  double product_ = 1.0, sum_ = 0.0;
+};
+
 /**
  * The pixels' part of the cost, around the window's estimates. A residual depends on the pose of
  * the observing body in the host's alone: its derivative by that is taken at the estimates, and
@@ -25,8 +61,6 @@ struct NormalEquations {
  */
 class VisualTerms {
  public:
-  explicit VisualTerms(double chi2_huber) : chi2_huber_(chi2_huber) {}
-
   /**
    * Adds those of `landmarks` to the equations; keeps what solveLandmarks() needs, and sets
    * the landmarks' covariances.
@@ -68,22 +102,19 @@ class VisualTerms {
     Eigen::VectorXd g;
   };
 
-  double addResidual(const Window& window, const ReprojectionMeasurement& measurement, int camera,
-                     const Landmark& landmark, const SE3& T_HT, Target* target, Eigen::Matrix3d* V,
-                     Eigen::Vector3d* g_l) const;
-  double collect(const Window& window, Landmark* landmark, int last_state);
+  void addResidual(const Window& window, const ReprojectionMeasurement& measurement, int camera,
+                   const Landmark& landmark, const SE3& T_HT, Target* target, Eigen::Matrix3d* V,
+                   Eigen::Vector3d* g_l);
+  void collect(const Window& window, Landmark* landmark, int last_state);
   void eliminate(const Eliminated& eliminated);
   void toAbsolute(const Window& window, int host, NormalEquations* equations) const;
 
-  double chi2_huber_;
+  RobustCost cost_;  ///< of the linearisation
   std::vector<Target> targets_;
   std::vector<Eliminated> eliminated_;
   std::vector<HostSums> hosts_;
   std::vector<SE3> relative_;  ///< T_HT by host and target, at the estimates
 };
-
-/** Robust cost of a squared residual, and the weight that goes with it. */
-double huberCost(double r2, double chi2_huber, double* weight);
 
 /** Derivatives of the pose of the target in the host, [rotation by right perturbation, position in
  * the host], by the two absolute ones. */

@@ -67,6 +67,8 @@ struct Window {
   std::map<LandmarkId, Landmark> landmarks;
   /** In the states' deltas: |A delta + b|^2; its unknowns are the first columns of the window. */
   LinearRows prior;
+  /** Variance of a pixel over that of sigma_px, as the residuals say it is. */
+  double pixel_variance = 1.0;
 
   Eigen::Index unknowns() const {
     return states.empty() ? 0 : states.back().column + states.back().size();

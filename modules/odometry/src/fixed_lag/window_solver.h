@@ -10,7 +10,6 @@ namespace etalon::fixed_lag {
 
 struct SolverOptions {
   int iterations = 3;
-  double chi2_huber = 5.991;
   /** Converged is a step shorter than this in its own standard deviations, all states together. */
   double converged_sigmas = 0.02;
 };
@@ -41,8 +40,7 @@ Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns);
  */
 class WindowSolver {
  public:
-  explicit WindowSolver(const SolverOptions& options)
-      : options_(options), visual_(options.chi2_huber) {}
+  explicit WindowSolver(const SolverOptions& options) : options_(options) {}
   SolverResult solve(Window* window);
 
  private:

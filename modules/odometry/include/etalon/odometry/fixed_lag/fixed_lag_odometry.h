@@ -5,21 +5,20 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
 #include "etalon/odometry/fixed_lag/odometry.h"
-#include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon {
 
 /** Section [fixed_lag]. */
 struct FixedLagOptions {
-  int recent_frames = 3;  ///< newest states with velocity and biases
-  int keyframes = 7;      ///< older states, poses alone
-  int iterations = 3;     ///< Gauss-Newton steps a frame, at most
-  double sigma_px = 0.35;
-  double chi2_huber = kChi2Pixel;      ///< of a pixel; its root is the Huber width
+  int recent_frames = 3;               ///< newest states with velocity and biases
+  int keyframes = 7;                   ///< older states, poses alone
+  int iterations = 3;                  ///< Gauss-Newton steps a frame, at most
+  double sigma_px = 0.35;              ///< of a pixel at the start; not a key ([odometry] has it)
+  double least_sigma_px = 0.1;         ///< it follows the residuals, but not below this
   double chi2_gate = 25.0;             ///< of an observation against its prediction
-  double chi2_outlier = 16.0;          ///< of an observation after the optimisation
+  double chi2_outlier = 16.0;          ///< of one after the optimisation, in sigma_px
   double keyframe_survival = 0.7;      ///< share of a frame's tracks that are landmarks
-  double keyframe_parallax_px = 30.0;  ///< median since the last keyframe, rotation apart
+  double keyframe_parallax_px = 12.0;  ///< median since the last keyframe, rotation apart
   double gravity_mps2 = 9.81;          ///< not a key
   ImuNoiseDensities imu_noise;         ///< densities to use; not a key
 
