@@ -40,6 +40,6 @@ if [[ ! -f $out/shards ]]; then
 fi
 shards=$(<"$out/shards")
 ((task <= shards)) || fail "there is no shard $task: '$out' was begun with $shards (see $out/shards)"
-# exec: Slurm's signals reach etalon, which then stops between two slots, and its exit code is the task's.
+# exec: Slurm's signals reach etalon, which then stops between two windows, and its exit code is the task's.
 exec etalon bench "$@" --shard "$task/$shards" --jobs "${SLURM_CPUS_PER_TASK:-1}" \
   --out "$out/shard-$task" --tracks "$out/tracks"

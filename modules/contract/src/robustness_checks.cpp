@@ -237,7 +237,7 @@ ContractCheck outliers(const Initializer& initializer, const ContractOptions&) {
   return windows.verdict();
 }
 
-/** Step 1 cannot be had. */
+/** Stereo odometry cannot be had. */
 ContractCheck noStereoOdometry(const Initializer& initializer, const ContractOptions&) {
   const Trial trial{SyntheticWindowOptions()};
   const InitializationProblem good = trial.problem();

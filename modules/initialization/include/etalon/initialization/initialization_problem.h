@@ -40,8 +40,8 @@ class InitializationProblem {
   using VisualSolver = std::function<VisualSolution()>;
 
   /**
-   * @param visual_solver computes step 1 when a plugin asks for it, once; may throw Error if it
-   *        cannot, which every call of visualSolution() then throws
+   * @param visual_solver computes stereo odometry when a plugin asks for it, once; may throw Error
+   * if it cannot, which every call of visualSolution() then throws
    * @throws DataError if keyframe_indices are not increasing indices into frames
    */
   InitializationProblem(Data data, VisualSolver visual_solver);
@@ -66,7 +66,7 @@ class InitializationProblem {
    * them. */
   std::vector<Preintegration> preintegrate(const ImuBias& bias) const;
 
-  /** Step 1, stereo odometry over the keyframes; computed at the first call. */
+  /** Stereo odometry over the keyframes; computed at the first call. */
   const VisualSolution& visualSolution() const;
   /** Whether visualSolution() has been asked for, and how long it took, ms. */
   bool visualSolutionComputed() const;

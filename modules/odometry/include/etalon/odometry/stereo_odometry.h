@@ -92,9 +92,9 @@ class StereoOdometry {
 };
 
 /**
- * Step 1 of the disjoint initializers, from the tracks of a window alone: PnP from keyframe to
- * keyframe (rotation predicted by the gyro, bias assumed zero), then bundle adjustment to
- * convergence, with covariance.
+ * Stereo odometry of the disjoint initializers, from the tracks of a window alone: PnP from
+ * keyframe to keyframe (rotation predicted by the gyro, bias assumed zero), then bundle adjustment
+ * to convergence, with covariance.
  * @throws DataError if a keyframe cannot be located
  */
 VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,

@@ -18,7 +18,7 @@ namespace etalon {
 struct PipelineOptions {
   std::string initializer = "eta";  ///< name of the plugin, or kAutoInitializer
   int keyframes = 10;               ///< in the initialization window
-  double keyframe_rate_hz = 4.0;    ///< until initialised
+  double keyframe_rate_hz = 4.0;    ///< of the initialization and of the odometry
   WindowOptions window;
   InputOptions input;
   ImuNoiseOptions imu_noise;
