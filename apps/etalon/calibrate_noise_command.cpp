@@ -63,9 +63,8 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
       options.odometry.sigma_px = believed.sigma_px;
       ImuNoiseOptions noise;
       noise.gyro_noise_factor = believed.gyro;
-      noise.accel_noise_factor = believed.accel;
-      return windowProblem(*tracks, every_s, shape, window,
-                           noise.apply(tracks->calibration.imu.noise), options);
+      noise.accel_noise_factor = noise.min_accel_noise_factor = believed.accel;  // it alone
+      return windowProblem(*tracks, every_s, shape, window, noise, options);
     });
   return windows;
 }
@@ -126,7 +125,7 @@ void printWords(const std::string& name, const NoiseCalibration& calibration, do
   std::printf("\n%s\n", name.c_str());
   if (!calibration.message.empty()) std::printf("  %s\n", calibration.message.c_str());
   if (calibration.iterations.empty() || calibration.iterations.front().windows == 0) return;
-  std::printf("  with the noise as configured:\n");
+  std::printf("  with the factors as configured, alike in all windows:\n");
   for (const std::string& sentence : describe(calibration.iterations.front().check, overlap))
     std::printf("    %s\n", sentence.c_str());
   constexpr double kHardly = 0.25;

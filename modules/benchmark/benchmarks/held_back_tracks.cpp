@@ -187,10 +187,10 @@ void run(const Arguments& arguments) {
       windowCount(tracks.first_image, tracks.frames.back().t, arguments.every_s, shape);
   std::vector<Score> scores;
   for (int window = 0; window < windows; ++window) {
-    const auto score = judgeWindow(
-        windowProblem(tracks, arguments.every_s, shape, window,
-                      pipeline.imu_noise.apply(tracks.calibration.imu.noise), pipeline.window),
-        tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
+    const auto score =
+        judgeWindow(windowProblem(tracks, arguments.every_s, shape, window, pipeline.imu_noise,
+                                  pipeline.window),
+                    tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
     if (score) scores.push_back(*score);
   }
   if (scores.empty())

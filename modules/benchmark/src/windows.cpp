@@ -97,7 +97,7 @@ int windowCount(TimeNs first_image, TimeNs last_image, double every_s, const Win
 
 InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s,
                                     const WindowShape& shape, int window,
-                                    const ImuNoiseDensities& noise, const WindowOptions& options) {
+                                    const ImuNoiseOptions& noise, const WindowOptions& options) {
   // A stamp's jitter must not move a window by a frame.
   constexpr double kJitter_s = 0.002;
   const TimeNs start = tracks.first_image + durationNs(std::max(0.0, window * every_s - kJitter_s));
@@ -115,8 +115,9 @@ InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s
   if (!keyframes.empty()) frames.resize(static_cast<size_t>(keyframes.back()) + 1);
   ImuBuffer imu;
   if (keyframes.size() > 1) imu = ImuBuffer(tracks.imu.between(frames.front().t, frames.back().t));
-  return makeProblem(tracks.calibration, noise, options, std::move(frames), std::move(keyframes),
-                     std::move(imu));
+  const ImuNoiseDensities densities = noise.apply(tracks.calibration.imu.noise, imu.samples());
+  return makeProblem(tracks.calibration, densities, options, std::move(frames),
+                     std::move(keyframes), std::move(imu));
 }
 
 }  // namespace etalon

@@ -27,7 +27,7 @@ void KeyframeWindow::clear() {
 }
 
 InitializationProblem KeyframeWindow::problem(const StereoInertialCalibration& calibration,
-                                              const ImuNoiseDensities& noise,
+                                              const ImuNoiseOptions& noise,
                                               const WindowOptions& options,
                                               const ImuBuffer& imu) const {
   std::vector<TrackedFrame> frames(frames_.begin(), frames_.end());
@@ -35,8 +35,10 @@ InitializationProblem KeyframeWindow::problem(const StereoInertialCalibration& c
   for (size_t i = 0; i < frames.size(); ++i)
     if (std::binary_search(stamps_.begin(), stamps_.end(), frames[i].t))
       indices.push_back(static_cast<int>(i));
-  return makeProblem(calibration, noise, options, std::move(frames), std::move(indices),
-                     ImuBuffer(imu.between(stamps_.front(), stamps_.back())));
+  ImuBuffer samples(imu.between(stamps_.front(), stamps_.back()));
+  const ImuNoiseDensities densities = noise.apply(calibration.imu.noise, samples.samples());
+  return makeProblem(calibration, densities, options, std::move(frames), std::move(indices),
+                     std::move(samples));
 }
 
 }  // namespace etalon

@@ -146,7 +146,7 @@ void Pipeline::tryInitialize() {
   imu_.dropBefore(window_.stamps().front());
   if (!window_.complete()) return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
-    return window_.problem(calibration_, noise_, options, imu_);
+    return window_.problem(calibration_, options_.imu_noise, options, imu_);
   });
   if (outcome == Starter::Outcome::kStarts) start(attempts().back());
   if (outcome == Starter::Outcome::kTakesOver) takeOver(attempts().back());

@@ -6,6 +6,7 @@
 
 #include "etalon/benchmark/record.h"
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/imu/imu_noise.h"
 #include "etalon/pipeline/window_initialization.h"
 
 namespace etalon {
@@ -47,10 +48,10 @@ int windowCount(TimeNs first_image, TimeNs last_image, double every_s, const Win
  * Window number `window` as a problem: keyframes by KeyframeSelector from the first frame of the
  * window on, all frames between them, raw IMU. Depends on nothing but its arguments.
  * If images are missing to the end of the recording, the problem has fewer keyframes.
- * @param noise densities to use
+ * @param noise makes the densities to use from the data sheet's and the window's samples
  */
 InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s,
                                     const WindowShape& shape, int window,
-                                    const ImuNoiseDensities& noise, const WindowOptions& options);
+                                    const ImuNoiseOptions& noise, const WindowOptions& options);
 
 }  // namespace etalon

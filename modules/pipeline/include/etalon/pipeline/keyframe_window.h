@@ -3,6 +3,7 @@
 #include <deque>
 
 #include "etalon/frontend/keyframe_selector.h"
+#include "etalon/imu/imu_noise.h"
 #include "etalon/pipeline/window_initialization.h"
 
 namespace etalon {
@@ -32,9 +33,12 @@ class KeyframeWindow {
   /** Stamps of the keyframes. */
   const std::deque<TimeNs>& stamps() const { return stamps_; }
 
-  /** The window as an initializer sees it, once it is complete and `imu` reaches over it. */
+  /**
+   * The window as an initializer sees it, once it is complete and `imu` reaches over it.
+   * @param noise makes the densities to use from the data sheet's and the window's samples
+   */
   InitializationProblem problem(const StereoInertialCalibration& calibration,
-                                const ImuNoiseDensities& noise, const WindowOptions& options,
+                                const ImuNoiseOptions& noise, const WindowOptions& options,
                                 const ImuBuffer& imu) const;
 
  private:
