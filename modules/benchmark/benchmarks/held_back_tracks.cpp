@@ -25,7 +25,7 @@
 #include "etalon/benchmark/paired_bootstrap.h"
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/median.h"
+#include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "prediction_error.h"

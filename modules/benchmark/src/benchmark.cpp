@@ -14,7 +14,7 @@
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/datasets/recording_checks.h"
+#include "etalon/frontend/recording_inspection.h"
 #include "isolated_work.h"
 #include "parallel.h"
 #include "window_trial.h"

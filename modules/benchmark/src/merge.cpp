@@ -8,7 +8,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {

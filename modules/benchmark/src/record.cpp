@@ -1,6 +1,6 @@
 #include "etalon/benchmark/record.h"
 
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {

@@ -7,7 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "etalon/core/table_text.h"
+#include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 #include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {
@@ -102,8 +103,8 @@ FigureSummary summaryOf(const std::vector<double>& values) {
   if (known.empty()) return summary;
   summary.mean =
       std::accumulate(known.begin(), known.end(), 0.0) / static_cast<double>(known.size());
-  summary.median = quantileOf(known, 0.5);
-  summary.p90 = quantileOf(std::move(known), 0.9);
+  summary.median = quantile(known, 0.5);
+  summary.p90 = quantile(std::move(known), 0.9);
   return summary;
 }
 

@@ -6,6 +6,7 @@
 
 #include "etalon/benchmark/summary.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/statistics.h"
 #include "etalon/frontend/keyframe_selector.h"
 
 namespace etalon {
@@ -69,7 +70,7 @@ double imageRate(const std::vector<TimeNs>& stamps) {
   std::vector<double> intervals;
   for (size_t i = 1; i < stamps.size(); ++i)
     intervals.push_back(secondsBetween(stamps[i - 1], stamps[i]));
-  const double median = quantileOf(std::move(intervals), 0.5);
+  const double median = quantile(std::move(intervals), 0.5);
   return median > 0.0 ? 1.0 / median : 0.0;
 }
 

@@ -7,6 +7,7 @@
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
@@ -19,15 +20,10 @@ using ::testing::HasSubstr;
  * second those of "b". */
 class MergeTest : public ::testing::Test {
  protected:
-  MergeTest()
-      : root_(fs::temp_directory_path() /
-              ("etalon_merge_" + std::to_string(getpid()) + "_" +
-               ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::remove_all(root_);
+  MergeTest() {
     one_ = shard(1);
     two_ = shard(2);
   }
-  ~MergeTest() override { fs::remove_all(root_); }
 
   static BenchmarkRecord shard(int number) {
     BenchmarkRecord record;
@@ -62,7 +58,7 @@ class MergeTest : public ::testing::Test {
   std::string folder(const std::string& name) const { return (root_ / name).string(); }
 
   BenchmarkOutcome merge() const {
-    fs::remove_all(root_);
+    for (const char* name : {"1", "2", "merged"}) fs::remove_all(root_ / name);
     for (const BenchmarkRecord* record : {&one_, &two_}) {
       const std::string path = folder(std::to_string(record->shard));
       fs::create_directories(path);
@@ -84,7 +80,7 @@ class MergeTest : public ::testing::Test {
     return "it was not refused";
   }
 
-  fs::path root_;
+  testing::TemporaryFolder root_;
   BenchmarkRecord one_, two_;
 };
 

@@ -11,6 +11,7 @@
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/testing/example_benchmark.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
@@ -21,15 +22,7 @@ using ::testing::HasSubstr;
 
 class BenchmarkStoreTest : public ::testing::Test {
  protected:
-  BenchmarkStoreTest()
-      : folder_(fs::temp_directory_path() /
-                ("etalon_store_" + std::to_string(getpid()) + "_" +
-                 ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::remove_all(folder_);
-  }
-  ~BenchmarkStoreTest() override { fs::remove_all(folder_); }
-
-  std::string folder() const { return folder_.string(); }
+  std::string folder() const { return folder_.path(); }
   std::string resultsFile(const BenchmarkRecord& record) const {
     return (folder_ / "windows" / (record.results.front().sequence + ".jsonl")).string();
   }
@@ -42,7 +35,7 @@ class BenchmarkStoreTest : public ::testing::Test {
       store.append(*result);
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {

@@ -26,15 +26,6 @@ ContractCheck notApplicable(std::string detail) {
   return {"", ContractCheck::Verdict::kNotApplicable, std::move(detail), 0.0};
 }
 
-std::string format(const char* text, ...) {
-  va_list arguments;
-  va_start(arguments, text);
-  char buffer[512];
-  std::vsnprintf(buffer, sizeof(buffer), text, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
 namespace {
 
 /** Is asked when a plugin refused: did the host refuse before asking it? */

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
@@ -14,7 +15,6 @@
 namespace etalon {
 namespace {
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 /** An interval with a longer step between IMU samples is left out, s. */
 constexpr double kMaxImuGapS = 0.03;
 /** An interval's length may differ from the one asked for by this share of it. */
@@ -90,7 +90,7 @@ double rotationRmseDeg(const std::vector<Interval>& intervals) {
   double sum = 0.0;
   for (const Interval& interval : intervals)
     sum += logSO3(interval.rotation().transpose() * interval.imu.deltas().dR).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(intervals.size())) * kDegreesPerRadian;
+  return degrees(std::sqrt(sum / static_cast<double>(intervals.size())));
 }
 
 using Matrix3x6 = Eigen::Matrix<double, 3, 6>;
@@ -171,7 +171,7 @@ std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equati
   fit.gravity_G = x.head<3>();
   fit.accel_bias = x.tail<3>();
   fit.direction_sigma_deg =
-      std::sqrt((across * covariance * across).trace()) / fit.gravity_G.norm() * kDegreesPerRadian;
+      degrees(std::sqrt((across * covariance * across).trace()) / fit.gravity_G.norm());
   return fit;
 }
 
@@ -194,7 +194,7 @@ GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
     check.gravity_direction_G = fit->gravity_G.normalized();
     check.bias.accel = fit->accel_bias;
     check.world_tilt_deg =
-        angleBetween(check.gravity_direction_G, -Eigen::Vector3d::UnitZ()) * kDegreesPerRadian;
+        degrees(angleBetween(check.gravity_direction_G, -Eigen::Vector3d::UnitZ()));
   }
   return check;
 }

@@ -10,7 +10,7 @@
 
 #include "benchmark_side_tables.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "etalon/benchmark/noise_calibration.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "benchmark_side_tables.h"
 #include "etalon/benchmark/windows.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {

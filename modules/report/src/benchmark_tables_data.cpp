@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmark_side_tables.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_tables.h"
 
 // The tables of a benchmark for programs: one JSON document, one CSV table.

@@ -7,7 +7,7 @@
 
 #include "benchmark_side_tables.h"
 #include "etalon/benchmark/summary.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_tables.h"
 #include "etalon/report/comparison_table.h"
 #include "report_assets.h"

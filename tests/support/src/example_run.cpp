@@ -8,17 +8,6 @@
 
 namespace etalon::testing {
 
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "etalon_run_XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 static StageRecord exampleStage(const std::string& name, double seed) {
   std::vector<KeyframeState> states;
   for (int k = 0; k < 3; ++k) {
@@ -93,11 +82,8 @@ RunRecord exampleRecord() {
 RunLog exampleLog() {
   RunLog log;
   log.record = exampleRecord();
-  for (CameraCalibration& camera : log.calibration.cameras) {
-    camera.model.width = 752;
-    camera.model.height = 480;
-    camera.model.fu = camera.model.fv = 458.0;
-  }
+  for (CameraCalibration& camera : log.calibration.cameras)
+    camera.model = CameraModel("pinhole", "none", 752, 480, {458.0, 458.0, 0.0, 0.0}, {});
   log.calibration.cameras[1].T_BC.t.x() = 0.11;
   for (int i = 0; i < 11; ++i) {
     const TimeNs t = kFirstImage + 50'000'000LL * i;

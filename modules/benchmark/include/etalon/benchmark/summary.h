@@ -21,7 +21,7 @@ struct FigureSummary {
   int count = 0;  ///< windows that have the figure
   double mean = WindowErrors::kNone;
   double median = WindowErrors::kNone;
-  double p90 = WindowErrors::kNone;  ///< 90th percentile; see quantileOf()
+  double p90 = WindowErrors::kNone;  ///< 90th percentile; see quantile()
 };
 
 FigureSummary summaryOf(const std::vector<double>& values);

@@ -74,14 +74,6 @@ struct ErrorStatistics {
 
 ErrorStatistics statisticsOf(std::vector<double> errors);
 
-/**
- * Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan, American
- * Statistician 1996): the value at position q (n - 1) of the sorted set, counted from 0. NaN where
- * the set is empty or holds a NaN.
- * @param q in [0, 1]
- */
-double quantileOf(std::vector<double> values, double q);
-
 /** Length of the polygon through the points. */
 double pathLength(const std::vector<Eigen::Vector3d>& points);
 
