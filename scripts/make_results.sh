@@ -64,7 +64,7 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
     }
     END {
       short = error; sub(/_.*/, "", short)
-      printf "| %s | stage | paper: ORB-SLAM3 | ours, paper.ini | paper: ETA | ours, paper.ini | ours, defaults |\n", unit
+      printf "| recording | stage | %s: ORB-SLAM3, paper | ours, paper.ini | ETA, paper | ours, paper.ini | ours, defaults |\n", unit
       printf "|---|---|---|---|---|---|---|\n"
       for (n = 1; n <= count; ++n) {
         name = names[n]
@@ -161,9 +161,8 @@ for group in "$@"; do
     tables "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Ground truth against)'
     if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult)(_real)?,' "$out/$name/summary.csv"; then
       printf '### Beside the papers\n\nOurs as mean / median over all windows; `config/paper.ini` has the papers'"'"' noise and priors. The published figures are of whole\nrecordings of real images.\n\n'
-      beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]'
-      printf '\n'
-      beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1000 'ATE [mm]'
+      paste -d '' <(beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]') \
+        <(beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1000 'ATE [mm]' | cut -d'|' -f4-)
     fi
   } >>"$part"
 done
