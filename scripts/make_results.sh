@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Runs the benchmarks of docs/results.md and writes that document from what they give.
+# Runs the benchmarks of docs/results.md and writes that document, a summary, from what they give; the long tables are
+# CSV in docs/results.
 #
 #   scripts/make_results.sh OUT GROUP[:EVERY[:KEYFRAMES:RATES[:JOBS]]]...
 #
 # A GROUP is a folder of recordings (EuRoC folders or .rawlog files); its name becomes a chapter, and about.txt in it,
-# if there is one, says in the chapter how they were made. EVERY are the seconds from slot to slot (2.5), KEYFRAMES and
-# RATES the windows (10,5 and 4,10), JOBS the threads (2; run times are true to a quiet machine with 1 only). For every
-# group all initializers are tried; then, with config/paper.ini, ORB-SLAM3's and ETA's on the papers' window. Results
+# if there is one, says in the chapter how they were made. EVERY are the seconds from window to window (2.5), KEYFRAMES and
+# RATES their shapes (10,5 and 4,10), JOBS the threads (2; run times are true to a quiet machine with 1 only). For every
+# group all initializers are tried; then, with config/paper.ini, ORB-SLAM3's and ETA's on the papers' windows. Results
 # stay in OUT/<group> and OUT/<group>_paper; a second call goes on where the first one ended. Numbers that stand in
 # docs/results.md all come from there.
 # shellcheck disable=SC2016 # the backticks are Markdown's
@@ -15,29 +16,29 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=$root/build/release/bin/etalon
 compared=success,rre_deg,ate_m,velocity_mps,gravity_deg
 initializers=eta,orbslam3_inertial_only,stereo_nec,drt,vins_alignment,joint_closed_form,static
-(($# >= 2)) || { sed -n '2,11p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+(($# >= 2)) || { sed -n '2,12p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 [[ -x $etalon ]] || { echo "make_results.sh: $etalon is missing; run scripts/build.sh" >&2; exit 2; }
 out=$1
 shift
-mkdir -p "$out"
+mkdir -p "$out" "$root/docs/results"
 document=$root/docs/results.md
 part=$out/results.md.part
 
-# Blocks of the Markdown that `etalon compare` prints, chosen by a pattern of their titles.
-blocks() {
+# Tables of the Markdown that `etalon compare` prints, chosen by a pattern of their titles, without their notes.
+tables() {
   awk -v pattern="$2" '
-    function flush() { if (text != "" && title ~ pattern) printf "%s", text; text = "" }
-    /^\*\*/ { flush(); title = $0 }
-    /^[|]/ { gsub(/ +/, " "); gsub(/---+/, "---") }  # no need to align what nobody reads as text
-    { text = text $0 "\n" }
-    END { flush() }' "$1"
+    /^\*\*/ { title = $0; chosen = title ~ pattern; if (chosen) printf "%s\n\n", title; next }
+    /^[|]/ && chosen { gsub(/ +/, " "); gsub(/---+/, "---"); print; rows = 1; next }  # nobody reads it as text
+    chosen && rows { print ""; chosen = rows = 0 }
+    END { if (chosen && rows) print "" }' "$1"
 }
 
-# Folded away, with its title in sight; nothing if there is nothing.
-folded() { # title; text on standard input
-  local text
-  text=$(cat)
-  [[ -z $text ]] || printf '<details>\n<summary>%s</summary>\n\n%s\n\n</details>\n\n' "$1" "$text"
+# A CSV table in docs/results, numbers with four digits. Of a summary's other shapes the rows over all recordings are enough.
+keep() { # name; CSV on standard input
+  awk -F, -v OFS=, '
+    NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; print; next }
+    "windows" in column && ($column["keyframes"] != 10 || $column["rate_hz"] != 4) && $column["sequence"] != "all" { next }
+    { for (i = 1; i <= NF; ++i) if ($i ~ /^-?[0-9.]+(e[-+]?[0-9]+)?$/ && $i ~ /[.e]/) $i = sprintf("%.4g", $i); print }' >"$root/docs/results/$1.csv"
 }
 
 # Our figures beside the published ones (deg; m, printed as mm), for the sequences that the paper has.
@@ -52,7 +53,7 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
       next
     }
     FNR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
-    $column["keyframes"] == 10 && $column["rate_hz"] == 4 && $column["slots"] == "all" {
+    $column["keyframes"] == 10 && $column["rate_hz"] == 4 && $column["windows"] == "all" {
       sub(/_real$/, "", $1)
       key = file SUBSEP $1 SUBSEP $column["initializer"] SUBSEP $column["stage"]
       mean[key] = $column[error "_mean"]; median[key] = $column[error "_median"]; known[$1] = 1
@@ -63,7 +64,7 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
     }
     END {
       short = error; sub(/_.*/, "", short)
-      printf "| %s | stage | paper: ORB-SLAM3 | ours, paper.ini | paper: ETA | ours, paper.ini | ours, defaults |\n", unit
+      printf "| recording | stage | %s: ORB-SLAM3, paper | ours, paper.ini | ETA, paper | ours, paper.ini | ours, defaults |\n", unit
       printf "|---|---|---|---|---|---|---|\n"
       for (n = 1; n <= count; ++n) {
         name = names[n]
@@ -78,16 +79,16 @@ beside_the_paper() { # summary with our configuration, summary with config/paper
     }' "$root/docs/data/eta_paper.csv" "$1" "$2"
 }
 
-# What the slots in motion of the papers' window say, an initializer a row: medians, of which conclusions.md speaks.
+# What the windows in motion of the papers' shape say, an initializer a row: medians, of which conclusions.md speaks.
 in_motion() { # summary.csv
   awk -F, '
     NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
     function value(name, factor, format) {
       return $column[name] == "" ? "-" : sprintf(format, factor * $column[name])
     }
-    $column["sequence"] == "all" && $column["keyframes"] == 10 && $column["rate_hz"] == 4 && $column["slots"] == "moving" {
+    $column["sequence"] == "all" && $column["keyframes"] == 10 && $column["rate_hz"] == 4 && $column["windows"] == "moving" {
       if (!header++) {
-        printf "| stage | initializer | slots | refused | success | RRE, deg | ATE, mm | velocity, m/s | gravity, deg | b_g, rad/s | b_a, m/s^2 | scale, %% | ms |\n"
+        printf "| stage | initializer | windows | refused | success | RRE, deg | ATE, mm | velocity, m/s | gravity, deg | b_g, rad/s | b_a, m/s^2 | scale, %% | ms |\n"
         printf "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
       }
       stage = $column["stage"] == "init" ? "without VI-BA" : "with"
@@ -112,8 +113,9 @@ cat >"$part" <<HEAD
 # Results
 
 Written by \`scripts/make_results.sh\`, whose commands stand above the tables; nothing here was typed by hand. What to make of it:
-[conclusions.md](conclusions.md). What the columns mean: [evaluation.md](evaluation.md). Run on $(date -u +%F) on
-$(nproc) cores of $(sed -nE '0,/^model name/s/^model name[^:]*: //p' /proc/cpuinfo | tr -s ' '); run times with more than one job are of slots that ran beside each other.
+[conclusions.md](conclusions.md). What the columns mean: [evaluation.md](evaluation.md). Every figure by recording, and the shapes of
+window that have no table here: \`results/*.csv\`. Run on $(date -u +%F) on $(nproc) cores of $(sed -nE '0,/^model name/s/^model name[^:]*: //p' /proc/cpuinfo | tr -s ' ');
+run times with more than one job are of windows that ran beside each other.
 HEAD
 
 for group in "$@"; do
@@ -129,7 +131,7 @@ for group in "$@"; do
     local folder=$1 code=0
     shift
     # A benchmark that is there stays, whatever program made it (benchmark.json says which): its tables can be printed anew.
-    if [[ ! -e $out/$folder/segments.csv ]]; then
+    if [[ ! -e $out/$folder/windows.csv ]]; then
       "$etalon" bench "${recordings[@]}" --every "$every" --jobs "$jobs" --tracks "$out/tracks" --out "$out/$folder" "$@" >/dev/null || code=$?
       ((code == 0 || code == 3)) || exit "$code"
       ((code == 0)) || status=$code
@@ -137,33 +139,31 @@ for group in "$@"; do
   }
   bench "$name" --keyframes "$keyframes" --rate "$rates" --initializers "$initializers"
   bench "${name}_paper" --initializers eta,orbslam3_inertial_only -c "$root/config/paper.ini"
-  "$etalon" compare "$out/${name}_paper" --all --format markdown >"$out/${name}_paper.md"
-  "$etalon" compare "$out/$name" --all --initializers "$initializers" --metric "$compared" --format markdown |
-    awk -F'|' '!/^[|] (eta|A) / || $2 ~ /A/ || ($4 == 10 && $5 == 4)' >"$out/$name.md"
+  "$etalon" compare "$out/$name" --all --initializers "$initializers" --metric "$compared" --format markdown >"$out/$name.md"
+  keep "${name}_summary" <"$out/$name/summary.csv"
+  keep "${name}_paper_summary" <"$out/${name}_paper/summary.csv"
+  "$etalon" compare "$out/$name" --initializers "$initializers" --metric "$compared" --format csv |
+    awk -F, 'NR == 1 || ($3 == 10 && $4 == 4)' | keep "${name}_comparison"
   {
     printf '\n## %s\n\n' "$name"
     [[ ! -e $group/about.txt ]] || cat "$group/about.txt" - <<<""
-    printf '    $ etalon bench %s/* --every %s --keyframes %s --rate %s --jobs %s --initializers %s --out %s\n    $ etalon compare %s --all --metric %s --format markdown\n\nBy %s.\n\n' \
-      "$name" "$every" "$keyframes" "$rates" "$jobs" "$initializers" "$name" "$name" "$compared" "$(made_by "$out/$name")"
+    printf '    $ etalon bench %s/* --every %s --keyframes %s --rate %s --jobs %s --initializers %s --out %s\n    $ etalon bench %s/* --every %s --jobs %s --initializers eta,orbslam3_inertial_only -c config/paper.ini --out %s_paper\n    $ etalon compare %s --metric %s --format csv >%s_comparison.csv\n\n' \
+      "$name" "$every" "$keyframes" "$rates" "$jobs" "$initializers" "$name" "$name" "$every" "$jobs" "$name" "$name" "$compared" "$name"
+    printf 'By %s. The long tables: [summary](results/%s_summary.csv), [with the papers'"'"' noise and priors](results/%s_paper_summary.csv), [which differences are significant](results/%s_comparison.csv).\n\n' \
+      "$(made_by "$out/$name")" "$name" "$name" "$name"
     ((status == 0)) || printf 'Some recordings could not be used; the command says which.\n\n'
     if grep -q ',moving,' "$out/$name/summary.csv"; then
-      printf '### In motion, medians\n\nAll recordings, 10 keyframes at 4 Hz (`summary.csv`, rows `all`, `moving`):\n\n'
+      printf '### In motion, medians\n\nAll recordings, 10 keyframes at 4 Hz (rows `all`, `moving` of the summary):\n\n'
       in_motion "$out/$name/summary.csv"
       printf '\n'
     fi
-    folded '10 keyframes at 4 Hz, the papers'"'"' window' <<<"$(blocks "$out/$name.md" '^..(Success|Slots refused|Good|RRE.*(mean|median)|ATE.*SE|ATE \\[mm\\], (mean|median)|gravity.*median|velocity.*median|gyro bias.*median|accel bias.*median|scale.*median|Run time \\[ms\\], median).*10 keyframes at 4 Hz')"
-    folded 'Other windows' <<<"$(blocks "$out/$name.md" '^..(Success|RRE.*median|ATE \\[mm\\], median|velocity.*median).*(5 keyframes at|10 keyframes at 10)')"
-    folded 'Noise and ground truth' <<<"$(blocks "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Floor)')"
-    folded 'Which differences are significant? The rows of 10 keyframes at 4 Hz' <<<"$(blocks "$out/$name.md" '^..Paired comparison')"
-    printf '### With the papers'"'"' noise and priors\n\n    $ etalon bench %s/* --every %s --jobs %s --initializers eta,orbslam3_inertial_only -c config/paper.ini --out %s_paper\n\n' "$name" "$every" "$jobs" "$name"
+    printf '### Noise and ground truth\n\n'
+    tables "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Ground truth against)'
     if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult)(_real)?,' "$out/$name/summary.csv"; then
-      printf 'Ours as mean / median over all slots; `config/paper.ini` has the papers'"'"' noise and priors. The published figures are of whole\nrecordings of real images.\n\n'
-      beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]'
-      printf '\n'
-      beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1000 'ATE [mm]'
-      printf '\n'
+      printf '### Beside the papers\n\nOurs as mean / median over all windows; `config/paper.ini` has the papers'"'"' noise and priors. The published figures are of whole\nrecordings of real images.\n\n'
+      paste -d '' <(beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]') \
+        <(beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" ate_m 1000 'ATE [mm]' | cut -d'|' -f4-)
     fi
-    folded 'Its tables' <<<"$(blocks "$out/${name}_paper.md" '^..(Success|Good|RRE.*median|ATE .mm., median|gravity.*median|velocity.*median|Check of the noise)')"
   } >>"$part"
 done
 mv "$part" "$document"

@@ -67,7 +67,7 @@ std::string describe(const BenchmarkProgress& p) {
                   p.done, p.total, static_cast<double>(p.done) / std::max(1e-9, p.elapsed_s),
                   clockTime(p.remaining_s).c_str());
   else
-    std::snprintf(text, sizeof text, "bench: slots %zu/%zu, %s left", p.done, p.total,
+    std::snprintf(text, sizeof text, "bench: windows %zu/%zu, %s left", p.done, p.total,
                   clockTime(p.remaining_s).c_str());
   return text;
 }
@@ -126,7 +126,8 @@ int bench(const Arguments& arguments) {
     return kInterrupted;
   }
   printBenchmarkTables(outcome.record, format);
-  std::fprintf(stderr, "\n%zu results (%zu were there already); front end %s, slots %s\nwritten:\n",
+  std::fprintf(stderr,
+               "\n%zu results (%zu were there already); front end %s, windows %s\nwritten:\n",
                outcome.results_found + outcome.results_tried, outcome.results_found,
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.windows_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
@@ -150,7 +151,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       "bench",
       "The exhaustive initialization test: every initializer on a window every few seconds of "
       "every "
-      "recording, without and with VI-BA. Prints the tables; writes segments.csv, summary.csv and "
+      "recording, without and with VI-BA. Prints the tables; writes windows.csv, summary.csv and "
       "report.html. An interrupted benchmark is resumed by the same command.");
   command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
   command
@@ -159,7 +160,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->default_str("all");
-  command->add_option("--every", arguments->every_s, "Seconds from slot to slot")
+  command->add_option("--every", arguments->every_s, "Seconds from window to window")
       ->check(within(0.01, 1e6, "seconds from 0.01 to 1e6"))
       ->capture_default_str();
   command
@@ -185,10 +186,11 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
                    "errors are not given")
       ->check(checkShare())
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the slots")
+  command
+      ->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the windows")
       ->check(within(1, 1024, "a whole number from 1 to 1024"))
       ->capture_default_str();
-  addTimeLimitOption(command, "Processor time that an initializer, with VI-BA, may use on a slot",
+  addTimeLimitOption(command, "Processor time that an initializer, with VI-BA, may use on a window",
                      &arguments->time_limit_s);
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
@@ -211,7 +213,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       "Example: etalon bench /data/euroc/* --out results\n"
       "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "
       "are done), 4 an initializer crashed, ended the process or used up its time (said at which "
-      "slot, and recorded there as crashed or time_limit; all else is done), 130 interrupted.");
+      "window, and recorded there as crashed or time_limit; all else is done), 130 interrupted.");
   command->callback([arguments, exit_code] { *exit_code = bench(*arguments); });
 }
 

@@ -37,11 +37,11 @@ int merge(const Arguments& arguments) {
 
 void addMergeCommand(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("merge",
-                         "Join the parts of a benchmark that ran as `etalon bench --shard K/N`. "
-                         "Refuses parts of other "
-                         "code, configuration or data, and slots that are missing or there twice.");
+  CLI::App* command = app.add_subcommand(
+      "merge",
+      "Join the parts of a benchmark that ran as `etalon bench --shard K/N`. "
+      "Refuses parts of other "
+      "code, configuration or data, and windows that are missing or there twice.");
   command->add_option("DIR", arguments->folders, "Folders of the parts")->required();
   command->add_option("--out", arguments->out, "Folder for the joined benchmark")
       ->check(checkOutputPath())
@@ -55,7 +55,7 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
       "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "
       "not be used by any part (the others are done), 4 an initializer crashed, ended the process "
       "or "
-      "used up its time in some slots.");
+      "used up its time in some windows.");
   command->callback([arguments, exit_code] { *exit_code = merge(*arguments); });
 }
 

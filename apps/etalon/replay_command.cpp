@@ -161,7 +161,7 @@ class Replay {
 void printAccepted(const AttemptRecord& attempt) {
   for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
   const double odometry_ms = attempt.milliseconds(kTimingStereoOdometry);
-  if (!std::isnan(odometry_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", odometry_ms);
+  if (!std::isnan(odometry_ms)) std::printf("  stereo odometry %.1f ms\n", odometry_ms);
   std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
               attempt.milliseconds(kTimingViBa));
 }

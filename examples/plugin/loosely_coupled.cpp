@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using Status = etalon::InitializationStatus;
 
 /**
- * Loosely coupled: the poses of stereo odometry (step 1) stay as they are; b_g from their
+ * Loosely coupled: the poses of stereo odometry stay as they are; b_g from their
  * rotations, then velocities and gravity by linear least squares. b_a stays at the prior's mean.
  */
 class LooselyCoupled : public etalon::Initializer {

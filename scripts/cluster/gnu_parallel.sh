@@ -6,18 +6,14 @@
 #   gnu_parallel.sh 8 results --jobs 4 -- /data/euroc/*                      # this machine, 4 at a time
 #   gnu_parallel.sh 32 /shared/results --sshlogin 8/node1,8/node2 --retries 3 -- /shared/euroc/* --initializers all
 #
-# Every shard runs as `etalon bench BENCH_ARGUMENT... --shard K/SHARDS --jobs 1` into OUT/shard-K; the
-# front end's tracks are shared in OUT/tracks; the result is in OUT/merged. Over several hosts all paths
-# must be the same on each of them (a shared file system), and so must the installation of Etalon: the
-# parts of different builds are refused. ssh must log in without a question. With --retries a shard whose
-# host is down, or goes down, is given to another one (ServerAliveInterval in ssh's configuration makes ssh
-# notice). The same command resumes what was interrupted.
+# Shard K lies in OUT/shard-K, the front end's tracks in OUT/tracks, the result in OUT/merged. What the hosts must have in
+# common, what happens to a host that fails, and how to resume: docs/benchmark.md, "Beyond one machine".
 # `etalon` is the one in this machine's PATH; --etalon PROGRAM as first argument names another one.
 #
 # Exit code 0: all done; 3: joined, but a recording could not be used; 2: parts are missing or do not fit.
 set -euo pipefail
 
-usage() { sed -n '2,17p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+usage() { sed -n '2,13p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 fail() { echo "gnu_parallel.sh: $1" >&2; exit 2; }
 
 etalon=etalon

@@ -8,10 +8,8 @@
 #
 #   sbatch --dependency=afterany:$job --wrap 'etalon merge /shared/results/shard-* --out /shared/results/merged'
 #
-# OUT, the recordings and Etalon must be on a file system that all nodes share; `etalon` is the one in the PATH
-# that sbatch hands on. What a task had finished when it was cancelled, timed out or requeued is kept: submit the
-# same command again, with all numbers or those that `etalon merge` names (--array=2,7). The first array into OUT
-# counts from 1 without gaps; OUT/shards keeps its length.
+# `etalon` is the one in the PATH that sbatch hands on. What the nodes must have in common, how to resume, and how to run
+# some shards only: docs/benchmark.md, "Slurm". OUT/shards keeps the length of the first array.
 #
 #SBATCH --job-name=etalon-bench
 #SBATCH --cpus-per-task=2
@@ -22,7 +20,7 @@ set -euo pipefail
 
 fail() { echo "slurm_array.sh: $1" >&2; exit 2; }
 
-(($# >= 2)) || { sed -n '2,14p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+(($# >= 2)) || { sed -n '2,12p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 task=${SLURM_ARRAY_TASK_ID:-}
 [[ -n $task ]] || fail "not a task of an array; submit it as sbatch --array=1-N"
 command -v etalon >/dev/null || fail "etalon is not in the PATH of $(hostname): $PATH"
@@ -40,6 +38,6 @@ if [[ ! -f $out/shards ]]; then
 fi
 shards=$(<"$out/shards")
 ((task <= shards)) || fail "there is no shard $task: '$out' was begun with $shards (see $out/shards)"
-# exec: Slurm's signals reach etalon, which then stops between two slots, and its exit code is the task's.
+# exec: Slurm's signals reach etalon, which then stops between two windows, and its exit code is the task's.
 exec etalon bench "$@" --shard "$task/$shards" --jobs "${SLURM_CPUS_PER_TASK:-1}" \
   --out "$out/shard-$task" --tracks "$out/tracks"

@@ -79,7 +79,7 @@ std::string withoutTimes(const std::string& path) {
 }
 
 void expectSameResults(const std::string& a, const std::string& b) {
-  for (const char* file : {"/segments.csv", "/summary.csv"})
+  for (const char* file : {"/windows.csv", "/summary.csv"})
     EXPECT_EQ(withoutTimes(a + file), withoutTimes(b + file)) << a << " and " << b << file;
 }
 
@@ -87,7 +87,7 @@ TEST_F(BenchmarkTest, GivesTheSameFilesWhateverTheThreads) {
   const CommandResult one = runEtalon(arguments("one", {"--jobs", "1"}));
   ASSERT_EQ(one.exit_code, 0) << one.err;
   // 4 keyframes at 4 Hz fit 7 times into 3.95 s and 4 times into 2.55 s; 5 keyframes 7 and 4 times.
-  const std::string csv = readText(out("one") + "/segments.csv");
+  const std::string csv = readText(out("one") + "/windows.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + (7 + 4 + 7 + 4) * 2 * 2);
   EXPECT_THAT(one.out, HasSubstr("RRE"));
 
@@ -105,8 +105,8 @@ TEST_F(BenchmarkTest, ResumesAfterAnInterruption) {
     interrupted.push_back(argument);
   EXPECT_THAT(runProgram("/usr/bin/timeout", interrupted).exit_code, AnyOf(0, 130));
   // And as if it had been killed in the middle of a line.
-  const std::string results = out("parts") + "/slots/flight.jsonl";
-  fs::create_directories(out("parts") + "/slots");
+  const std::string results = out("parts") + "/windows/flight.jsonl";
+  fs::create_directories(out("parts") + "/windows");
   std::string text = fs::exists(results) ? readText(results) : "";
   text = text.substr(0, text.size() / 2);
   std::ofstream(results, std::ios::binary) << text + "{\"sequence\": \"fli";
@@ -148,7 +148,7 @@ TEST_F(BenchmarkTest, ShardsThroughGnuParallelGiveTheSameFiles) {
     command.insert(command.end(), folders.begin(), folders.end());
     const CommandResult result = runEtalon(command);
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_FALSE(fs::exists(out("m") + "/segments.csv"));
+    EXPECT_FALSE(fs::exists(out("m") + "/windows.csv"));
     return result.err;
   };
   EXPECT_THAT(error({one}), AllOf(HasSubstr("missing"), HasSubstr("of 3 shards not given: 2,3")));
@@ -156,8 +156,8 @@ TEST_F(BenchmarkTest, ShardsThroughGnuParallelGiveTheSameFiles) {
   EXPECT_THAT(error({one, out("a"), out("b")}),
               HasSubstr("'" + out("a") + "', '" + out("b") + "'"));
   // As if shard 3 had been killed while it began anew.
-  fs::remove_all(three + "/slots");
-  fs::remove(three + "/segments.csv");
+  fs::remove_all(three + "/windows");
+  fs::remove(three + "/windows.csv");
   EXPECT_THAT(error({one, two, three}),
               AllOf(HasSubstr("interrupted"), HasSubstr("shard 3/3 ('" + three + "')"),
                     Not(HasSubstr("not given"))));
@@ -183,7 +183,7 @@ TEST_F(BenchmarkTest, GnuParallelSaysWhichShardFailed) {
                     HasSubstr("no benchmark (benchmark.json) in '" + out("parts") + "/shard-2'")));
   const CommandResult again = run(ETALON_EXECUTABLE);
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_TRUE(fs::exists(out("parts") + "/merged/segments.csv"));
+  EXPECT_TRUE(fs::exists(out("parts") + "/merged/windows.csv"));
   EXPECT_THAT(run(out("nothing")).err, HasSubstr("there is no program"));
 }
 
@@ -308,7 +308,7 @@ TEST_F(BenchmarkTest, WindowsBeginAtTheSensorsStamps) {
                        "--keyframes", "4", "--out", out("x")})
                 .exit_code,
             0);
-  const std::string csv = readText(out("x") + "/segments.csv");
+  const std::string csv = readText(out("x") + "/windows.csv");
   EXPECT_THAT(csv, HasSubstr(",0," + stampsOf(copy.file("cam0/data.csv")).front() + ",4,4,static"));
 }
 
@@ -321,7 +321,7 @@ TEST_F(BenchmarkTest, ARecordingThatCannotBeReadDoesNotSpoilTheOthers) {
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr("was left out"));
   EXPECT_THAT(result.err, HasSubstr("imu0/data.csv:2"));
-  EXPECT_THAT(readText(out("x") + "/segments.csv"), HasSubstr("standstill,0"));
+  EXPECT_THAT(readText(out("x") + "/windows.csv"), HasSubstr("standstill,0"));
 }
 
 TEST_F(BenchmarkTest, SaysWhichRecordingIsTooShort) {
@@ -347,7 +347,7 @@ TEST_F(BenchmarkTest, MergeSaysWhatNoPartCouldRead) {
   EXPECT_EQ(merged.exit_code, 3);
   EXPECT_THAT(merged.err, AllOf(HasSubstr("was left out"), HasSubstr("imu0/data.csv:2"),
                                 HasSubstr(" of 2 parts\n")));
-  EXPECT_THAT(readText(out("m") + "/segments.csv"), HasSubstr("standstill,0"));
+  EXPECT_THAT(readText(out("m") + "/windows.csv"), HasSubstr("standstill,0"));
   const CommandResult one = runEtalon({"merge", out("m"), "--out", out("n")});
   EXPECT_EQ(one.exit_code, 3);
   EXPECT_THAT(one.err, HasSubstr(" of 1 part\n"));

@@ -58,7 +58,7 @@ class MisbehavingPlugin : public ::testing::TestWithParam<Misdeed> {
 INSTANTIATE_TEST_SUITE_P(All, MisbehavingPlugin, ::testing::ValuesIn(kMisdeeds),
                          [](const auto& misdeed) { return std::string(misdeed.param.how); });
 
-/** The rows of segments.csv that hold `text`, without their times. */
+/** The rows of windows.csv that hold `text`, without their times. */
 std::vector<std::string> rowsWith(const std::string& csv, const std::string& text) {
   std::istringstream lines(csv);
   std::vector<std::string> rows;
@@ -72,16 +72,16 @@ TEST_P(MisbehavingPlugin, LosesItsWindowsInABenchmarkAndNothingElse) {
   const CommandResult result = bench("bad", misdeed.how, "2");
   EXPECT_EQ(result.exit_code, 4) << result.err;
   for (const char* window : {"2", "3"})
-    EXPECT_THAT(result.err, HasSubstr(std::string("flight, 4 keyframes at 4 Hz, slot ") + window +
+    EXPECT_THAT(result.err, HasSubstr(std::string("flight, 4 keyframes at 4 Hz, window ") + window +
                                       ", misbehaves: " + misdeed.words));
-  const std::string csv = readText(out("bad") + "/segments.csv");
+  const std::string csv = readText(out("bad") + "/windows.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 7 * 3 * 2);
   EXPECT_EQ(rowsWith(csv, std::string(",") + misdeed.status + ",").size(), 2u * 2u);
   EXPECT_EQ(rowsWith(csv, ",misbehaves,vi_ba,too_little_motion,polite").size(), 5u);
 
   const CommandResult good = bench("good", "escape", "1");
   EXPECT_EQ(good.exit_code, 0) << good.err;
-  const std::string same = readText(out("good") + "/segments.csv");
+  const std::string same = readText(out("good") + "/windows.csv");
   for (const char* other : {",eta,", ",static,"})
     EXPECT_EQ(rowsWith(csv, other), rowsWith(same, other));
 

@@ -82,7 +82,7 @@ TEST(MergeBenchmarks, SaysAtTheEndWhatWasLeftOut) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("V1: 3 of 140 stereo pairs could not be read"));
   EXPECT_THAT(result.err, HasSubstr("V2: too short for 10 keyframes at 4 Hz (needs 2.12 s, has "
-                                    "2.00 s): 0 slots"));
+                                    "2.00 s): 0 windows"));
 }
 
 TEST(MergeBenchmarks, PrintsOneJsonDocumentOrOneCsvTable) {
@@ -111,8 +111,8 @@ TEST(CompareBenchmarks, ChoosesInitializersMetricsAndSeed) {
   ASSERT_EQ(json.size(), 4u);  // two figures, two stages
   EXPECT_EQ(json[0]["a"], "bad");
   EXPECT_EQ(json[0]["figure"], "success");
-  EXPECT_EQ(json[1]["slots_a"], 4);
-  EXPECT_EQ(json[1]["slots_b"], 5);
+  EXPECT_EQ(json[1]["windows_a"], 4);
+  EXPECT_EQ(json[1]["windows_b"], 5);
   EXPECT_EQ(json[1]["pairs"], 4);
   const CommandResult text = runEtalon({"compare", path, "--metric", "gravity_deg", "--seed", "7"});
   EXPECT_THAT(text.out, AllOf(HasSubstr("gravity [deg], 90th percentile"), HasSubstr("seed 7"),

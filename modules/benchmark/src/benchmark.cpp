@@ -223,7 +223,7 @@ class Benchmark {
     try {
       const std::string content = recordingHash(recording);
       if (!sequence.content.empty() && sequence.content != content)
-        throw ConfigError("'" + options_.out + "' has slots of '" + sequence.name +
+        throw ConfigError("'" + options_.out + "' has windows of '" + sequence.name +
                           "', but the recording has changed since; choose another --out, or "
                           "--overwrite it");
       sequence.content = content;
@@ -238,9 +238,9 @@ class Benchmark {
     sequence.frontend_ms = tracks_[s]->frontend_ms;
     if (sequence.has_ground_truth) {
       const GroundTruth& truth = tracks_[s]->ground_truth;
-      sequence.bound = groundTruthBound(truth, recording.imuSamples());
+      sequence.ground_truth_check = checkGroundTruth(truth, recording.imuSamples());
       sequence.gyro_agreement =
-          gyroAgreement(truth, recording.imuSamples(), sequence.bound.bias.gyro,
+          gyroAgreement(truth, recording.imuSamples(), sequence.ground_truth_check.bias.gyro,
                         recording.calibration().imu.noise.gyro_noise_density);
     }
     recordings_[s].reset();
@@ -307,7 +307,7 @@ class Benchmark {
   WindowTrial trialOf(const Task& task) const {
     return {emptyResult(task, 0),
             *tracks_[task.sequence],
-            record_.sequences[task.sequence].bound,
+            record_.sequences[task.sequence].ground_truth_check,
             options_.protocol.every_s,
             configuration_.pipeline.imu_noise,
             window_options_};

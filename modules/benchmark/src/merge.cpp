@@ -44,7 +44,7 @@ std::string differenceOfPrograms(const BenchmarkRecord& a, const BenchmarkRecord
 
 std::string differenceOfProtocols(const BenchmarkProtocol& a, const BenchmarkProtocol& b) {
   if (a.every_s != b.every_s)
-    return "slots every " + std::to_string(a.every_s) + " s and every " +
+    return "windows every " + std::to_string(a.every_s) + " s and every " +
            std::to_string(b.every_s) + " s";
   if (a.keyframes != b.keyframes || a.rates_hz != b.rates_hz)
     return "other windows (keyframes, rates)";
@@ -88,7 +88,7 @@ class Merger {
     for (WindowResult& result : part.results) {
       const auto [former, is_new] = owner_.emplace(resultKey(result), folder);
       if (!is_new)
-        throw ConfigError("merge: a slot is there twice, in '" + former->second + "' and in '" +
+        throw ConfigError("merge: a window is there twice, in '" + former->second + "' and in '" +
                           folder + "': " + former->first);
       merged_.results.push_back(std::move(result));
     }
@@ -100,7 +100,7 @@ class Merger {
     const std::vector<std::string> missing = missingResults(merged_);
     if (!missing.empty())
       throw ConfigError("merge: " + std::to_string(missing.size()) +
-                        " slots are missing, the first: " + missing.front() + unfinishedParts());
+                        " windows are missing, the first: " + missing.front() + unfinishedParts());
     return std::move(merged_);
   }
 

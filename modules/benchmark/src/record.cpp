@@ -39,7 +39,7 @@ std::vector<WindowRow> windowRows(const BenchmarkRecord& record) {
 
 std::string windowsCsv(const std::vector<WindowRow>& rows) {
   std::string csv =
-      "sequence,segment,t0_ns,keyframes,rate_hz,initializer,stage,status,reason,rre_deg,ate_m,"
+      "sequence,window,t0_ns,keyframes,rate_hz,initializer,stage,status,reason,rre_deg,ate_m,"
       "gravity_deg,velocity_mps,gyro_bias_rps,accel_bias_mps2,scale_error";
   for (const WindowMetric& metric : neesMetrics()) csv += "," + metric.key;
   csv += ",runtime_ms\n";

@@ -19,24 +19,24 @@ ImuBias biasFromJson(const JsonReader& json) {
   return {json.at("gyro_rps").vector<3>(), json.at("accel_mps2").vector<3>()};
 }
 
-Json boundJson(const GroundTruthBound& bound) {
+Json groundTruthJson(const GroundTruthCheck& check) {
   Json json;
-  json["interval_s"] = numberJson(bound.interval_s);
-  json["rre_deg"] = numberJson(bound.rre_deg);
-  json["bias"] = biasJson(bound.bias);
-  json["gravity_direction_G"] = vectorJson(bound.gravity_direction_G);
-  json["world_tilt_deg"] = numberJson(bound.world_tilt_deg);
+  json["interval_s"] = numberJson(check.interval_s);
+  json["rre_deg"] = numberJson(check.rre_deg);
+  json["bias"] = biasJson(check.bias);
+  json["gravity_direction_G"] = vectorJson(check.gravity_direction_G);
+  json["world_tilt_deg"] = numberJson(check.world_tilt_deg);
   return json;
 }
 
-GroundTruthBound boundFromJson(const JsonReader& json) {
-  GroundTruthBound bound;
-  bound.interval_s = json.at("interval_s").number();
-  bound.rre_deg = json.at("rre_deg").number();
-  bound.bias = biasFromJson(json.at("bias"));
-  bound.gravity_direction_G = json.at("gravity_direction_G").vector<3>();
-  bound.world_tilt_deg = json.at("world_tilt_deg").number();
-  return bound;
+GroundTruthCheck groundTruthFromJson(const JsonReader& json) {
+  GroundTruthCheck check;
+  check.interval_s = json.at("interval_s").number();
+  check.rre_deg = json.at("rre_deg").number();
+  check.bias = biasFromJson(json.at("bias"));
+  check.gravity_direction_G = json.at("gravity_direction_G").vector<3>();
+  check.world_tilt_deg = json.at("world_tilt_deg").number();
+  return check;
 }
 
 Json sequenceJson(const BenchmarkSequence& s) {
@@ -52,7 +52,7 @@ Json sequenceJson(const BenchmarkSequence& s) {
   json["unreadable_images"] = s.unreadable_images;
   json["has_ground_truth"] = s.has_ground_truth;
   json["warnings"] = s.warnings;
-  json["floor"] = boundJson(s.bound);
+  json["ground_truth_check"] = groundTruthJson(s.ground_truth_check);
   json["gyro_agreement"] = {{"median", numberJson(s.gyro_agreement.median)},
                             {"rms", numberJson(s.gyro_agreement.rms)}};
   json["frontend_ms"] = numberJson(s.frontend_ms);
@@ -63,7 +63,7 @@ Json sequenceJson(const BenchmarkSequence& s) {
 BenchmarkSequence sequenceFromJson(const JsonReader& json) {
   BenchmarkSequence s;
   s.name = json.at("name").text();
-  if (s.name.find('/') != std::string::npos)  // it names a file in slots/
+  if (s.name.find('/') != std::string::npos)  // it names a file in windows/
     json.at("name").fail("expected a name without '/'");
   s.source = json.at("source").text();
   s.source_kind = json.at("source_kind").text();
@@ -78,7 +78,7 @@ BenchmarkSequence sequenceFromJson(const JsonReader& json) {
   s.has_ground_truth = json.at("has_ground_truth").boolean();
   for (const JsonReader& warning : json.at("warnings").elements())
     s.warnings.push_back(warning.text());
-  s.bound = boundFromJson(json.at("floor"));
+  s.ground_truth_check = groundTruthFromJson(json.at("ground_truth_check"));
   if (json.has("gyro_agreement"))
     s.gyro_agreement = {json.at("gyro_agreement").at("median").number(),
                         json.at("gyro_agreement").at("rms").number()};
@@ -217,7 +217,7 @@ BenchmarkRecord benchmarkHeadFromJson(const JsonReader& json) {
 Json resultJson(const WindowResult& result) {
   Json json;
   json["sequence"] = result.sequence;
-  json["segment"] = result.window;
+  json["window"] = result.window;
   json["t0_ns"] = result.t0;
   json["keyframes"] = result.keyframes;
   json["rate_hz"] = result.rate_hz;
@@ -226,8 +226,8 @@ Json resultJson(const WindowResult& result) {
   json["truth"] = Json::array();
   for (const GroundTruthState& state : result.truth) json["truth"].push_back(truthJson(state));
   const GyroWindowBound& bound = result.gyro_bound;
-  if (!std::isnan(bound.rre_deg)) json["gyro_rre_deg"] = bound.rre_deg;
-  if (!std::isnan(bound.gyro_bias_rps)) json["gyro_bias_floor_rps"] = bound.gyro_bias_rps;
+  if (!std::isnan(bound.rre_deg)) json["gyro_rre_bound_deg"] = bound.rre_deg;
+  if (!std::isnan(bound.gyro_bias_rps)) json["gyro_bias_bound_rps"] = bound.gyro_bias_rps;
   if (result.noise) json["noise"] = noiseJson(*result.noise);
   return json;
 }
@@ -235,7 +235,7 @@ Json resultJson(const WindowResult& result) {
 WindowResult resultFromJson(const JsonReader& json) {
   WindowResult result;
   result.sequence = json.at("sequence").text();
-  result.window = json.at("segment").count();
+  result.window = json.at("window").count();
   result.t0 = json.at("t0_ns").stamp();
   result.keyframes = json.at("keyframes").count();
   result.rate_hz = json.at("rate_hz").number();
@@ -243,9 +243,10 @@ WindowResult resultFromJson(const JsonReader& json) {
   result.attempt = attemptFromJson(json.at("attempt"));
   for (const JsonReader& state : json.at("truth").elements())
     result.truth.push_back(truthFromJson(state));
-  if (json.has("gyro_rre_deg")) result.gyro_bound.rre_deg = json.at("gyro_rre_deg").number();
-  if (json.has("gyro_bias_floor_rps"))
-    result.gyro_bound.gyro_bias_rps = json.at("gyro_bias_floor_rps").number();
+  if (json.has("gyro_rre_bound_deg"))
+    result.gyro_bound.rre_deg = json.at("gyro_rre_bound_deg").number();
+  if (json.has("gyro_bias_bound_rps"))
+    result.gyro_bound.gyro_bias_rps = json.at("gyro_bias_bound_rps").number();
   if (json.has("noise")) result.noise = noiseFromJson(json.at("noise"));
   return result;
 }

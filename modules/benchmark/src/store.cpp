@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using ReplaceInvalid = nlohmann::ordered_json::error_handler_t;
 
 constexpr const char* kHeadName = "benchmark.json";
-constexpr const char* kWindowsName = "segments.csv";
+constexpr const char* kWindowsName = "windows.csv";
 constexpr const char* kSummaryName = "summary.csv";
 constexpr const char* kReportName = "report.html";
 
@@ -73,7 +73,7 @@ BenchmarkRecord readBenchmark(const std::string& folder) {
 }
 
 void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record) {
-  makeFolder(pathIn(folder, "slots"));
+  makeFolder(pathIn(folder, "windows"));
   OutputFiles output(folder);
   writeFile(output.path(kHeadName),
             benchmarkHeadJson(record).dump(1, ' ', false, ReplaceInvalid::replace) + "\n");
@@ -105,7 +105,7 @@ bool hasBenchmarkResults(const std::string& folder) {
 }
 
 void discardBenchmark(const std::string& folder) {
-  for (const char* name : {kWindowsName, kSummaryName, kReportName, "slots"})
+  for (const char* name : {kWindowsName, kSummaryName, kReportName, "windows"})
     fs::remove_all(pathIn(folder, name));
 }
 
@@ -113,7 +113,7 @@ std::string resultKey(const WindowResult& result) {
   char rate[40];
   std::snprintf(rate, sizeof rate, "%.9g", result.rate_hz);
   return result.sequence + ", " + std::to_string(result.keyframes) + " keyframes at " + rate +
-         " Hz, slot " + std::to_string(result.window) + ", " + result.initializer;
+         " Hz, window " + std::to_string(result.window) + ", " + result.initializer;
 }
 
 void sortResults(BenchmarkRecord* record) {
@@ -220,7 +220,7 @@ std::string resultToText(const WindowResult& result) {
 }
 
 WindowResult resultFromText(const std::string& text) {
-  constexpr char kName[] = "a slot";
+  constexpr char kName[] = "a window";
   const nlohmann::json json = parseJson(text, kName, 0);
   return resultFromJson(JsonReader(json, kName));
 }
@@ -228,7 +228,7 @@ WindowResult resultFromText(const std::string& text) {
 ResultStore::ResultStore(std::string folder) : folder_(std::move(folder)) {}
 
 std::string ResultStore::path(const std::string& sequence) const {
-  return pathIn(folder_, "slots/" + sequence + ".jsonl");
+  return pathIn(folder_, "windows/" + sequence + ".jsonl");
 }
 
 std::vector<WindowResult> ResultStore::read(const std::string& sequence) {

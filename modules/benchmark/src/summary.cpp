@@ -202,12 +202,13 @@ FigureSummary gyroBound(const BenchmarkRecord& record, const WindowShape& shape,
 
 std::string summaryCsv(const std::vector<SummaryRow>& rows) {
   std::string csv =
-      "sequence,keyframes,rate_hz,initializer,stage,slots,count,judged,unknown,estimates,refusals,"
+      "sequence,keyframes,rate_hz,initializer,stage,windows,count,judged,unknown,estimates,"
+      "refusals,"
       "accepted,successes,success_rate";
   for (const WindowMetric& metric : windowMetrics()) csv += figureNames(metric.key);
   csv += ",good_estimates,good_estimate_rate";
   for (const WindowMetric& metric : neesMetrics()) csv += figureNames(metric.key);
-  csv += figureNames("runtime_ms") + figureNames("visual_odometry_ms") + "\n";
+  csv += figureNames("runtime_ms") + figureNames("stereo_odometry_ms") + "\n";
   for (const SummaryRow& row : rows) {
     csv += csvField(row.sequence) + "," + std::to_string(row.keyframes) + "," +
            csvNumber(row.rate_hz) + "," + csvField(row.initializer) + "," + row.stage + "," +

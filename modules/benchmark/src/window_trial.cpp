@@ -6,11 +6,11 @@
 namespace etalon {
 
 WindowTrial::WindowTrial(const WindowResult& result, const SequenceTracks& tracks,
-                         const GroundTruthBound& bound, double every_s,
+                         const GroundTruthCheck& ground_truth_check, double every_s,
                          const ImuNoiseOptions& noise, const WindowOptions& options)
     : before_(result),
       tracks_(tracks),
-      bound_(bound),
+      ground_truth_check_(ground_truth_check),
       options_(options),
       problem_(windowProblem(tracks, every_s, result.shape(), result.window, noise, options)) {
   std::vector<TimeNs>& keyframes = before_.attempt.keyframes;
@@ -29,7 +29,7 @@ WindowResult WindowTrial::tryWith(const ConfiguredInitializer& initializer) cons
   const InitializationAttempt attempt =
       attemptInitialization(problem_, *initializer.initializer, options_);
   result.attempt = makeAttemptRecord(attempt, options_.gravity_mps2, tracks_.ground_truth,
-                                     bound_.foundGravityDirection());
+                                     ground_truth_check_.foundGravityDirection());
   for (StageRecord& stage : result.attempt.stages) {
     stage.covariance.resize(0, 0);
     stage.covariance_order.clear();

@@ -13,12 +13,12 @@ class WindowTrial {
  public:
   /**
    * @param result names sequence, window and its shape
-   * @param bound of the recording
+   * @param ground_truth_check of the recording
    * @param every_s from window to window
    */
   WindowTrial(const WindowResult& result, const SequenceTracks& tracks,
-              const GroundTruthBound& bound, double every_s, const ImuNoiseOptions& noise,
-              const WindowOptions& options);
+              const GroundTruthCheck& ground_truth_check, double every_s,
+              const ImuNoiseOptions& noise, const WindowOptions& options);
 
   /** Initializer, VI-BA and acceptance. */
   WindowResult tryWith(const ConfiguredInitializer& initializer) const;
@@ -30,7 +30,7 @@ class WindowTrial {
  private:
   WindowResult before_;  ///< what is known before an initializer has tried it
   const SequenceTracks& tracks_;
-  const GroundTruthBound& bound_;
+  const GroundTruthCheck& ground_truth_check_;
   const WindowOptions& options_;
   InitializationProblem problem_;
 };

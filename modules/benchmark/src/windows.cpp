@@ -33,17 +33,17 @@ double shortestRecording(const WindowShape& shape) {
 std::vector<std::string> tooShort(const BenchmarkRecord& record, const WindowShape& shape) {
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : record.sequences) {
-    const bool has_slots =
+    const bool has_windows =
         std::any_of(record.results.begin(), record.results.end(), [&](const WindowResult& result) {
           return result.sequence == sequence.name && result.keyframes == shape.keyframes &&
                  result.rate_hz == shape.rate_hz;
         });
-    if (has_slots || !sequence.error.empty() ||
+    if (has_windows || !sequence.error.empty() ||
         windowCount(sequence.first_image, sequence.last_image, record.protocol.every_s, shape) > 0)
       continue;
     char text[200];
     std::snprintf(text, sizeof text,
-                  ": too short for %d keyframes at %g Hz (needs %.2f s, has %.2f s): 0 slots",
+                  ": too short for %d keyframes at %g Hz (needs %.2f s, has %.2f s): 0 windows",
                   shape.keyframes, shape.rate_hz, shortestRecording(shape),
                   secondsBetween(sequence.first_image, sequence.last_image));
     sentences.push_back(sequence.name + text);

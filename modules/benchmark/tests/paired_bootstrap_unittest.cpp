@@ -120,7 +120,7 @@ std::pair<double, double> coverageOf(size_t count) {
     recordings.add(clusters, trial);
   }
   std::printf(
-      "%zu recordings: a 95 %% interval of slots holds the truth in %.0f %%, of recordings "
+      "%zu recordings: a 95 %% interval of windows holds the truth in %.0f %%, of recordings "
       "in %.0f %%\n",
       count, 100.0 * results.share(), 100.0 * recordings.share());
   return {results.share(), recordings.share()};

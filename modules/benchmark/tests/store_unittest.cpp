@@ -24,7 +24,7 @@ class BenchmarkStoreTest : public ::testing::Test {
  protected:
   std::string folder() const { return folder_.path(); }
   std::string resultsFile(const BenchmarkRecord& record) const {
-    return (folder_ / "slots" / (record.results.front().sequence + ".jsonl")).string();
+    return (folder_ / "windows" / (record.results.front().sequence + ".jsonl")).string();
   }
 
   /** Head and windows, the windows in the order of `record` turned round. */
@@ -91,7 +91,7 @@ TEST_F(BenchmarkStoreTest, NamesFileAndLineOfWhatIsNoResult) {
     FAIL() << "no error";
   } catch (const DataError& e) {
     EXPECT_THAT(e.what(), HasSubstr(file + ":1"));
-    EXPECT_THAT(e.what(), HasSubstr("'segment'"));
+    EXPECT_THAT(e.what(), HasSubstr("'window'"));
   }
 }
 
@@ -150,9 +150,9 @@ TEST_F(BenchmarkStoreTest, KnowsWhichResultsAreMissing) {
   result.initializer = "eta";
   record.results = {result};
   EXPECT_THAT(missingResults(record),
-              ::testing::ElementsAre("a, 10 keyframes at 4 Hz, slot 0, eta",
-                                     "a, 10 keyframes at 4 Hz, slot 1, eta",
-                                     "a, 10 keyframes at 4 Hz, slot 3, eta"));
+              ::testing::ElementsAre("a, 10 keyframes at 4 Hz, window 0, eta",
+                                     "a, 10 keyframes at 4 Hz, window 1, eta",
+                                     "a, 10 keyframes at 4 Hz, window 3, eta"));
   record.sequences.front().error = "cannot be read";
   EXPECT_TRUE(missingResults(record).empty());
 }

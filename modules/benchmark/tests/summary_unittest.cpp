@@ -147,15 +147,15 @@ TEST(Summary, WithoutViBaThereIsOneStage) {
 
 TEST(Summary, CsvKeepsRunTimesInTheLastColumns) {
   const std::string csv = summaryCsv(exampleBenchmark());
-  EXPECT_THAT(csv, StartsWith("sequence,keyframes,rate_hz,initializer,stage,slots,count,judged,"
+  EXPECT_THAT(csv, StartsWith("sequence,keyframes,rate_hz,initializer,stage,windows,count,judged,"
                               "unknown,estimates,refusals,accepted,successes,success_rate,"
                               "rre_deg_mean,rre_deg_median,rre_deg_p90,ate_m_mean,"));
   EXPECT_THAT(csv, HasSubstr("scale_error_p90,good_estimates,good_estimate_rate,tilt_nees_mean,"
                              "tilt_nees_median,tilt_nees_p90,velocity_nees_mean,"));
   EXPECT_THAT(csv, HasSubstr("accel_bias_nees_p90,runtime_ms_mean,runtime_ms_median,"
                              "runtime_ms_p90,"
-                             "visual_odometry_ms_mean,visual_odometry_ms_median,"
-                             "visual_odometry_ms_p90\n"));
+                             "stereo_odometry_ms_mean,stereo_odometry_ms_median,"
+                             "stereo_odometry_ms_p90\n"));
   EXPECT_THAT(csv, HasSubstr("\nV1,10,4,good,init,all,5,5,0,5,0,5,3,0.6,0.16,0.15,0.26,0.016,"));
   EXPECT_THAT(csv,
               HasSubstr(",,,,3,0.6,,,,,,,,,,,,,2,2,2,12,12,13.6\n"));  // no scale, no NEES;

@@ -75,7 +75,7 @@ std::string brokenWord(const Initializer& initializer, const InitializationProbl
     if (bare.reason.empty())
       return std::string("refuses (") + toString(bare.status) + ") without a reason";
   } catch (const std::exception& e) {
-    // What step 1 throws may pass through.
+    // What stereo odometry throws may pass through.
     if (dynamic_cast<const Error*>(&e) && stereoOdometryFailed(problem)) return "";
     return std::string("throws: ") + e.what();
   } catch (...) {

@@ -39,8 +39,8 @@ ContractCheck notApplicable(std::string detail);
 struct Answer {
   InitializationResult result;
   /** How the plugin broke its word, though the host made a refusal of it; empty if it did not:
-   * solve() threw (other than what step 1 threw), refused without a reason, called a success what
-   * is none, or gave a reason for a success. */
+   * solve() threw (other than what stereo odometry threw), refused without a reason, called a
+   * success what is none, or gave a reason for a success. */
   std::string broken;
 };
 

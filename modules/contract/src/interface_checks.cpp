@@ -49,7 +49,7 @@ ContractCheck measureTime(const Initializer& initializer, const ContractOptions&
   InitializationResult last_refusal;
   for (const Motion motion : testing::kAllMotions) {
     const InitializationProblem problem = Trial(noisyOptions(motion, 1)).problem();
-    const Answer answer = ask(initializer, problem);  // step 1 is computed here, once
+    const Answer answer = ask(initializer, problem);  // stereo odometry is computed here, once
     if (!answer.broken.empty()) return failed(std::string(toString(motion)) + ": " + answer.broken);
     if (!answer.result.ok()) {
       last_refusal = answer.result;

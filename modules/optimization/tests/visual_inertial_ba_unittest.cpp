@@ -68,7 +68,7 @@ TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
     const VisualInertialBaResult result = c.solve(ba);
     c.synthetic.bias = options.bias;
     const testing::WindowErrors e = errorsOf(c.stamped(result), result.bias, c.synthetic);
-    // The bars for noise-free data.
+    // Without noise what is left is where the solver stops.
     EXPECT_LT(e.rre_deg, 1e-4);
     EXPECT_LT(e.gravity_deg, 0.01);
     EXPECT_LT(e.gyro_bias_rps, 1e-5);

@@ -89,7 +89,7 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
     attempt.keyframes.push_back(problem.keyframe(k).t);
   if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
 
-  // Another initializer may have asked for step 1 of the same problem before.
+  // Another initializer may have asked for stereo odometry of the same problem before.
   const bool odometry_was_there = problem.visualSolutionComputed();
   Stopwatch watch;
   attempt.init = initializer.initialize(problem);

@@ -32,7 +32,8 @@ class PipelineWithAuto : public ::testing::Test {
     return o;
   }
 
-  /** Step 1 of the problem in the world A, T_AW from the true one; landmarks moved by `shift`. */
+  /** Stereo odometry of the problem in the world A, T_AW from the true one; landmarks moved by
+   * `shift`. */
   static InitializationResult visualSolutionIn(const InitializationProblem& problem,
                                                const SE3& T_AW, const ImuBias& bias,
                                                const Vector3d& shift = Vector3d::Zero()) {

@@ -45,28 +45,28 @@ async function expectCharts(page, ids) {
   for (const id of ids) assert.ok(drawn[id] > 10, `chart ${id} has ${drawn[id]} shapes`);
 }
 
-/** Clicks the mark of a slot in the lane of its initializer, with the mouse. */
+/** Clicks the mark of a window in the lane of its initializer, with the mouse. */
 // Charts that come into view may still move what lies below them: then the click goes astray and is repeated.
-async function clickSlot(page, index) {
+async function clickResult(page, index) {
   for (let attempt = 0; attempt < 10; ++attempt) {
-    await clickWhereSlotIs(page, index);
+    await clickWhereResultIs(page, index);
     const chosen = await page
-      .waitForFunction((i) => window.etalonReport.state.slot === i, index, { timeout: 3000 })
+      .waitForFunction((i) => window.etalonReport.state.result === i, index, { timeout: 3000 })
       .then(() => true, () => false);
     if (chosen) return;
   }
-  assert.fail(`a click on slot ${index} does not choose it`);
+  assert.fail(`a click on result ${index} does not choose it`);
 }
 
-async function clickWhereSlotIs(page, index) {
-  const place = await page.evaluate((slotNumber) => {
-    const { charts, slots } = window.etalonReport;
-    const slot = slots[slotNumber];
-    const id = `timeline-${slot.sequence}`;
+async function clickWhereResultIs(page, index) {
+  const place = await page.evaluate((resultNumber) => {
+    const { charts, results } = window.etalonReport;
+    const result = results[resultNumber];
+    const id = `timeline-${result.sequence}`;
     const chart = charts.get(id);
     chart.getDom().scrollIntoView({ block: "center" });
-    const lane = [...new Set(slots.map((s) => s.initializer))].indexOf(slot.initializer);
-    const [x, y] = chart.convertToPixel({ xAxisIndex: 1, yAxisIndex: 1 }, [slot.start, lane]);
+    const lane = [...new Set(results.map((s) => s.initializer))].indexOf(result.initializer);
+    const [x, y] = chart.convertToPixel({ xAxisIndex: 1, yAxisIndex: 1 }, [result.start, lane]);
     const box = chart.getDom().getBoundingClientRect();
     return { x: box.x + x, y: box.y + y };
   }, index);
@@ -81,34 +81,34 @@ async function testBenchmark(context) {
   assert.ok((await page.locator("table.etalon tbody tr").count()) > 20, "tables");
   await shot(page, "light", { fullPage: true });
 
-  // A refused slot is on its lane; a click tells why.
+  // A refused window is on its lane; a click tells why.
   const refused = await page.evaluate(() => {
-    const { slots, state } = window.etalonReport;
-    return slots.find((s) => s.window === state.window && s.segment > 4 && s.stages[0] === null).index;
+    const { results, state } = window.etalonReport;
+    return results.find((s) => s.shape === state.shape && s.window > 4 && s.stages[0] === null).index;
   });
-  await clickSlot(page, refused);
-  const reason = await page.evaluate((i) => window.etalonReport.slots[i].reason, refused);
+  await clickResult(page, refused);
+  const reason = await page.evaluate((i) => window.etalonReport.results[i].reason, refused);
   assert.ok(reason.length > 10);
-  assert.ok((await page.locator("#slot-reason").innerText()).includes(reason), "the panel tells the reason");
+  assert.ok((await page.locator("#window-reason").innerText()).includes(reason), "the panel tells the reason");
 
   // One with an estimate shows both trajectories and the truth.
   const estimated = await page.evaluate(() => {
-    const { slots, state } = window.etalonReport;
-    return slots.find((s) => s.window === state.window && s.segment > 4 && s.stages[1] && s.status === "success").index;
+    const { results, state } = window.etalonReport;
+    return results.find((s) => s.shape === state.shape && s.window > 4 && s.stages[1] && s.status === "success").index;
   });
-  await clickSlot(page, estimated);
-  assert.equal(await page.evaluate(() => window.etalonReport.state.slot), estimated);
-  const names = await page.evaluate(() => window.etalonReport.charts.get("slot-trajectory").getOption().series.map((s) => s.name));
+  await clickResult(page, estimated);
+  assert.equal(await page.evaluate(() => window.etalonReport.state.result), estimated);
+  const names = await page.evaluate(() => window.etalonReport.charts.get("window-trajectory").getOption().series.map((s) => s.name));
   assert.deepEqual(names, ["ground truth", "init", "vi_ba"]);
-  await expectCharts(page, ["slot-trajectory", "slot-height"]);
+  await expectCharts(page, ["window-trajectory", "window-height"]);
   await shot(page, "panel");
 
   // Arrow keys go on from there.
-  const timeline = await page.evaluate((i) => `timeline-${window.etalonReport.slots[i].sequence}`, estimated);
+  const timeline = await page.evaluate((i) => `timeline-${window.etalonReport.results[i].sequence}`, estimated);
   await page.locator(`#${timeline}`).focus();
   await page.keyboard.press("ArrowRight");
   const [before, after] = await page.evaluate(
-    (i) => [window.etalonReport.slots[i].segment, window.etalonReport.slots[window.etalonReport.state.slot].segment], estimated);
+    (i) => [window.etalonReport.results[i].window, window.etalonReport.results[window.etalonReport.state.result].window], estimated);
   assert.equal(after, before + 1);
 
   // Dark, with another selection of everything.
@@ -116,7 +116,7 @@ async function testBenchmark(context) {
   const light = await colour();
   await page.click("#theme");
   assert.notEqual(await colour(), light);
-  for (const select of ["sequence", "metric", "stage", "window", "time"]) {
+  for (const select of ["sequence", "metric", "stage", "shape", "time"]) {
     const options = await page.locator(`#${select} option`).evaluateAll((list) => list.map((o) => o.value));
     for (const value of options) await page.selectOption(`#${select}`, value);
     await page.selectOption(`#${select}`, options[select === "sequence" ? 2 : 0]);
@@ -168,7 +168,7 @@ async function testNarrow(context) {
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   assert.ok(wide <= 0, `${wide} px wider than the window`);
   await shot(page, "narrow", { fullPage: true });
-  await page.evaluate(() => window.etalonReport.selectSlot(300));
+  await page.evaluate(() => window.etalonReport.selectResult(300));
   await shot(page, "narrow-panel");
   await page.close();
 }
@@ -176,9 +176,9 @@ async function testNarrow(context) {
 async function testRun(context) {
   const page = await open(context, "run.html", { width: 1280, height: 900 });
   await expectCharts(page, ["trajectory", "trajectory-errors", "timeline-0"]);
-  const attempts = await page.evaluate(() => window.etalonReport.slots.length);
-  await clickSlot(page, attempts - 1);
-  assert.ok((await page.locator("#slot-reason").innerText()).includes("success"));
+  const attempts = await page.evaluate(() => window.etalonReport.results.length);
+  await clickResult(page, attempts - 1);
+  assert.ok((await page.locator("#window-reason").innerText()).includes("success"));
   await shot(page, "run", { fullPage: true });
   await page.close();
 }

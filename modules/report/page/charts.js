@@ -1,39 +1,39 @@
 // Distributions, success against window length, run time against error, the trajectory of a run.
 
 /** What the controls show; main.js changes it and draws again. */
-const state = { metric: 0, stage: 0, window: 0, sequence: -1, hidden: new Set(), slot: null, time: 0 };
+const state = { metric: 0, stage: 0, shape: 0, sequence: -1, hidden: new Set(), result: null, time: 0 };
 
 const initializers = data.initializer_names.map((name, index) => index);
 const shownInitializers = () => initializers.filter((i) => !state.hidden.has(i));
 const initializerName = (i) => data.initializer_names[i];
 const sequenceName = (s) => data.sequence_names[s];
-const slotWord = isRun ? "attempt" : "slot";
+const windowWord = isRun ? "attempt" : "window";
 
-/** Slots that the controls select, of the initializers that are shown. */
-function selected(window = state.window) {
-  return slots.filter(
+/** Windows that the controls select, of the initializers that are shown. */
+function selected(shape = state.shape) {
+  return results.filter(
     (s) =>
-      s.window === window && (state.sequence < 0 || s.sequence === state.sequence) && !state.hidden.has(s.initializer),
+      s.shape === shape && (state.sequence < 0 || s.sequence === state.sequence) && !state.hidden.has(s.initializer),
   );
 }
 function byInitializer(list) {
   const groups = new Map(shownInitializers().map((i) => [i, []]));
-  for (const slot of list) groups.get(slot.initializer).push(slot);
+  for (const result of list) groups.get(result.initializer).push(result);
   return groups;
 }
 
-/** First lines of every tooltip about a slot. */
-function slotText(slot) {
-  const outcome = outcomeNamed.get(outcomeOf(slot, state.stage));
-  let text = `<b>${esc(initializerName(slot.initializer))}</b>, ${esc(sequenceName(slot.sequence))}, ${slotWord} ${slot.segment}`;
-  text += `, ${number(slot.start, 5)} s<br>${esc(outcome.name)}`;
-  if (slot.status !== "success") text += `: ${esc(slot.status)}`;
-  if (slot.reason) text += `<br>${esc(slot.reason)}`;
-  const value = errorOf(slot, state.stage, state.metric);
+/** First lines of every tooltip about a window. */
+function resultText(result) {
+  const outcome = outcomeNamed.get(outcomeOf(result, state.stage));
+  let text = `<b>${esc(initializerName(result.initializer))}</b>, ${esc(sequenceName(result.sequence))}, ${windowWord} ${result.window}`;
+  text += `, ${number(result.start, 5)} s<br>${esc(outcome.name)}`;
+  if (result.status !== "success") text += `: ${esc(result.status)}`;
+  if (result.reason) text += `<br>${esc(result.reason)}`;
+  const value = errorOf(result, state.stage, state.metric);
   if (value !== null) text += `<br>${esc(metrics[state.metric].title)}: ${number(value)}`;
   return text;
 }
-const slotTooltip = (event) => (event.data && event.data.slot !== undefined ? slotText(slots[event.data.slot]) : "");
+const resultTooltip = (event) => (event.data && event.data.result !== undefined ? resultText(results[event.data.result]) : "");
 
 /** The criterion of success and, for one sequence, the least that gyro integration can have; their texts on the side with more room
  * among `values`. */
@@ -44,8 +44,8 @@ function limitLines(metric, values) {
   const m = metrics[metric];
   if (m.limit !== null) lines.push({ at: m.limit * m.factor, name: "criterion" });
   if (m.key === "rre_deg" && state.sequence >= 0 && data.sequences[state.sequence]) {
-    const floor = data.sequences[state.sequence].floor_rre_deg[state.window] ?? null;
-    if (floor !== null) lines.push({ at: floor * m.factor, name: "gyro alone, at best (median)" });
+    const bound = data.sequences[state.sequence].bound_rre_deg[state.shape] ?? null;
+    if (bound !== null) lines.push({ at: bound * m.factor, name: "gyro alone, lower bound (median)" });
   }
   return lines.map((line) => ({ ...line, align: line.at > middle ? "right" : "left" }));
 }
@@ -59,14 +59,14 @@ function markLine(lines, key, position = "end") {
   };
 }
 
-/** Sorted errors, and the slots behind a cumulative curve: refused ones count, as never reached. */
+/** Sorted errors, and the windows behind a cumulative curve: refused ones count, as never reached. */
 function distribution(list, metric) {
   const values = [];
   let refused = 0;
-  for (const slot of list) {
-    const value = errorOf(slot, state.stage, metric);
+  for (const result of list) {
+    const value = errorOf(result, state.stage, metric);
     if (value !== null) values.push(value);
-    else if (!slot.stages[state.stage] && slot.judged[state.stage] !== null) refused += 1;
+    else if (!result.stages[state.stage] && result.judged[state.stage] !== null) refused += 1;
   }
   values.sort((a, b) => a - b);
   return { values, count: values.length + refused };
@@ -131,10 +131,10 @@ function boxOption(metric) {
       itemStyle: { color: `${colour}33`, borderColor: colour, borderWidth: 1.6 },
       box, count: values.length, initializer: i,
     });
-    for (const slot of list) {
-      const value = errorOf(slot, state.stage, metric);
+    for (const result of list) {
+      const value = errorOf(result, state.stage, metric);
       if (value === null || (value >= box[0] && value <= box[4])) continue;
-      points.push({ value: [place(value), row], slot: slot.index, symbol: symbolOf(i), itemStyle: { color: colour } });
+      points.push({ value: [place(value), row], result: result.index, symbol: symbolOf(i), itemStyle: { color: colour } });
     }
     return boxes.length;
   });
@@ -147,7 +147,7 @@ function boxOption(metric) {
     }),
     tooltip: tooltip({
       formatter: (event) => {
-        if (event.seriesType !== "boxplot" || !event.data.box) return slotTooltip(event);
+        if (event.seriesType !== "boxplot" || !event.data.box) return resultTooltip(event);
         const names = ["5 %", "25 %", "median", "75 %", "95 %"];
         const rows = event.data.box.map((v, k) => `${names[k]}: ${number(v)}`).reverse();
         return `<b>${esc(initializerName(event.data.initializer))}</b>, ${event.data.count} estimates<br>${esc(metrics[metric].title)}<br>${rows.join("<br>")}`;
@@ -161,13 +161,13 @@ function boxOption(metric) {
 }
 
 function successOption() {
-  const windows = data.windows.map((w, index) => ({ w, index })).sort((a, b) => windowSeconds(a.w) - windowSeconds(b.w) || a.w[0] - b.w[0]);
-  const counts = new Map(shownInitializers().map((i) => [i, windows.map(() => ({ good: 0, judged: 0 }))]));
-  const rank = new Map(windows.map((entry, k) => [entry.index, k]));
-  for (const slot of slots) {
-    const judged = slot.judged[state.stage];
-    if (judged === null || !counts.has(slot.initializer) || (state.sequence >= 0 && slot.sequence !== state.sequence)) continue;
-    const count = counts.get(slot.initializer)[rank.get(slot.window)];
+  const shapes = data.shapes.map((w, index) => ({ w, index })).sort((a, b) => shapeSeconds(a.w) - shapeSeconds(b.w) || a.w[0] - b.w[0]);
+  const counts = new Map(shownInitializers().map((i) => [i, shapes.map(() => ({ good: 0, judged: 0 }))]));
+  const rank = new Map(shapes.map((entry, k) => [entry.index, k]));
+  for (const result of results) {
+    const judged = result.judged[state.stage];
+    if (judged === null || !counts.has(result.initializer) || (state.sequence >= 0 && result.sequence !== state.sequence)) continue;
+    const count = counts.get(result.initializer)[rank.get(result.shape)];
     count.judged += 1;
     count.good += judged;
   }
@@ -178,14 +178,14 @@ function successOption() {
     xAxis: axis("length of the window", {
       type: "category", nameGap: 40, splitLine: { show: false }, boundaryGap: true,
       axisLabel: { color: cssColour("--quiet"), fontSize: 11, lineHeight: 14, interval: 0 },
-      data: windows.map(({ w }) => (w[1] ? `${number(windowSeconds(w))} s\n${w[0]} at ${number(w[1])} Hz` : `${w[0]} keyframes`)),
+      data: shapes.map(({ w }) => (w[1] ? `${number(shapeSeconds(w))} s\n${w[0]} at ${number(w[1])} Hz` : `${w[0]} keyframes`)),
     }),
     yAxis: axis("success [%]", { type: "value", min: 0, max: 100, nameGap: 34 }),
     tooltip: tooltip({
       formatter: (event) => {
         const { i, good, judged } = event.data;
         const [low, high] = wilson(good, judged);
-        return `<b>${esc(initializerName(i))}</b><br>${windowName(windows[event.dataIndex].w)}<br>${number((100 * good) / judged)} % (${good} of ${judged})<br>95 % interval: ${number(low)} to ${number(high)} %`;
+        return `<b>${esc(initializerName(i))}</b><br>${shapeName(shapes[event.dataIndex].w)}<br>${number((100 * good) / judged)} % (${good} of ${judged})<br>95 % interval: ${number(low)} to ${number(high)} %`;
       },
     }),
     series: rows.map(([i, list]) => ({
@@ -199,19 +199,19 @@ function successOption() {
 // What counts as run time. Parts that were not reached count nothing.
 const TIMES = [
   { name: "initializer alone", parts: ["initialize"] },
-  { name: "with step 1 (stereo odometry)", parts: ["visual_odometry", "initialize"] },
-  { name: "with step 1 and VI-BA", parts: ["visual_odometry", "initialize", "vi_ba"] },
+  { name: "with stereo odometry", parts: ["stereo_odometry", "initialize"] },
+  { name: "with stereo odometry and VI-BA", parts: ["stereo_odometry", "initialize", "vi_ba"] },
 ];
-function timeOf(slot) {
-  if (millisecondsOf(slot, "initialize") === null) return null;
-  return TIMES[state.time].parts.reduce((sum, part) => sum + (millisecondsOf(slot, part) || 0), 0);
+function timeOf(result) {
+  if (millisecondsOf(result, "initialize") === null) return null;
+  return TIMES[state.time].parts.reduce((sum, part) => sum + (millisecondsOf(result, part) || 0), 0);
 }
 function runtimeOption() {
   const series = [];
   const groups = [...byInitializer(selected())].map(([i, list]) => ({
     i,
     points: list
-      .map((slot) => ({ slot, ms: timeOf(slot), error: errorOf(slot, state.stage, state.metric) }))
+      .map((result) => ({ result, ms: timeOf(result), error: errorOf(result, state.stage, state.metric) }))
       .filter((p) => p.ms !== null && p.error !== null),
   }));
   const times = groups.flatMap((g) => g.points.map((p) => p.ms));
@@ -225,7 +225,7 @@ function runtimeOption() {
     series.push({
       type: "scatter", name: initializerName(i), symbol: symbolOf(i), symbolSize: 4.5,
       itemStyle: { color: colourOf(i), opacity: 0.45 },
-      data: points.map((p) => ({ value: [placeTime(p.ms), placeError(p.error)], slot: p.slot.index })),
+      data: points.map((p) => ({ value: [placeTime(p.ms), placeError(p.error)], result: p.result.index })),
     });
     const ms = medianOf(points.map((p) => p.ms));
     const error = medianOf(points.map((p) => p.error));
@@ -241,7 +241,7 @@ function runtimeOption() {
     yAxis: logAxis(metrics[state.metric].title, errors, { nameGap: 44 }),
     tooltip: tooltip({
       formatter: (event) => {
-        if (!event.data.median) return `${slotTooltip(event)}<br>${number(timeOf(slots[event.data.slot]))} ms`;
+        if (!event.data.median) return `${resultTooltip(event)}<br>${number(timeOf(results[event.data.result]))} ms`;
         const { i, ms, error, count } = event.data.median;
         return `<b>${esc(initializerName(i))}</b>, medians of ${count} estimates<br>${number(ms)} ms<br>${esc(metrics[state.metric].title)}: ${number(error)}`;
       },

@@ -7,11 +7,11 @@ const STAGE_NAMES = { init: "initializer alone (init)", vi_ba: "after VI-BA (vi_
 const NOISE_GROUPS = ["gyro", "accelerometer", "vision"];
 const metrics = data.metrics;
 
-const slots = data.slots.map((s, index) => ({
+const results = data.results.map((s, index) => ({
   index,
   sequence: s[0],
-  window: s[1],
-  segment: s[2],
+  shape: s[1],
+  window: s[2],
   start: s[3],
   initializer: s[4],
   status: data.statuses[s[5]],
@@ -23,30 +23,30 @@ const slots = data.slots.map((s, index) => ({
   noise: s[11],
 }));
 
-/** Slots by "sequence window segment initializer", to step from one to its neighbours. */
-const slotIndex = new Map(slots.map((s) => [`${s.sequence} ${s.window} ${s.segment} ${s.initializer}`, s]));
-const slotAt = (sequence, window, segment, initializer) =>
-  slotIndex.get(`${sequence} ${window} ${segment} ${initializer}`);
+/** Results by "sequence shape window initializer", to step from one to its neighbours. */
+const resultIndex = new Map(results.map((s) => [`${s.sequence} ${s.shape} ${s.window} ${s.initializer}`, s]));
+const resultAt = (sequence, shape, window, initializer) =>
+  resultIndex.get(`${sequence} ${shape} ${window} ${initializer}`);
 
-const windowSeconds = (w) => (w[1] ? (w[0] - 1) / w[1] : null);
-function windowName(w) {
+const shapeSeconds = (w) => (w[1] ? (w[0] - 1) / w[1] : null);
+function shapeName(w) {
   if (!w[1]) return `${w[0]} keyframes`;
-  return `${w[0]} keyframes at ${number(w[1])} Hz (${number(windowSeconds(w))} s)`;
+  return `${w[0]} keyframes at ${number(w[1])} Hz (${number(shapeSeconds(w))} s)`;
 }
 
 /** In the metric's printed unit; null where there is none. */
-function errorOf(slot, stage, metric) {
-  const reached = slot.stages[stage];
+function errorOf(result, stage, metric) {
+  const reached = result.stages[stage];
   const value = reached ? reached[0][metric] : null;
   return value === null ? null : value * metrics[metric].factor;
 }
 
-const millisecondsOf = (slot, name) => {
-  const timing = slot.timings.find((t) => t.name === name);
+const millisecondsOf = (result, name) => {
+  const timing = result.timings.find((t) => t.name === name);
   return timing && timing.ms !== null ? timing.ms : null;
 };
 
-// What became of a slot in a stage. The order is that of the legend.
+// What became of a window in a stage. The order is that of the legend.
 const OUTCOMES = [
   { key: "success", name: "success", text: "accepted, and within the criterion of success" },
   { key: "inaccurate", name: "inaccurate", text: "an estimate outside the criterion of success" },
@@ -55,11 +55,11 @@ const OUTCOMES = [
   { key: "unjudged", name: "not judged", text: "an estimate that ground truth cannot judge" },
 ];
 const outcomeNamed = new Map(OUTCOMES.map((o) => [o.key, o]));
-function outcomeOf(slot, stage) {
-  if (!slot.stages[stage]) return "refused";
-  if (STAGES[stage] === "vi_ba" && slot.status !== "success") return "rejected";
-  if (slot.judged[stage] === null) return "unjudged";
-  return slot.judged[stage] ? "success" : "inaccurate";
+function outcomeOf(result, stage) {
+  if (!result.stages[stage]) return "refused";
+  if (STAGES[stage] === "vi_ba" && result.status !== "success") return "rejected";
+  if (result.judged[stage] === null) return "unjudged";
+  return result.judged[stage] ? "success" : "inaccurate";
 }
 
 function quantile(sorted, q) {

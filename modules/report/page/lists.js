@@ -1,9 +1,9 @@
-// Slots that failed, and the counts of why.
+// Windows that failed, and the counts of why.
 
 const FAILURES_AT_ONCE = 200;
 let failuresShown = FAILURES_AT_ONCE;
 
-/** Statuses by initializer, of the selected window and sequence. */
+/** Statuses by initializer, of the selected shape and sequence. */
 function drawStatusCounts() {
   const list = selected();
   const statuses = [...new Set(list.map((s) => s.status))].sort((a, b) => (b === "success") - (a === "success") || a.localeCompare(b));
@@ -13,7 +13,7 @@ function drawStatusCounts() {
     return `<tr><td>${esc(initializerName(i))}</td>${cells.map((n) => `<td class="number">${n}</td>`).join("")}<td class="number">${own.length}</td></tr>`;
   });
   document.getElementById("status-counts").innerHTML =
-    `<table class="etalon"><thead><tr><th scope="col">status, number of ${slotWord}s</th>${head}<th scope="col" class="number">all</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
+    `<table class="etalon"><thead><tr><th scope="col">status, number of ${windowWord}s</th>${head}<th scope="col" class="number">all</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
 }
 
 function failures() {
@@ -30,10 +30,10 @@ function failures() {
 }
 
 /** Why it failed, in words: an accepted estimate that is wrong has no reason of its own. */
-function reasonOf(slot, stage) {
-  if (slot.reason) return slot.reason;
+function reasonOf(result, stage) {
+  if (result.reason) return result.reason;
   const parts = metrics
-    .map((m, k) => ({ m, value: errorOf(slot, stage, k) }))
+    .map((m, k) => ({ m, value: errorOf(result, stage, k) }))
     .filter(({ m, value }) => m.limit !== null && value !== null && value >= m.limit * m.factor)
     .map(({ m, value }) => `${m.title}: ${number(value)} is not below the limit of ${number(m.limit * m.factor)}`);
   return parts.join("; ");
@@ -44,17 +44,17 @@ function drawFailures() {
   const shown = list.slice(0, failuresShown);
   document.getElementById("failures").innerHTML = shown
     .map((s) => {
-      const cells = [esc(sequenceName(s.sequence)), s.segment, number(s.start, 5), esc(initializerName(s.initializer)),
+      const cells = [esc(sequenceName(s.sequence)), s.window, number(s.start, 5), esc(initializerName(s.initializer)),
         esc(outcomeNamed.get(outcomeOf(s, state.stage)).name), esc(s.status), esc(reasonOf(s, state.stage))];
-      return `<tr data-slot="${s.index}">${cells.map((c, k) => `<td${k === 1 || k === 2 ? ' class="number"' : ""}>${c}</td>`).join("")}</tr>`;
+      return `<tr data-result="${s.index}">${cells.map((c, k) => `<td${k === 1 || k === 2 ? ' class="number"' : ""}>${c}</td>`).join("")}</tr>`;
     })
     .join("");
-  document.getElementById("failure-count").textContent = `${list.length} of ${selected().length} ${slotWord}s${shown.length < list.length ? `, the first ${shown.length} shown` : ""}`;
+  document.getElementById("failure-count").textContent = `${list.length} of ${selected().length} ${windowWord}s${shown.length < list.length ? `, the first ${shown.length} shown` : ""}`;
   document.getElementById("failure-more").hidden = shown.length === list.length;
   markSelectedFailure();
 }
 function markSelectedFailure() {
-  for (const row of document.querySelectorAll("#failures tr")) row.classList.toggle("selected", Number(row.dataset.slot) === state.slot);
+  for (const row of document.querySelectorAll("#failures tr")) row.classList.toggle("selected", Number(row.dataset.result) === state.result);
 }
 
 function setUpFailures() {
@@ -71,7 +71,7 @@ function setUpFailures() {
     drawFailures();
   });
   document.getElementById("failures").addEventListener("click", (event) => {
-    const row = event.target.closest("tr[data-slot]");
-    if (row) selectSlot(Number(row.dataset.slot));
+    const row = event.target.closest("tr[data-result]");
+    if (row) selectResult(Number(row.dataset.result));
   });
 }

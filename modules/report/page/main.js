@@ -1,7 +1,7 @@
 // Controls, legend, theme, printing; draws everything.
 
 const metricIndex = (key) => metrics.findIndex((m) => m.key === key);
-const metricHasData = (k) => slots.some((s) => STAGES.some((name, stage) => errorOf(s, stage, k) !== null));
+const metricHasData = (k) => results.some((s) => STAGES.some((name, stage) => errorOf(s, stage, k) !== null));
 
 function fillSelect(id, entries, value, changed) {
   const select = document.getElementById(id);
@@ -24,20 +24,20 @@ function setUpControls() {
   const preferred = ["velocity_mps", "gravity_deg", "ate_m"].map(metricIndex).find((k) => shown.includes(k));
   state.metric = preferred ?? shown[0] ?? 0;
   state.stage = STAGES.length - 1;
-  state.window = Math.max(0, data.windows.findIndex((w) => w[0] === 10 && w[1] === 4)); // that of the papers
+  state.shape = Math.max(0, data.shapes.findIndex((w) => w[0] === 10 && w[1] === 4)); // that of the papers
   fillSelect("metric", (shown.length ? shown : [0]).map((k) => [k, metrics[k].title]), state.metric, (v) => { state.metric = v; });
   fillSelect("stage", STAGES.map((name, k) => [k, STAGE_NAMES[name]]), state.stage, (v) => { state.stage = v; });
-  fillSelect("window", data.windows.map((w, k) => [k, windowName(w)]), state.window, (v) => {
-    state.window = v;
-    if (state.slot === null) return;
-    const slot = slots[state.slot];
-    const same = slotAt(slot.sequence, v, slot.segment, slot.initializer);
-    if (same) state.slot = same.index;
+  fillSelect("shape", data.shapes.map((w, k) => [k, shapeName(w)]), state.shape, (v) => {
+    state.shape = v;
+    if (state.result === null) return;
+    const result = results[state.result];
+    const same = resultAt(result.sequence, v, result.window, result.initializer);
+    if (same) state.result = same.index;
     else closePanel();
   });
   fillSelect("sequence", [[-1, "all"], ...data.sequence_names.map((name, s) => [s, name])], -1, (v) => { state.sequence = v; });
   fillSelect("time", TIMES.map((t, k) => [k, t.name]), 0, (v) => { state.time = v; });
-  for (const element of document.querySelectorAll(".slot-word")) element.textContent = slotWord;
+  for (const element of document.querySelectorAll(".window-word")) element.textContent = windowWord;
 }
 
 function drawLegend() {
@@ -149,7 +149,7 @@ function breakColumnNames() {
 applyTheme();
 setUpPage();
 breakColumnNames();
-if (slots.length) {
+if (results.length) {
   document.getElementById("charts").hidden = false;
   document.getElementById("whole-run").hidden = !isRun;
   for (const section of document.querySelectorAll(".benchmark-only")) section.hidden = isRun;
@@ -160,4 +160,4 @@ if (slots.length) {
   setUpFailures();
   drawAll();
 }
-window.etalonReport = { data, slots, charts, state, selectSlot };
+window.etalonReport = { data, results, charts, state, selectResult };

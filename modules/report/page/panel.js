@@ -1,9 +1,9 @@
-// The selected slot: its reason, its errors, both of its trajectories.
+// The selected window: its reason, its errors, both of its trajectories.
 
 const panel = document.getElementById("panel");
 
-function selectSlot(index) {
-  state.slot = index;
+function selectResult(index) {
+  state.result = index;
   const opened = panel.hidden;
   showPanel();
   if (opened) resizeCharts();
@@ -12,85 +12,85 @@ function selectSlot(index) {
 }
 function closePanel() {
   if (panel.hidden) return;
-  state.slot = null;
+  state.result = null;
   panel.hidden = true;
   document.body.classList.remove("with-panel");
-  forget("slot-trajectory");
-  forget("slot-height");
+  forget("window-trajectory");
+  forget("window-height");
   resizeCharts();
   markSelection();
   markSelectedFailure();
 }
 
 function showPanel() {
-  if (state.slot === null) return;
-  const slot = slots[state.slot];
+  if (state.result === null) return;
+  const result = results[state.result];
   const focused = panel.contains(document.activeElement);
-  forget("slot-trajectory");
-  forget("slot-height");
+  forget("window-trajectory");
+  forget("window-height");
   panel.hidden = false;
   document.body.classList.add("with-panel");
-  panel.innerHTML = panelHtml(slot);
+  panel.innerHTML = panelHtml(result);
   for (const button of panel.querySelectorAll("button[data-step]"))
     button.addEventListener("click", () => {
       const [along, across] = button.dataset.step.split(" ").map(Number);
-      stepSlot(slot, along, across);
+      stepResult(result, along, across);
     });
   panel.querySelector(".close").addEventListener("click", closePanel);
-  for (const row of panel.querySelectorAll("tr[data-slot]")) row.addEventListener("click", () => selectSlot(Number(row.dataset.slot)));
-  drawSlotTrajectories(slot);
+  for (const row of panel.querySelectorAll("tr[data-result]")) row.addEventListener("click", () => selectResult(Number(row.dataset.result)));
+  drawTrajectories(result);
   if (focused) panel.focus();
 }
 
-function panelHtml(slot) {
-  const outcome = outcomeNamed.get(outcomeOf(slot, STAGES.length - 1));
+function panelHtml(result) {
+  const outcome = outcomeNamed.get(outcomeOf(result, STAGES.length - 1));
   const failed = ["inaccurate", "rejected", "refused"].includes(outcome.key);
-  const reason = reasonOf(slot, STAGES.length - 1);
+  const reason = reasonOf(result, STAGES.length - 1);
   return `<button type="button" class="close" title="Close (Esc)">Close</button>
-<p class="where">${esc(initializerName(slot.initializer))}<br>${esc(sequenceName(slot.sequence))}, ${slotWord} ${slot.segment}</p>
-<p class="note">from ${number(slot.start, 5)} s, ${esc(windowName(data.windows[slot.window]))}</p>
-<div class="steps"><button type="button" data-step="-1 0" title="Previous ${slotWord} (left arrow)">← previous</button>
-<button type="button" data-step="1 0" title="Next ${slotWord} (right arrow)">next →</button></div>
-<div class="reason${failed ? " failed" : ""}" id="slot-reason"><b>${esc(outcome.name)}</b> <span class="note">(${esc(outcome.text)})</span><br>status ${esc(slot.status)}${reason ? `: ${esc(reason)}` : ""}</div>
+<p class="where">${esc(initializerName(result.initializer))}<br>${esc(sequenceName(result.sequence))}, ${windowWord} ${result.window}</p>
+<p class="note">from ${number(result.start, 5)} s, ${esc(shapeName(data.shapes[result.shape]))}</p>
+<div class="steps"><button type="button" data-step="-1 0" title="Previous ${windowWord} (left arrow)">← previous</button>
+<button type="button" data-step="1 0" title="Next ${windowWord} (right arrow)">next →</button></div>
+<div class="reason${failed ? " failed" : ""}" id="window-reason"><b>${esc(outcome.name)}</b> <span class="note">(${esc(outcome.text)})</span><br>status ${esc(result.status)}${reason ? `: ${esc(reason)}` : ""}</div>
 <h3>Trajectories</h3>
-<p class="note">${slot.frame[1] ? "Keyframes, aligned with ground truth in yaw and position" : "No ground truth: keyframes, aligned in yaw and position with the last stage"}</p>
-<div class="plot" id="slot-trajectory"></div><div class="plot" id="slot-height"></div>
-<h3>Errors</h3>${errorTable(slot)}
-<h3>Milliseconds</h3>${timingTable(slot)}
-${noiseTable(slot)}${othersTable(slot)}`;
+<p class="note">${result.frame[1] ? "Keyframes, aligned with ground truth in yaw and position" : "No ground truth: keyframes, aligned in yaw and position with the last stage"}</p>
+<div class="plot" id="window-trajectory"></div><div class="plot" id="window-height"></div>
+<h3>Errors</h3>${errorTable(result)}
+<h3>Milliseconds</h3>${timingTable(result)}
+${noiseTable(result)}${othersTable(result)}`;
 }
 
-function errorTable(slot) {
+function errorTable(result) {
   const rows = metrics
-    .map((m, k) => ({ m, values: STAGES.map((name, stage) => errorOf(slot, stage, k)) }))
+    .map((m, k) => ({ m, values: STAGES.map((name, stage) => errorOf(result, stage, k)) }))
     .filter(({ values }) => values.some((v) => v !== null));
-  if (!rows.length) return `<p class="note">${slot.stages.some(Boolean) ? "No ground truth." : "No estimate."}</p>`;
+  if (!rows.length) return `<p class="note">${result.stages.some(Boolean) ? "No ground truth." : "No estimate."}</p>`;
   const head = STAGES.map((name) => `<th class="number">${name}</th>`).join("");
   const body = rows.map(({ m, values }) => `<tr><td>${esc(m.title)}</td>${values.map((v) => `<td class="number">${number(v)}</td>`).join("")}</tr>`);
   return `<table class="etalon"><thead><tr><th></th>${head}</tr></thead><tbody>${body.join("")}</tbody></table>`;
 }
-function timingTable(slot) {
-  if (!slot.timings.length) return '<p class="note">None.</p>';
-  const body = slot.timings.map((t) => `<tr><td>${esc(t.name)}</td><td class="number">${number(t.ms)}</td></tr>`);
+function timingTable(result) {
+  if (!result.timings.length) return '<p class="note">None.</p>';
+  const body = result.timings.map((t) => `<tr><td>${esc(t.name)}</td><td class="number">${number(t.ms)}</td></tr>`);
   return `<table class="etalon"><tbody>${body.join("")}</tbody></table>`;
 }
-function noiseTable(slot) {
-  if (!slot.noise) return "";
-  const body = slot.noise.map(
+function noiseTable(result) {
+  if (!result.noise) return "";
+  const body = result.noise.map(
     ([chi2, dof], k) => `<tr><td>${NOISE_GROUPS[k]}</td><td class="number">${number(dof > 0 ? chi2 / dof : null)}</td><td class="number">${number(dof)}</td></tr>`,
   );
   return `<h3>Residuals after VI-BA</h3><table class="etalon"><thead><tr><th></th><th class="number">chi-square per degree of freedom</th><th class="number">degrees</th></tr></thead><tbody>${body.join("")}</tbody></table>`;
 }
-/** All initializers at the same slot. */
-function othersTable(slot) {
+/** All initializers at the same window. */
+function othersTable(result) {
   if (initializers.length < 2) return "";
   const rows = initializers
-    .map((i) => slotAt(slot.sequence, slot.window, slot.segment, i))
+    .map((i) => resultAt(result.sequence, result.shape, result.window, i))
     .filter(Boolean)
     .map((other) => {
       const key = outcomeOf(other, state.stage);
       const mark = markSvg(OUTCOME_SYMBOLS[key], outcomeColour(key), { hollow: key === "inaccurate" || key === "unjudged" });
-      return `<tr class="choice${other === slot ? " selected" : ""}" data-slot="${other.index}"><td>${esc(initializerName(other.initializer))}</td><td>${mark} ${esc(outcomeNamed.get(key).name)}</td><td class="number">${number(errorOf(other, state.stage, state.metric))}</td></tr>`;
+      return `<tr class="choice${other === result ? " selected" : ""}" data-result="${other.index}"><td>${esc(initializerName(other.initializer))}</td><td>${mark} ${esc(outcomeNamed.get(key).name)}</td><td class="number">${number(errorOf(other, state.stage, state.metric))}</td></tr>`;
     });
   return `<h3>All initializers here (${STAGES[state.stage]})</h3><table class="etalon"><thead><tr><th>initializer</th><th>outcome</th><th class="number">${esc(metrics[state.metric].title)}</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
 }
@@ -104,16 +104,16 @@ function pointsOf(flat) {
   return points;
 }
 
-function drawSlotTrajectories(slot) {
-  const [stamps, truth] = slot.frame;
+function drawTrajectories(result) {
+  const [stamps, truth] = result.frame;
   const lines = [
     { name: "ground truth", points: pointsOf(truth), colour: cssColour("--text"), symbol: "circle", size: 4, dash: [4, 3] },
-    { name: "init", points: slot.stages[0] ? pointsOf(slot.stages[0][1]) : [], colour: PALETTE[themeName()][1], symbol: "triangle", size: 8, dash: "solid" },
-    { name: "vi_ba", points: slot.stages[1] ? pointsOf(slot.stages[1][1]) : [], colour: PALETTE[themeName()][0], symbol: "rect", size: 6, dash: "solid" },
+    { name: "init", points: result.stages[0] ? pointsOf(result.stages[0][1]) : [], colour: PALETTE[themeName()][1], symbol: "triangle", size: 8, dash: "solid" },
+    { name: "vi_ba", points: result.stages[1] ? pointsOf(result.stages[1][1]) : [], colour: PALETTE[themeName()][0], symbol: "rect", size: 6, dash: "solid" },
   ].filter((line) => line.points.some(Boolean));
   const all = lines.flatMap((line) => line.points.filter(Boolean));
-  const trajectory = document.getElementById("slot-trajectory");
-  const height = document.getElementById("slot-height");
+  const trajectory = document.getElementById("window-trajectory");
+  const height = document.getElementById("window-height");
   if (!all.length) {
     trajectory.replaceChildren();
     trajectory.style.display = height.style.display = "none";
@@ -135,7 +135,7 @@ function drawSlotTrajectories(slot) {
     if (lines[0].name !== "ground truth" || event.seriesIndex === 0 || !other) return text;
     return `${text}<br>${number(1000 * Math.hypot(p[0] - other[0], p[1] - other[1], p[2] - other[2]))} mm from ground truth`;
   };
-  draw("slot-trajectory", {
+  draw("window-trajectory", {
     legend: { top: 0, textStyle: { color: cssColour("--text") }, selectedMode: false },
     grid: { ...box, outerBoundsMode: "none" },
     xAxis: metreAxis("x [m]", x, { nameGap: 24 }),
@@ -143,7 +143,7 @@ function drawSlotTrajectories(slot) {
     tooltip: tooltip({ formatter: where }),
     series: series((p) => [p[0], p[1]]),
   });
-  draw("slot-height", {
+  draw("window-height", {
     grid: { left: 64, right: 12, top: 10, bottom: 42, outerBoundsMode: "none" },
     xAxis: axis("time in the window [s]", { type: "value", nameGap: 24, max: most(stamps.length ? stamps : [1]) }),
     yAxis: axis("z [m]", { type: "value", scale: true, nameGap: 48, splitNumber: 3, axisLabel: { color: cssColour("--quiet"), fontSize: 11, formatter: (v) => number(v) } }),
@@ -156,5 +156,5 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") closePanel();
 });
 panel.addEventListener("keydown", (event) => {
-  if (state.slot !== null) stepByKey(event, slots[state.slot].sequence);
+  if (state.result !== null) stepByKey(event, results[state.result].sequence);
 });

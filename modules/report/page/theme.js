@@ -67,7 +67,7 @@ function draw(id, option) {
   if (!chart) {
     chart = echarts.init(element, null, { renderer: "svg" });
     chart.on("click", (event) => {
-      if (event.data && event.data.slot !== undefined) selectSlot(event.data.slot);
+      if (event.data && event.data.result !== undefined) selectResult(event.data.result);
     });
     charts.set(id, chart);
   }

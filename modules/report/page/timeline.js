@@ -1,10 +1,10 @@
-// Errors along each sequence, and the lanes that tell what became of every slot.
+// Errors along each sequence, and the lanes that tell what became of every window.
 
 const timelineId = (sequence) => `timeline-${sequence}`;
 const LANE = 17; // px
 
 function shownSequences() {
-  const used = new Set(slots.map((s) => s.sequence));
+  const used = new Set(results.map((s) => s.sequence));
   return data.sequence_names.map((name, s) => s).filter((s) => used.has(s) && (state.sequence < 0 || s === state.sequence));
 }
 
@@ -21,7 +21,7 @@ function layTimelines() {
       figure.className = "timeline";
       figure.innerHTML = `<figcaption></figcaption><div class="plot" id="${timelineId(sequence)}" tabindex="0" role="application"></div>`;
       const plot = figure.lastChild;
-      plot.setAttribute("aria-label", `${slotWord}s of ${sequenceName(sequence)}; arrow keys select`);
+      plot.setAttribute("aria-label", `${windowWord}s of ${sequenceName(sequence)}; arrow keys select`);
       plot.addEventListener("keydown", (event) => stepByKey(event, sequence));
       return figure;
     }),
@@ -30,7 +30,7 @@ function layTimelines() {
 
 function drawTimeline(sequence) {
   const id = timelineId(sequence);
-  const list = slots.filter((s) => s.window === state.window && s.sequence === sequence && !state.hidden.has(s.initializer));
+  const list = results.filter((s) => s.shape === state.shape && s.sequence === sequence && !state.hidden.has(s.initializer));
   const lanes = shownInitializers();
   const plot = document.getElementById(id);
   const upper = printing ? 120 : 170;
@@ -48,13 +48,13 @@ function timelineOption(sequence, list, lanes, upper) {
   const errors = list.map((s) => errorOf(s, state.stage, state.metric)).filter((v) => v !== null);
   const place = onLogAxis(errors);
   const ends = list.map((s) => s.start);
-  const seconds = windowSeconds(data.windows[state.window]) || 0;
+  const seconds = shapeSeconds(data.shapes[state.shape]) || 0;
   const margin = Math.max(0.5, 0.012 * (most(ends) - least(ends)));
   const time = list.length ? { min: Math.min(0, least(ends)) - margin, max: most(ends) + margin } : { min: 0, max: 1 };
   const ticks = { axisLabel: { color: cssColour("--quiet"), fontSize: 11, showMinLabel: false, showMaxLabel: false, formatter: (v) => number(v, 5) } };
   const width = document.getElementById(timelineId(sequence)).clientWidth;
   const left = width < 600 ? 100 : 150;
-  const columns = new Set(list.map((s) => s.segment)).size;
+  const columns = new Set(list.map((s) => s.window)).size;
   const size = Math.max(3, Math.min(7.5, (0.85 * (width - left)) / Math.max(1, columns)));
   const series = [];
   for (const [i, own] of byInitializer(list)) {
@@ -64,14 +64,14 @@ function timelineOption(sequence, list, lanes, upper) {
       type: "line", name: initializerName(i), symbol: symbolOf(i), symbolSize: Math.max(3.5, size * (0.95 - 0.06 * i)), showAllSymbol: true, connectNulls: false,
       lineStyle: { color: colour, width: 1, type: dashOf(i), opacity: 0.7 }, itemStyle: { color: colour },
       emphasis: { focus: "series", lineStyle: { width: 2 } },
-      data: own.map((s) => ({ value: [s.start, place(errorOf(s, state.stage, state.metric))], slot: s.index })),
+      data: own.map((s) => ({ value: [s.start, place(errorOf(s, state.stage, state.metric))], result: s.index })),
     });
   }
   for (const { key } of OUTCOMES) {
     series.push({
       type: "scatter", name: key, xAxisIndex: 1, yAxisIndex: 1, symbol: OUTCOME_SYMBOLS[key], symbolSize: key === "refused" ? 1.2 * size : size,
       itemStyle: outcomeStyle(key),
-      data: list.filter((s) => outcomeOf(s, state.stage) === key).map((s) => ({ value: [s.start, lane.get(s.initializer)], slot: s.index })),
+      data: list.filter((s) => outcomeOf(s, state.stage) === key).map((s) => ({ value: [s.start, lane.get(s.initializer)], result: s.index })),
     });
   }
   series.push(selectionSeries(sequence));
@@ -84,7 +84,7 @@ function timelineOption(sequence, list, lanes, upper) {
     ],
     xAxis: [
       axis("", { type: "value", gridIndex: 0, ...time, ...ticks, axisLabel: { show: false } }),
-      axis(width < 600 ? "start [s]" : `start of the ${slotWord} since the first image [s]${seconds ? `; it lasts ${number(seconds)} s` : ""}`, { type: "value", gridIndex: 1, nameGap: 26, ...time, ...ticks }),
+      axis(width < 600 ? "start [s]" : `start of the ${windowWord} since the first image [s]${seconds ? `; it lasts ${number(seconds)} s` : ""}`, { type: "value", gridIndex: 1, nameGap: 26, ...time, ...ticks }),
     ],
     yAxis: [
       logAxis(metric.title, errors, { gridIndex: 0, nameGap: 46 }),
@@ -94,22 +94,22 @@ function timelineOption(sequence, list, lanes, upper) {
       }),
     ],
     axisPointer: { link: [{ xAxisIndex: "all" }] },
-    tooltip: tooltip({ formatter: slotTooltip }),
+    tooltip: tooltip({ formatter: resultTooltip }),
     graphic: errors.length ? [] : [{ type: "text", left: "center", top: 14 + upper / 2, style: { text: "no errors: no estimate, or no ground truth", fill: cssColour("--quiet"), font: "13px sans-serif" } }],
     series,
   };
 }
 
-/** A ring around the selected slot's mark in its lane and its error. */
+/** A ring around the selected window's mark in its lane and its error. */
 function selectionSeries(sequence) {
-  const slot = state.slot === null ? null : slots[state.slot];
-  const row = slot ? shownInitializers().indexOf(slot.initializer) : -1;
-  const here = slot && slot.sequence === sequence && slot.window === state.window && row >= 0;
+  const result = state.result === null ? null : results[state.result];
+  const row = result ? shownInitializers().indexOf(result.initializer) : -1;
+  const here = result && result.sequence === sequence && result.shape === state.shape && row >= 0;
   return {
     id: "selection", type: "scatter", xAxisIndex: 1, yAxisIndex: 1, symbol: "circle", symbolSize: 15, silent: true, z: 10, tooltip: { show: false },
     itemStyle: { color: "transparent", borderColor: cssColour("--text"), borderWidth: 1.5 },
-    data: here ? [[slot.start, row]] : [],
-    markLine: { ...markLine(here ? [{ at: slot.start, name: "" }] : [], "xAxis"), lineStyle: { color: cssColour("--text"), type: "solid", width: 1, opacity: 0.5 } },
+    data: here ? [[result.start, row]] : [],
+    markLine: { ...markLine(here ? [{ at: result.start, name: "" }] : [], "xAxis"), lineStyle: { color: cssColour("--text"), type: "solid", width: 1, opacity: 0.5 } },
   };
 }
 function markSelection() {
@@ -125,22 +125,22 @@ function stepByKey(event, sequence) {
   const step = steps[event.key];
   if (!step || event.altKey || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
-  const from = state.slot === null ? null : slots[state.slot];
-  if (!from || from.window !== state.window || from.sequence !== sequence) {
-    const first = slots.find((s) => s.sequence === sequence && s.window === state.window && !state.hidden.has(s.initializer));
-    if (first) selectSlot(first.index);
+  const from = state.result === null ? null : results[state.result];
+  if (!from || from.shape !== state.shape || from.sequence !== sequence) {
+    const first = results.find((s) => s.sequence === sequence && s.shape === state.shape && !state.hidden.has(s.initializer));
+    if (first) selectResult(first.index);
     return;
   }
-  stepSlot(from, step[0], step[1]);
+  stepResult(from, step[0], step[1]);
 }
-function stepSlot(from, along, across) {
+function stepResult(from, along, across) {
   const lanes = shownInitializers();
   const row = lanes.indexOf(from.initializer);
   const initializer = across ? lanes[row + across] : from.initializer;
   if (initializer === undefined) return;
-  const row_of = slots.filter((s) => s.sequence === from.sequence && s.window === from.window && s.initializer === initializer);
+  const row_of = results.filter((s) => s.sequence === from.sequence && s.shape === from.shape && s.initializer === initializer);
   const next = across
-    ? row_of.find((s) => s.segment === from.segment)
-    : row_of[row_of.findIndex((s) => s.segment === from.segment) + along];
-  if (next) selectSlot(next.index);
+    ? row_of.find((s) => s.window === from.window)
+    : row_of[row_of.findIndex((s) => s.window === from.window) + along];
+  if (next) selectResult(next.index);
 }

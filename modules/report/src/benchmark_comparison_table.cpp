@@ -43,7 +43,7 @@ std::string differenceKey(const std::string& sequence) { return "difference_" + 
 std::string sentenceOnRecordings(const std::vector<PairedComparison>& comparisons) {
   const size_t recordings = recordingsOf(comparisons).size();
   if (recordings == 1)
-    return " There is one recording: the intervals hold for this flight alone, whose slots have "
+    return " There is one recording: the intervals hold for this flight alone, whose windows have "
            "its biases and its scene in common.";
   if (recordings < static_cast<size_t>(kMinRecordings))
     return " There are " + std::to_string(recordings) +
@@ -61,8 +61,8 @@ std::vector<Table::Column> columnsFor(const std::vector<PairedComparison>& compa
                                         {"stage", "stage"},
                                         {"figure", "figure", false, 0, 1.0, true},
                                         {"title", "figure", false, 0, 1.0, false, "", true},
-                                        {"slots_a", "slots A", true, 0},
-                                        {"slots_b", "slots B", true, 0},
+                                        {"windows_a", "windows A", true, 0},
+                                        {"windows_b", "windows B", true, 0},
                                         {"pairs", "pairs", true, 0},
                                         {"recordings", "recordings", true, 0, 1.0, true}};
   const auto add = [&columns](const std::string& key, const std::string& title,
@@ -93,8 +93,8 @@ void addRow(const PairedComparison& c, bool group_in_title, Table* table) {
   table->setText("stage", c.stage);
   table->setText("figure", c.figure);
   table->setText("title", rate ? "success [%]" : windowMetric(c.figure).title);
-  table->setNumber("slots_a", c.count_a);
-  table->setNumber("slots_b", c.count_b);
+  table->setNumber("windows_a", c.count_a);
+  table->setNumber("windows_b", c.count_b);
   table->setNumber("pairs", c.interval.pairs);
   table->setNumber("recordings", c.interval.clusters);
   for (const auto& [key, value] : {std::pair("value_a", c.value_a), {"value_b", c.value_b}}) {
@@ -126,17 +126,17 @@ TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
   Table table(columnsFor(comparisons, group_in_title));
   for (const PairedComparison& comparison : comparisons) addRow(comparison, group_in_title, &table);
   char note[900];
-  std::snprintf(note, sizeof note,
-                "On the slots that both have. Errors: medians over the slots where both give a "
-                "value, and the median of the differences; success: rates over all slots that can "
-                "be judged, refused ones included. Interval: %g %%, paired percentile bootstrap of "
-                "recordings and their slots, %d resamples, seed %llu. Not relevant: a difference "
-                "below %g %% of the smaller median, or below the last digit of the tables. %zu "
-                "comparisons were made, without a correction for their number: where nothing "
-                "differs, %.0f %% of them look significant.",
-                100.0 * options.confidence, options.resamples,
-                static_cast<unsigned long long>(options.seed), 100.0 * kRelevantShare,
-                comparisons.size(), 100.0 * (1.0 - options.confidence));
+  std::snprintf(
+      note, sizeof note,
+      "On the windows that both have. Errors: medians over the windows where both give a "
+      "value, and the median of the differences; success: rates over all windows that can "
+      "be judged, refused ones included. Interval: %g %%, paired percentile bootstrap of "
+      "recordings and their windows, %d resamples, seed %llu. Not relevant: a difference "
+      "below %g %% of the smaller median, or below the last digit of the tables. %zu "
+      "comparisons were made, without a correction for their number: where nothing "
+      "differs, %.0f %% of them look significant.",
+      100.0 * options.confidence, options.resamples, static_cast<unsigned long long>(options.seed),
+      100.0 * kRelevantShare, comparisons.size(), 100.0 * (1.0 - options.confidence));
   std::string title = "Paired comparison";
   if (group_in_title && !comparisons.empty()) {
     const PairedComparison& c = comparisons.front();

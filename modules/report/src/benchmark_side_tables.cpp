@@ -26,7 +26,7 @@ std::vector<std::pair<std::string, double>> partsOf(const AttemptRecord& attempt
                vi_ba = timing.stage == kTimingViBa;
     const bool whole = timing.stage == kTimingInitialize;
     if (odometry || vi_ba || whole) total += timing.milliseconds;
-    parts.emplace_back(odometry ? "step 1 (stereo odometry)"
+    parts.emplace_back(odometry ? "stereo odometry"
                        : whole  ? "initializer"
                        : vi_ba  ? "VI-BA"
                                 : "initializer: " + timing.stage,
@@ -106,7 +106,7 @@ NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor) {
 TitledTable runtimePartsTable(const BenchmarkRecord& record, const WindowShape& shape) {
   Table table({{"initializer", "initializer"},
                {"part", "part"},
-               {"slots", "slots", true, 0},
+               {"windows", "windows", true, 0},
                {"mean_ms", "mean [ms]", true, 2},
                {"median_ms", "median [ms]", true, 2},
                {"p90_ms", "90th percentile [ms]", true, 2}});
@@ -125,7 +125,7 @@ TitledTable runtimePartsTable(const BenchmarkRecord& record, const WindowShape& 
       table.addRow();
       table.setText("initializer", initializer);
       table.setText("part", name);
-      table.setNumber("slots", figure.count);
+      table.setNumber("windows", figure.count);
       table.setNumber("mean_ms", figure.mean);
       table.setNumber("median_ms", figure.median);
       table.setNumber("p90_ms", figure.p90);
@@ -133,7 +133,7 @@ TitledTable runtimePartsTable(const BenchmarkRecord& record, const WindowShape& 
   }
   TitledTable titled = {
       "runtime_parts" + shapeId(shape), "Run time by part [ms], all sequences, " + shapeText(shape),
-      "Over the slots in which the part ran, refused ones included.", std::move(table)};
+      "Over the windows in which the part ran, refused ones included.", std::move(table)};
   titled.metric = "runtime_parts";
   titled.keyframes = shape.keyframes;
   titled.rate_hz = shape.rate_hz;
@@ -150,7 +150,7 @@ std::string checkedInitializer(const BenchmarkRecord& record, const WindowShape&
 std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const WindowShape& shape) {
   const std::string initializer = checkedInitializer(record, shape);
   if (initializer.empty()) return std::nullopt;
-  std::vector<Table::Column> columns = {{"sequence", "sequence"}, {"slots", "slots", true, 0}};
+  std::vector<Table::Column> columns = {{"sequence", "sequence"}, {"windows", "windows", true, 0}};
   for (const auto& [key, name] : {std::pair<std::string, std::string>{"gyro", "gyroscope"},
                                   {"accel", "accelerometer"},
                                   {"vision", "pixels"}}) {
@@ -166,7 +166,7 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
     if (sequence == kAllSequences) table.addRule();
     table.addRow();
     table.setText("sequence", sequence);
-    table.setNumber("slots", sum.windows);
+    table.setNumber("windows", sum.windows);
     const Eigen::Vector3d factor = correctionOf(sum.check).factor;
     setVerdict(&table, "gyro", sum.check.gyro, factor[0]);
     setVerdict(&table, "accel", sum.check.accel, factor[1]);
@@ -191,19 +191,21 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
 
 std::string boundNote(const BenchmarkRecord& record, const std::string& key) {
   if (key == "rre_deg")
-    return " Gyro alone, at best: the least that integrating the gyro can have, with the bias that "
-           "fits the window's ground truth best, over all slots; rotations that vision has a part "
+    return " Lower bound, gyro alone: the least that integrating the gyro can have, with the bias "
+           "that "
+           "fits the window's ground truth best, over all windows; rotations that vision has a "
+           "part "
            "in may be better." +
            copiesNote(record);
   if (key == "gyro_bias_rps")
-    return " Ground truth, at best: the gyro bias that fits the window's true rotations best, "
-           "against the one that the ground truth states, over all slots. Where errors equal it, "
+    return " Lower bound, ground truth: the gyro bias that fits the window's true rotations best, "
+           "against the one that the ground truth states, over all windows. Where errors equal it, "
            "they measure the ground truth's bias, not the estimate's; whether the covariance of "
            "b_g is right is judged on simulation (covariance.consistent of etalon check-plugin).";
   return " Tilt: of the ground truth's world against gravity.";
 }
 
-TitledTable boundTable(const BenchmarkRecord& record) {
+TitledTable groundTruthTable(const BenchmarkRecord& record) {
   const bool problems =
       std::any_of(record.sequences.begin(), record.sequences.end(),
                   [](const BenchmarkSequence& sequence) { return !sequence.error.empty(); });
@@ -227,26 +229,26 @@ TitledTable boundTable(const BenchmarkRecord& record) {
     table.setText("ground_truth", sequence.has_ground_truth ? "yes" : "none");
     table.setText("error", sequence.error);
     if (!sequence.has_ground_truth) continue;
-    const GroundTruthBound& bound = sequence.bound;
-    table.setNumber("interval_s", bound.interval_s);
-    table.setNumber("rre_deg", bound.rre_deg);
-    table.setNumber("world_tilt_deg", bound.world_tilt_deg);
+    const GroundTruthCheck& check = sequence.ground_truth_check;
+    table.setNumber("interval_s", check.interval_s);
+    table.setNumber("rre_deg", check.rre_deg);
+    table.setNumber("world_tilt_deg", check.world_tilt_deg);
     table.setNumber("truth_gyro_median", sequence.gyro_agreement.median);
     table.setNumber("truth_gyro_rms", sequence.gyro_agreement.rms);
-    if (std::isnan(bound.rre_deg)) continue;
-    table.setNumber("gyro_bias_rps", bound.bias.gyro.norm());
-    table.setNumber("accel_bias_mps2", bound.bias.accel.norm());
+    if (std::isnan(check.rre_deg)) continue;
+    table.setNumber("gyro_bias_rps", check.bias.gyro.norm());
+    table.setNumber("accel_bias_mps2", check.bias.accel.norm());
   }
   TitledTable titled = {
-      "floor", "Floor of the ground truth",
+      "ground_truth", "Ground truth against the IMU",
       "The ground truth against the recording's own IMU: rotation over a quarter of a second "
       "against the gyro's, with one constant bias for the whole recording; tilt of its world "
       "against gravity; norms of the constant biases that fit best. It describes the "
-      "recording: with a bias of its own every window can be better (gyro alone, at best, "
+      "recording: with a bias of its own every window can be better (the lower bound "
       "beside RRE). Truth less gyro: rotation from one state to the next, 1 is the gyro's white "
       "noise; an independent truth has 0.7 at least.",
       std::move(table), true};
-  titled.metric = "floor";
+  titled.metric = "ground_truth";
   return titled;
 }
 

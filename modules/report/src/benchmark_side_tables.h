@@ -39,6 +39,6 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
 std::string boundNote(const BenchmarkRecord& record, const std::string& key);
 
 /** What the ground truth of each sequence is worth. */
-TitledTable boundTable(const BenchmarkRecord& record);
+TitledTable groundTruthTable(const BenchmarkRecord& record);
 
 }  // namespace etalon

@@ -128,16 +128,16 @@ TitledTable successTable(const BenchmarkRecord& record, const std::vector<Summar
   layout.decimals = 1;
   layout.factor = 100.0;
   layout.least_is_best = false;
-  layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
+  layout.before = {{"windows", "windows", true, 0}, {"judged", "judged", true, 0}};
   Table table = papersLayout(
       record, summary, shape, layout, [](const SummaryRow& row) { return row.success_rate; },
       [](Table* t, const SummaryRow& row) {
-        t->setNumber("slots", row.count);
+        t->setNumber("windows", row.count);
         t->setNumber("judged", row.judged);
       });
   return described({"success" + shapeId(shape), "Success [%], " + shapeText(shape),
                     "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
-                    "slots whose ground truth allows to judge it; a refused slot counts as a "
+                    "windows whose ground truth allows to judge it; a refused window counts as a "
                     "failure.",
                     std::move(table), true, kSuccessRate},
                    shape, kSuccessRate, "rate", true);
@@ -151,11 +151,11 @@ TitledTable goodEstimatesTable(const BenchmarkRecord& record,
   layout.factor = 100.0;
   layout.least_is_best = false;
   layout.stages = {kStageViBa};
-  layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
+  layout.before = {{"windows", "windows", true, 0}, {"judged", "judged", true, 0}};
   Table table = papersLayout(
       record, summary, shape, layout, [](const SummaryRow& row) { return row.good_estimate_rate; },
       [](Table* t, const SummaryRow& row) {
-        t->setNumber("slots", row.count);
+        t->setNumber("windows", row.count);
         t->setNumber("judged", row.judged);
       });
   return described({"good_estimates" + shapeId(shape),
@@ -170,12 +170,12 @@ TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<Summar
                          const WindowShape& shape) {
   Layout layout;
   layout.mark_best = false;
-  layout.before = {{"slots", "slots", true, 0}};
+  layout.before = {{"windows", "windows", true, 0}};
   Table table = papersLayout(
       record, summary, shape, layout,
       [](const SummaryRow& row) { return static_cast<double>(row.count - row.accepted); },
-      [](Table* t, const SummaryRow& row) { t->setNumber("slots", row.count); });
-  return described({"refusals" + shapeId(shape), "Slots refused, " + shapeText(shape),
+      [](Table* t, const SummaryRow& row) { t->setNumber("windows", row.count); });
+  return described({"refusals" + shapeId(shape), "Windows refused, " + shapeText(shape),
                     "Without VI-BA: the initializer gave no estimate. With VI-BA: there was none, "
                     "or it was not accepted as a start.",
                     std::move(table), true},
@@ -191,7 +191,7 @@ TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<Summar
       nothingMore);
   return described(
       {"runtime" + shapeId(shape), "Run time [ms], median, " + shapeText(shape),
-       "Without VI-BA: the initializer alone, step 1 apart. With VI-BA: the VI-BA alone.",
+       "Without VI-BA: the initializer alone, stereo odometry apart. With VI-BA: the VI-BA alone.",
        std::move(table), true},
       shape, "runtime_ms", "median", true);
 }
@@ -214,7 +214,7 @@ TitledTable neesTable(const BenchmarkRecord& record, const std::vector<SummaryRo
   return described(
       {metric.key + "_mean" + shapeId(shape), metric.title + ", mean, " + shapeText(shape),
        "Squared error over the covariance that the estimate claims, a degree of freedom: 1 where "
-       "errors are as large as predicted, 4 where they are twice as large. Over the slots with a "
+       "errors are as large as predicted, 4 where they are twice as large. Over the windows with a "
        "covariance; the ground truth's own error counts as the estimate's.",
        std::move(table), false, ""},
       shape, metric.key, "mean", false);
@@ -232,12 +232,12 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
   Layout layout;
   layout.decimals = metric.decimals;
   layout.factor = metric.factor;
-  std::string note = "Over the slots with an estimate.";
+  std::string note = "Over the windows with an estimate.";
   const bool rotation = metric.key == "rre_deg", gravity = metric.key == "gravity_deg";
   const bool gyro_bias = metric.key == "gyro_bias_rps";
   if (rotation || gravity || gyro_bias) {
-    layout.after = {{"floor", gravity ? "tilt" : "at best", true, metric.decimals, 1.0, false,
-                     rotation ? "gyro alone" : "ground truth"}};
+    layout.after = {{gravity ? "world_tilt_deg" : "lower_bound", gravity ? "tilt" : "lower bound",
+                     true, metric.decimals, 1.0, false, rotation ? "gyro alone" : "ground truth"}};
     note += boundNote(record, metric.key);
   }
   Table table = papersLayout(
@@ -249,11 +249,11 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
         };
         const BenchmarkSequence* sequence = sequenceOf(record, row.sequence);
         if (rotation)
-          t->setNumber("floor", boundOf(&GyroWindowBound::rre_deg));
+          t->setNumber("lower_bound", boundOf(&GyroWindowBound::rre_deg));
         else if (gyro_bias)
-          t->setNumber("floor", boundOf(&GyroWindowBound::gyro_bias_rps));
+          t->setNumber("lower_bound", boundOf(&GyroWindowBound::gyro_bias_rps));
         else if (gravity && sequence)
-          t->setNumber("floor", sequence->bound.world_tilt_deg);
+          t->setNumber("world_tilt_deg", sequence->ground_truth_check.world_tilt_deg);
       });
   const std::string suffix = statistic == SummaryStatistic::kP90 ? "p90" : nameOf(statistic);
   const bool papers = rotation || metric.key == "ate_m";
@@ -293,14 +293,14 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
     for (size_t i = first; i < tables.size() && !absent.empty(); ++i)
       tables[i].note += " Not in the table: " + joined(absent, "; ") + ".";
   }
-  tables.push_back(boundTable(record));
+  tables.push_back(groundTruthTable(record));
   return tables;
 }
 
 std::string noteOf(const TitledTable& table, const std::string& mark) {
   if (!table.marks_best) return table.note;
   return table.note + " Best " + mark +
-         ", of the initializers with an estimate in three quarters of the slots.";
+         ", of the initializers with an estimate in three quarters of the windows.";
 }
 
 std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style) {

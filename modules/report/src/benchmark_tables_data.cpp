@@ -87,7 +87,7 @@ std::string lines(const SummaryRow& row) {
   const std::vector<WindowMetric> nees = neesMetrics();
   for (size_t m = 0; m < nees.size(); ++m) csv += lines(nees[m].key, label, row.nees[m]);
   return csv + lines("runtime_ms", label, row.runtime_ms) +
-         lines("visual_odometry_ms", label, row.stereo_odometry_ms);
+         lines("stereo_odometry_ms", label, row.stereo_odometry_ms);
 }
 
 /** Lines of a table whose rows are of a sequence each: a metric a column of numbers. */
@@ -95,9 +95,9 @@ std::string linesOfColumns(const TitledTable& table, Label label) {
   std::string csv;
   for (const Json& row : rowsOf(table)) {
     label.sequence = row.at("sequence").get<std::string>();
-    const int count = row.contains("slots") ? row.at("slots").get<int>() : -1;
+    const int count = row.contains("windows") ? row.at("windows").get<int>() : -1;
     for (const Table::Column& column : table.table.columns())
-      if (column.number && column.key != "slots" && !row.at(column.key).is_null())
+      if (column.number && column.key != "windows" && !row.at(column.key).is_null())
         csv += line(table.metric + "_" + column.key, "", label, count,
                     row.at(column.key).get<double>());
   }
@@ -111,7 +111,7 @@ std::string linesOfParts(const TitledTable& table, Label label) {
     label.initializer = row.at("initializer").get<std::string>();
     const std::string metric = "runtime_ms: " + row.at("part").get<std::string>();
     for (const char* statistic : {"mean", "median", "p90"})
-      csv += line(metric, statistic, label, row.at("slots").get<int>(),
+      csv += line(metric, statistic, label, row.at("windows").get<int>(),
                   row.at(statistic + std::string("_ms")).get<double>());
   }
   return csv;
@@ -129,7 +129,7 @@ std::string benchmarkTablesJson(const BenchmarkRecord& record) {
 
 std::string benchmarkTablesCsv(const BenchmarkRecord& record) {
   std::string csv =
-      "metric,statistic,keyframes,rate_hz,slots,sequence,initializer,stage,count,value\n";
+      "metric,statistic,keyframes,rate_hz,windows,sequence,initializer,stage,count,value\n";
   for (const SummaryRow& row : summarize(record)) csv += lines(row);
   for (const WindowShape& shape : shapesOf(record)) {
     const Label label = {shapeFields(shape.keyframes, shape.rate_hz), kAllWindows, "", "", ""};
@@ -141,7 +141,7 @@ std::string benchmarkTablesCsv(const BenchmarkRecord& record) {
       csv += linesOfColumns(*noise, after_vi_ba);
     }
   }
-  return csv + linesOfColumns(boundTable(record), {",", "", "", "", ""});
+  return csv + linesOfColumns(groundTruthTable(record), {",", "", "", "", ""});
 }
 
 }  // namespace etalon

@@ -176,8 +176,8 @@ std::string benchmarkReportHtml(const BenchmarkRecord& record) {
   nlohmann::json data = reportData(record);
   data["kind"] = "benchmark";
   const BenchmarkProtocol& protocol = record.protocol;
-  std::string tried = counted(record.results.size(), "attempt") + ", a slot every " +
-                      number(protocol.every_s) + " s; every slot counts, refused or not";
+  std::string tried = counted(record.results.size(), "attempt") + ", a window every " +
+                      number(protocol.every_s) + " s; every window counts, refused or not";
   if (record.shards > 1)
     tried += "<br><span class=\"bad\">part " + std::to_string(record.shard) + " of " +
              std::to_string(record.shards) + ", not the whole benchmark</span>";

@@ -115,12 +115,12 @@ class ResultData {
   }
 
   void writeTo(Json* data) {
-    (*data)["windows"] = shapes_;
+    (*data)["shapes"] = shapes_;
     (*data)["statuses"] = statuses_.texts();
     (*data)["reasons"] = reasons_.texts();
     (*data)["timings"] = timings_.texts();
     (*data)["frames"] = std::move(frames_);
-    (*data)["slots"] = std::move(results_);
+    (*data)["results"] = std::move(results_);
     (*data)["sequence_names"] = sequences_.texts();
     (*data)["initializer_names"] = initializers_.texts();
   }
@@ -218,13 +218,13 @@ Json metricsData() {
 Json sequencesData(const BenchmarkRecord& record) {
   Json sequences = Json::array();
   for (const BenchmarkSequence& s : record.sequences) {
-    Json bounds = Json::array();  // a shape each, in the order of data.windows
+    Json bounds = Json::array();  // a shape each, in the order of data.shapes
     for (const auto& shape : shapesOf(record))
       bounds.push_back(rounded(gyroBound(record, shape, s.name, &GyroWindowBound::rre_deg).median));
     sequences.push_back({{"name", s.name},
                          {"duration_s", rounded(s.duration_s)},
                          {"has_ground_truth", s.has_ground_truth},
-                         {"floor_rre_deg", std::move(bounds)},
+                         {"bound_rre_deg", std::move(bounds)},
                          {"error", s.error}});
   }
   return sequences;

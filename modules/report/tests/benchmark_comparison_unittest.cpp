@@ -220,7 +220,7 @@ TEST(ComparisonTable, TextsForPeopleAndNumbersForPrograms) {
   const TitledTable table = comparisonTable(
       comparePaired(manyResults(40, 0.1), "a", "b", {kSuccessRate, "ate_m"}, options), options);
   EXPECT_THAT(table.note,
-              HasSubstr("95 %, paired percentile bootstrap of recordings and their slots, 10000 "
+              HasSubstr("95 %, paired percentile bootstrap of recordings and their windows, 10000 "
                         "resamples, seed 1"));
   EXPECT_THAT(table.note, HasSubstr("4 comparisons were made, without a correction"));
   const std::string text = table.table.toString(TableFormat::kText);

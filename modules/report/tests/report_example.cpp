@@ -125,9 +125,9 @@ BenchmarkSequence sequenceOf(int s, const ReportExampleSize& size) {
   sequence.stereo_frames = 50 * size.windows;
   sequence.has_ground_truth = s % 7 < 5;
   if (sequence.has_ground_truth) {
-    sequence.bound.interval_s = 0.25;
-    sequence.bound.rre_deg = 0.005 + 0.01 * s;
-    sequence.bound.world_tilt_deg = 0.1 * s;
+    sequence.ground_truth_check.interval_s = 0.25;
+    sequence.ground_truth_check.rre_deg = 0.005 + 0.01 * s;
+    sequence.ground_truth_check.world_tilt_deg = 0.1 * s;
   }
   sequence.frontend_ms = 9.5 + s;
   if (s % 7 == 6) sequence.error = "cam1/data.csv:17: expected 2 fields, there are 1";

@@ -52,13 +52,13 @@ TEST(Report, HoldsEveryWindowWithStatusReasonAndStages) {
   const BenchmarkRecord record = testing::reportExample(smallExample());
   const json data = dataOf(benchmarkReportHtml(record));
   EXPECT_EQ(data.at("kind"), "benchmark");
-  ASSERT_EQ(data.at("slots").size(), record.results.size());
+  ASSERT_EQ(data.at("results").size(), record.results.size());
   size_t refused = 0;
   for (size_t i = 0; i < record.results.size(); ++i) {
     const WindowResult& result = record.results[i];
-    const json& packed = data.at("slots").at(i);
+    const json& packed = data.at("results").at(i);
     EXPECT_EQ(data.at("sequence_names").at(packed[0].get<size_t>()), result.sequence);
-    EXPECT_EQ(data.at("windows").at(packed[1].get<size_t>()).at(0), result.keyframes);
+    EXPECT_EQ(data.at("shapes").at(packed[1].get<size_t>()).at(0), result.keyframes);
     EXPECT_EQ(packed[2], result.window);
     EXPECT_EQ(packed[3], 2.5 * result.window);
     EXPECT_EQ(data.at("initializer_names").at(packed[4].get<size_t>()), result.initializer);
@@ -78,9 +78,9 @@ TEST(Report, PositionsAreAlignedWithGroundTruthAndCountFromItsFirstKeyframe) {
   const json data = reportData(record);
   for (size_t i = 0; i < record.results.size(); ++i) {
     const WindowResult& result = record.results[i];
-    const json& vi_ba = data.at("slots").at(i)[10][1];
+    const json& vi_ba = data.at("results").at(i)[10][1];
     if (result.truth.empty() || vi_ba.is_null()) continue;
-    const json& truth = data.at("frames").at(data.at("slots").at(i)[7].get<size_t>())[1];
+    const json& truth = data.at("frames").at(data.at("results").at(i)[7].get<size_t>())[1];
     ASSERT_EQ(truth.size(), 30U);
     ASSERT_EQ(vi_ba[1].size(), 30U);
     EXPECT_EQ(truth[0], 0);
@@ -101,7 +101,7 @@ TEST(Report, WithoutGroundTruthTheStagesAreAlignedWithEachOther) {
   size_t seen = 0;
   for (size_t i = 0; i < record.results.size(); ++i) {
     if (record.results[i].sequence != "no_ground_truth") continue;
-    const json& packed = data.at("slots").at(i);
+    const json& packed = data.at("results").at(i);
     if (packed[10][1].is_null()) continue;
     ++seen;
     EXPECT_TRUE(data.at("frames").at(packed[7].get<size_t>())[1].is_null());
@@ -121,7 +121,7 @@ TEST(Report, NotANumberIsNullAndAnEstimateAtInfinityIsNotDrawn) {
   state.T_WB.t.x() = WindowErrors::kNone;
   stage.states = {state};
   const json data = dataOf(benchmarkReportHtml(record));
-  const json& packed = data.at("slots").at(0)[10][0];
+  const json& packed = data.at("results").at(0)[10][0];
   EXPECT_TRUE(packed[0][0].is_null());
   EXPECT_TRUE(packed[0][1].is_null());
   EXPECT_DOUBLE_EQ(packed[0][3].get<double>(), 1.0);  // gravity
@@ -185,7 +185,7 @@ TEST(Report, IsTheSameEveryTime) {
 
 TEST(Report, OfAnEmptyBenchmarkIsAPage) {
   const std::string html = benchmarkReportHtml({});
-  EXPECT_TRUE(dataOf(html).at("slots").empty());
+  EXPECT_TRUE(dataOf(html).at("results").empty());
   EXPECT_THAT(html, HasSubstr("</html>"));
 }
 
@@ -193,9 +193,9 @@ TEST(Report, OfARunHoldsItsAttemptsAndItsTrajectory) {
   const testing::RunExample run = testing::runExample();
   const json data = dataOf(runReportHtml(run.record, run.odometry, run.ground_truth));
   EXPECT_EQ(data.at("kind"), "run");
-  EXPECT_EQ(data.at("slots").size(), run.record.attempts.size());
+  EXPECT_EQ(data.at("results").size(), run.record.attempts.size());
   EXPECT_EQ(data.at("sequence_names").at(0), "MH_01_easy");
-  EXPECT_EQ(data.at("windows"), json::array({json::array({10, 4.0})}));
+  EXPECT_EQ(data.at("shapes"), json::array({json::array({10, 4.0})}));
   ASSERT_EQ(data.at("trajectory").size(), run.odometry.size());
   const json& pose = data.at("trajectory").at(400);
   EXPECT_DOUBLE_EQ(pose[0].get<double>(), 20.0);
@@ -214,7 +214,7 @@ TEST(Report, OfARunWithoutGroundTruthOrAttempts) {
   run.record.attempts.clear();
   run.record.initialized_at.reset();
   const std::string html = runReportHtml(run.record, {}, {});
-  EXPECT_TRUE(dataOf(html).at("slots").empty());
+  EXPECT_TRUE(dataOf(html).at("results").empty());
   EXPECT_THAT(html, HasSubstr("<dt>Initialised</dt><dd>never</dd>"));
 }
 

@@ -23,7 +23,7 @@ class Eta : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    problem.visualSolution();  // step 1 is not this plugin's time
+    problem.visualSolution();  // stereo odometry is not this plugin's time
     Stopwatch watch;
     const InertialOnlyStep map = solveInertialOnlyStep(problem, map_);
     if (!map.ok) return map.refusal;

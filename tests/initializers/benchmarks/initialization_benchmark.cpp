@@ -37,7 +37,7 @@ void initialize(benchmark::State& state, const std::string& name) {
   initializer->declareParameters(parameters);
   const auto options = noisyWindow();
   const InitializationProblem problem = makeProblem(testing::makeSyntheticWindow(options), options);
-  problem.visualSolution();  // step 1 is not the initializer's
+  problem.visualSolution();  // stereo odometry is not the initializer's
   for (auto _ : state) benchmark::DoNotOptimize(initializer->initialize(problem));
 }
 

@@ -64,10 +64,10 @@ BenchmarkRecord exampleBenchmark() {
   BenchmarkSequence v1, none;
   v1.name = "V1";
   v1.has_ground_truth = true;
-  v1.bound.interval_s = 0.25;
-  v1.bound.rre_deg = 0.0333;
-  v1.bound.world_tilt_deg = 0.25;
-  v1.bound.bias.gyro.z() = 0.08;
+  v1.ground_truth_check.interval_s = 0.25;
+  v1.ground_truth_check.rre_deg = 0.0333;
+  v1.ground_truth_check.world_tilt_deg = 0.25;
+  v1.ground_truth_check.bias.gyro.z() = 0.08;
   v1.gyro_agreement = {0.08, 0.57};
   none.name = "none";
   record.sequences = {v1, none};

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "etalon/core/trajectory.h"
-#include "etalon/evaluation/ground_truth_bound.h"
+#include "etalon/evaluation/ground_truth_check.h"
 #include "etalon/evaluation/gyro_agreement.h"
 #include "etalon/optimization/bundle/noise_check.h"
 #include "etalon/runlog/initialization_json.h"
@@ -43,7 +43,7 @@ struct BenchmarkSequence {
   int unreadable_images = 0;
   bool has_ground_truth = false;
   std::vector<std::string> warnings;  ///< from opening it
-  GroundTruthBound bound;
+  GroundTruthCheck ground_truth_check;
   GyroAgreement gyro_agreement;
   double frontend_ms = WindowErrors::kNone;  ///< median of the front end's frames, decoding apart
   std::string error;                         ///< why it could not be used; empty if it could
@@ -87,7 +87,7 @@ struct BenchmarkRecord {
   std::vector<WindowResult> results;
 };
 
-/** One row of segments.csv (docs/evaluation.md). */
+/** One row of windows.csv (docs/evaluation.md). */
 struct WindowRow {
   std::string sequence;
   int window = 0;
@@ -98,7 +98,7 @@ struct WindowRow {
   std::string stage;  ///< kStageInit or kStageViBa
   std::string status, reason;
   WindowErrors errors;  ///< NaN where there is no estimate or no ground truth
-  /** init: the initializer without step 1; vi_ba: the VI-BA. */
+  /** init: the initializer without stereo odometry; vi_ba: the VI-BA. */
   double runtime_ms = WindowErrors::kNone;
 
   /** Status success, gravity < 2 deg and velocity < 0.1 m/s. Nothing where that cannot be judged:
@@ -117,7 +117,7 @@ WindowRow windowRow(const WindowResult& result, const std::string& stage);
  * has it. */
 std::vector<WindowRow> windowRows(const BenchmarkRecord& record);
 
-/** segments.csv: RFC 4180, header, numbers as %.9g, empty where there is none. */
+/** windows.csv: RFC 4180, header, numbers as %.9g, empty where there is none. */
 std::string windowsCsv(const std::vector<WindowRow>& rows);
 
 }  // namespace etalon

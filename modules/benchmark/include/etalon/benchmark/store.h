@@ -12,9 +12,9 @@ namespace etalon {
 
 // The folder of a benchmark (docs/evaluation.md):
 //   benchmark.json         everything of BenchmarkRecord but its results
-//   slots/<sequence>.jsonl a line a finished window and initializer, as they come
+//   windows/<sequence>.jsonl a line a finished window and initializer, as they come
 //   config.ini             the effective configuration
-//   segments.csv, summary.csv, report.html   written at the end
+//   windows.csv, summary.csv, report.html   written at the end
 //   tracks/                the front end's tracks (sequence_tracks.h)
 
 /** Whether the folder holds a benchmark, finished or not. */
@@ -35,7 +35,7 @@ void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record
 /** Makes the HTML report of a finished benchmark (benchmarkReportHtml). */
 using BenchmarkReport = std::function<std::string(const BenchmarkRecord&)>;
 
-/** Writes segments.csv, summary.csv and, where `report` is given, report.html; their paths. */
+/** Writes windows.csv, summary.csv and, where `report` is given, report.html; their paths. */
 std::vector<std::string> writeBenchmarkResults(const std::string& folder,
                                                const BenchmarkRecord& record,
                                                const BenchmarkReport& report);
@@ -55,7 +55,7 @@ std::string resultKey(const WindowResult& result);
  */
 std::vector<std::string> incompleteness(const BenchmarkRecord& record);
 
-/** A result as its line in slots/, without the line's end. Numbers read back bit for bit
+/** A result as its line in windows/, without the line's end. Numbers read back bit for bit
  * (rotations, stored as quaternions, to rounding). */
 std::string resultToText(const WindowResult& result);
 /** @throws DataError if it is none */

@@ -52,8 +52,8 @@ struct SummaryRow {
   std::vector<FigureSummary> errors;
   /** The same in the order of neesMetrics(). */
   std::vector<FigureSummary> nees;
-  FigureSummary runtime_ms;          ///< init: the initializer without step 1; vi_ba: the VI-BA
-  FigureSummary stereo_odometry_ms;  ///< step 1, where it was asked for
+  FigureSummary runtime_ms;  ///< init: the initializer without stereo odometry; vi_ba: the VI-BA
+  FigureSummary stereo_odometry_ms;  ///< stereo odometry, where it was asked for
 };
 
 /** Whether the ground truth's path over the window's keyframes is longer than kMinPathForScale;

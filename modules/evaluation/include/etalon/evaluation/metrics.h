@@ -56,7 +56,7 @@ struct WindowErrors {
  * gravity along -z; a tilt of the ground truth's world counts as error, except in
  * gravity_corrected_deg. True biases are the ground truth's mean over the keyframes.
  * @param gravity_direction_G unit vector of gravity in the ground truth's world
- * (GroundTruthBound::gravity_direction_G), for gravity_corrected_deg; NaN without
+ * (GroundTruthCheck::gravity_direction_G), for gravity_corrected_deg; NaN without
  */
 WindowErrors evaluateWindow(
     const std::vector<KeyframeState>& states, const ImuBias& bias, const GroundTruth& ground_truth,

@@ -53,7 +53,7 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
 /**
  * The tables of a benchmark. For every window: success, good estimates (with VI-BA) and refusals;
  * every error by mean, median and 90th percentile (see errorTable()); NEES of tilt and velocity;
- * run time; the check of the noise. Then the lower bound of the ground truth of every sequence. A
+ * run time; the check of the noise. Then the ground truth of every sequence against its IMU. A
  * note says which recordings are too short for the window.
  */
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record);

@@ -18,8 +18,9 @@ constexpr const char* kStageInit = "init";   ///< the initializer's own result
 constexpr const char* kStageViBa = "vi_ba";  ///< after visual-inertial BA
 /** Names of the timings that every attempt has; an initializer may add its own. */
 constexpr const char* kTimingStereoOdometry =
-    "visual_odometry";                                   ///< step 1, where it was asked for
-constexpr const char* kTimingInitialize = "initialize";  ///< the initializer without step 1
+    "stereo_odometry";  ///< stereo odometry, where it was asked for
+constexpr const char* kTimingInitialize =
+    "initialize";  ///< the initializer without stereo odometry
 constexpr const char* kTimingViBa = kStageViBa;
 constexpr const char* kStatusSuccess = "success";
 // Of a benchmark's window, beside those of InitializationStatus:

@@ -27,15 +27,15 @@ struct InertialOnlyStepOptions {
 struct InertialOnlyStep {
   InertialOnlyResult map;
   std::vector<Preintegration> preintegrations;
-  std::optional<StateErrors> errors;  ///< none where step 1 has no covariance
+  std::optional<StateErrors> errors;  ///< none where stereo odometry has no covariance
   bool ok = false;
   InitializationResult refusal;  ///< if not ok
 };
 
 /**
- * Step 2 of the disjoint stereo initializers: the inertial-only MAP on the poses of step 1; the raw
- * IMU is re-integrated at the biases found and the MAP solved again until they stand still (at most
- * `reintegrations` times).
+ * Step 2 of the disjoint stereo initializers: the inertial-only MAP on the poses of stereo
+ * odometry; the raw IMU is re-integrated at the biases found and the MAP solved again until they
+ * stand still (at most `reintegrations` times).
  * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
  * @param gyro_bias_covariance its own, for the errors, whatever information the MAP gives it
  */

@@ -24,9 +24,9 @@ struct StereoBaResult {
 };
 
 /**
- * Bundle adjustment of all poses but the first (fixed) and all landmarks: step 1 of every disjoint
- * initializer. Ceres, Levenberg-Marquardt with a dense Schur complement, one thread, bit-identical
- * from run to run.
+ * Bundle adjustment of all poses but the first (fixed) and all landmarks: stereo odometry of every
+ * disjoint initializer. Ceres, Levenberg-Marquardt with a dense Schur complement, one thread,
+ * bit-identical from run to run.
  * @param landmark_valid which landmarks have a starting value; the others are left out
  */
 StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>& T_VB,

@@ -17,7 +17,7 @@ namespace etalon {
  * found. It describes the recording; a method that fits a bias to every window may come below
  * `rre_deg` (gyroWindowBound() has the bound for those).
  */
-struct GroundTruthBound {
+struct GroundTruthCheck {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   double interval_s = kNone;  ///< length of the intervals behind rre_deg
@@ -45,7 +45,7 @@ struct GroundTruthBound {
  * @param imu increasing in time
  * @param interval_s length of an interval; a quarter of a second is a pair of keyframes at 4 Hz
  */
-GroundTruthBound groundTruthBound(const GroundTruth& ground_truth,
+GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s = 0.25);
 
 /** What a window's ground truth is worth, told by the gyro. NaN where it cannot be found. */
@@ -53,10 +53,10 @@ struct GyroWindowBound {
   /** The least RRE that integrating the gyro with one constant bias can have: RMSE over consecutive
    * keyframes of the angle between the ground truth's relative rotation and the gyro's, with the
    * bias that fits this window's ground truth best, deg. */
-  double rre_deg = GroundTruthBound::kNone;
+  double rre_deg = GroundTruthCheck::kNone;
   /** Norm of that bias less the one that the ground truth states (mean over the keyframes), rad/s:
    * the error of who has the ground truth's own rotations. */
-  double gyro_bias_rps = GroundTruthBound::kNone;
+  double gyro_bias_rps = GroundTruthCheck::kNone;
 };
 
 /** @param keyframes stamps, increasing; pairs that ground truth and IMU do not cover are left out

@@ -1,4 +1,4 @@
-#include "etalon/evaluation/ground_truth_bound.h"
+#include "etalon/evaluation/ground_truth_check.h"
 
 #include <gtest/gtest.h>
 
@@ -46,27 +46,27 @@ ImuSynthesisOptions biased() {
   return options;
 }
 
-TEST(GroundTruthBound, IsZeroForAnExactTruth) {
+TEST(GroundTruthCheck, IsZeroForAnExactTruth) {
   const Flight flight = fly(MotionProfile::kAggressive, ImuSynthesisOptions::noiseFree());
-  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-  EXPECT_EQ(bound.interval_s, 0.25);
+  const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+  EXPECT_EQ(check.interval_s, 0.25);
   // What preintegration at 200 Hz leaves of a flight with up to 3 rad/s: second order in 5 ms.
-  EXPECT_LT(bound.rre_deg, 1e-3);
-  EXPECT_LT(bound.bias.gyro.norm(), 2e-5);
-  EXPECT_LT(bound.bias.accel.norm(), 2e-4);
-  EXPECT_LT(bound.world_tilt_deg, 2e-3);
+  EXPECT_LT(check.rre_deg, 1e-3);
+  EXPECT_LT(check.bias.gyro.norm(), 2e-5);
+  EXPECT_LT(check.bias.accel.norm(), 2e-4);
+  EXPECT_LT(check.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthBound, FindsTheBiases) {
+TEST(GroundTruthCheck, FindsTheBiases) {
   const Flight flight = fly(MotionProfile::kAggressive, biased());
-  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-  EXPECT_LT((bound.bias.gyro - biased().initial_bias.gyro).norm(), 2e-5);
-  EXPECT_LT((bound.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
-  EXPECT_LT(bound.rre_deg, 1e-3);
-  EXPECT_LT(bound.world_tilt_deg, 2e-3);
+  const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+  EXPECT_LT((check.bias.gyro - biased().initial_bias.gyro).norm(), 2e-5);
+  EXPECT_LT((check.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
+  EXPECT_LT(check.rre_deg, 1e-3);
+  EXPECT_LT(check.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthBound, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
+TEST(GroundTruthCheck, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   const SE3 T_GW(expSO3(Vector3d(0.6, -0.8, 0.0) * 0.55 / kDegrees), Vector3d(1, 2, 3));
   for (GroundTruthState& s : flight.truth.states) {
@@ -77,17 +77,17 @@ TEST(GroundTruthBound, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
     flight.truth.has_velocity = has_velocity;
     if (!has_velocity)
       for (GroundTruthState& s : flight.truth.states) s.v_WB.setZero();
-    const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-    EXPECT_NEAR(bound.world_tilt_deg, 0.55, 2e-3) << has_velocity;
-    ASSERT_TRUE(bound.foundGravityDirection().has_value());
-    EXPECT_EQ(*bound.foundGravityDirection(), bound.gravity_direction_G);
-    EXPECT_LT((bound.gravity_direction_G - T_GW.R * Vector3d(0, 0, -1)).norm() * kDegrees, 2e-3);
-    EXPECT_LT((bound.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
-    EXPECT_LT(bound.rre_deg, 1e-3);  // a tilt of the world turns no relative rotation
+    const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+    EXPECT_NEAR(check.world_tilt_deg, 0.55, 2e-3) << has_velocity;
+    ASSERT_TRUE(check.foundGravityDirection().has_value());
+    EXPECT_EQ(*check.foundGravityDirection(), check.gravity_direction_G);
+    EXPECT_LT((check.gravity_direction_G - T_GW.R * Vector3d(0, 0, -1)).norm() * kDegrees, 2e-3);
+    EXPECT_LT((check.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
+    EXPECT_LT(check.rre_deg, 1e-3);  // a tilt of the world turns no relative rotation
   }
 }
 
-TEST(GroundTruthBound, MeasuresTheNoiseOfTheTruthsRotations) {
+TEST(GroundTruthCheck, MeasuresTheNoiseOfTheTruthsRotations) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
@@ -95,11 +95,11 @@ TEST(GroundTruthBound, MeasuresTheNoiseOfTheTruthsRotations) {
   for (GroundTruthState& s : flight.truth.states)
     s.T_WB.R *= expSO3(sigma * Vector3d(normal(generator), normal(generator), normal(generator)));
   // Two ends, three axes: sqrt(6) sigma, from 80 intervals of 3 components: 6 %, of which 3 sigma.
-  EXPECT_NEAR(groundTruthBound(flight.truth, flight.imu).rre_deg, std::sqrt(6.0) * 0.02,
+  EXPECT_NEAR(checkGroundTruth(flight.truth, flight.imu).rre_deg, std::sqrt(6.0) * 0.02,
               0.2 * std::sqrt(6.0) * 0.02);
 }
 
-TEST(GroundTruthBound, MeasuresTheNoiseOfTheGyro) {
+TEST(GroundTruthCheck, MeasuresTheNoiseOfTheGyro) {
   ImuSynthesisOptions noisy = biased();
   noisy.white_noise = true;
   noisy.noise.gyro_noise_density = 2e-3;
@@ -107,61 +107,61 @@ TEST(GroundTruthBound, MeasuresTheNoiseOfTheGyro) {
   const Flight flight = fly(MotionProfile::kGentle, noisy);
   // sigma_c sqrt(interval) an axis.
   const double expected = 2e-3 * std::sqrt(3 * 0.25) * kDegrees;
-  EXPECT_NEAR(groundTruthBound(flight.truth, flight.imu).rre_deg, expected, 0.2 * expected);
+  EXPECT_NEAR(checkGroundTruth(flight.truth, flight.imu).rre_deg, expected, 0.2 * expected);
 }
 
-TEST(GroundTruthBound, TakesTheTruthsOwnStatesAtALowRate) {
+TEST(GroundTruthCheck, TakesTheTruthsOwnStatesAtALowRate) {
   const Flight flight = fly(MotionProfile::kAggressive, biased(), 20.0);
-  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-  EXPECT_LT(bound.rre_deg, 1e-3);
-  EXPECT_LT(bound.world_tilt_deg, 2e-3);
+  const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+  EXPECT_LT(check.rre_deg, 1e-3);
+  EXPECT_LT(check.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthBound, LeavesOutWhatEitherDoesNotCover) {
+TEST(GroundTruthCheck, LeavesOutWhatEitherDoesNotCover) {
   Flight flight = fly(MotionProfile::kAggressive, biased());
   auto& states = flight.truth.states;
   states.erase(states.begin() + 1000, states.begin() + 1600);
   flight.imu.erase(flight.imu.begin() + 2000, flight.imu.begin() + 2100);
   flight.imu.resize(3500);
-  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-  EXPECT_LT(bound.rre_deg, 1e-3);
-  EXPECT_LT(bound.world_tilt_deg, 2e-3);
+  const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+  EXPECT_LT(check.rre_deg, 1e-3);
+  EXPECT_LT(check.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthBound, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
+TEST(GroundTruthCheck, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
   const Flight flight = fly(MotionProfile::kStatic, biased());
-  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-  EXPECT_LT((bound.bias.gyro - biased().initial_bias.gyro).norm(), 1e-9);
-  EXPECT_LT(bound.rre_deg, 1e-6);
-  EXPECT_TRUE(std::isnan(bound.world_tilt_deg));
-  EXPECT_TRUE(std::isnan(bound.bias.accel.x()));
-  EXPECT_EQ(bound.gravity_direction_G, Vector3d(0, 0, -1));
-  EXPECT_FALSE(bound.foundGravityDirection().has_value());
+  const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+  EXPECT_LT((check.bias.gyro - biased().initial_bias.gyro).norm(), 1e-9);
+  EXPECT_LT(check.rre_deg, 1e-6);
+  EXPECT_TRUE(std::isnan(check.world_tilt_deg));
+  EXPECT_TRUE(std::isnan(check.bias.accel.x()));
+  EXPECT_EQ(check.gravity_direction_G, Vector3d(0, 0, -1));
+  EXPECT_FALSE(check.foundGravityDirection().has_value());
 }
 
-TEST(GroundTruthBound, OfAShortRecordingGravityIsNotFoundFromNoisySamples) {
+TEST(GroundTruthCheck, OfAShortRecordingGravityIsNotFoundFromNoisySamples) {
   ImuSynthesisOptions noisy = biased();
   noisy.white_noise = true;
   noisy.noise.gyro_noise_density = 0.0;
   noisy.noise.accel_noise_density = 0.01;  // five times the data sheet: a flight
   Flight flight = fly(MotionProfile::kGentle, noisy);
-  EXPECT_TRUE(groundTruthBound(flight.truth, flight.imu).foundGravityDirection().has_value());
+  EXPECT_TRUE(checkGroundTruth(flight.truth, flight.imu).foundGravityDirection().has_value());
   flight.truth.states.resize(1200);  // 6 s, of which one at rest
-  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
-  EXPECT_FALSE(bound.foundGravityDirection().has_value());
-  EXPECT_FALSE(std::isnan(bound.rre_deg));
+  const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
+  EXPECT_FALSE(check.foundGravityDirection().has_value());
+  EXPECT_FALSE(std::isnan(check.rre_deg));
 }
 
-TEST(GroundTruthBound, WithoutTruthOrImuThereIsNone) {
+TEST(GroundTruthCheck, WithoutTruthOrImuThereIsNone) {
   const Flight flight = fly(MotionProfile::kGentle, biased());
-  for (const GroundTruthBound& bound :
-       {groundTruthBound({}, flight.imu), groundTruthBound(flight.truth, {}),
-        groundTruthBound(flight.truth, flight.imu, 100.0)}) {
-    EXPECT_TRUE(std::isnan(bound.rre_deg));
-    EXPECT_TRUE(std::isnan(bound.interval_s));
-    EXPECT_TRUE(std::isnan(bound.bias.gyro.x()));
-    EXPECT_TRUE(std::isnan(bound.world_tilt_deg));
-    EXPECT_EQ(bound.gravity_direction_G, Vector3d(0, 0, -1));
+  for (const GroundTruthCheck& check :
+       {checkGroundTruth({}, flight.imu), checkGroundTruth(flight.truth, {}),
+        checkGroundTruth(flight.truth, flight.imu, 100.0)}) {
+    EXPECT_TRUE(std::isnan(check.rre_deg));
+    EXPECT_TRUE(std::isnan(check.interval_s));
+    EXPECT_TRUE(std::isnan(check.bias.gyro.x()));
+    EXPECT_TRUE(std::isnan(check.world_tilt_deg));
+    EXPECT_EQ(check.gravity_direction_G, Vector3d(0, 0, -1));
   }
 }
 
@@ -199,7 +199,7 @@ TEST(GyroWindowBound, FollowsABiasThatChanges) {
     const double bound = gyroWindowBound(flight.truth, imu, keyframesOf(flight, start_s)).rre_deg;
     // Within 2.25 s the bias leaves +-1e-3 rad/s: RMS 0.25 s * 2.25e-3 / sqrt(12) = 0.0093 deg.
     EXPECT_NEAR(bound, 0.0093, 0.001) << start_s;
-    EXPECT_GT(groundTruthBound(flight.truth, flight.imu).rre_deg, 5 * bound);
+    EXPECT_GT(checkGroundTruth(flight.truth, flight.imu).rre_deg, 5 * bound);
   }
 }
 

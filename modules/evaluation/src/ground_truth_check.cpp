@@ -1,4 +1,4 @@
-#include "etalon/evaluation/ground_truth_bound.h"
+#include "etalon/evaluation/ground_truth_check.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -177,26 +177,26 @@ std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equati
 
 }  // namespace
 
-GroundTruthBound groundTruthBound(const GroundTruth& ground_truth,
+GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s) {
-  GroundTruthBound bound;
-  bound.bias.gyro.setConstant(GroundTruthBound::kNone);
-  bound.bias.accel.setConstant(GroundTruthBound::kNone);
-  if (ground_truth.empty() || imu.empty() || !(interval_s > 0.0)) return bound;
+  GroundTruthCheck check;
+  check.bias.gyro.setConstant(GroundTruthCheck::kNone);
+  check.bias.accel.setConstant(GroundTruthCheck::kNone);
+  if (ground_truth.empty() || imu.empty() || !(interval_s > 0.0)) return check;
   std::vector<Interval> intervals = intervalsOf(ground_truth, imu, interval_s);
-  if (intervals.empty()) return bound;
+  if (intervals.empty()) return check;
 
-  bound.interval_s = interval_s;
-  bound.bias.gyro = fitGyroBias(&intervals);
-  bound.rre_deg = rotationRmseDeg(intervals);
+  check.interval_s = interval_s;
+  check.bias.gyro = fitGyroBias(&intervals);
+  check.rre_deg = rotationRmseDeg(intervals);
   const auto fit = fitGravity(equationsOf(intervals, ground_truth.has_velocity));
   if (fit && fit->direction_sigma_deg <= kMaxGravitySigmaDeg) {
-    bound.gravity_direction_G = fit->gravity_G.normalized();
-    bound.bias.accel = fit->accel_bias;
-    bound.world_tilt_deg =
-        degrees(angleBetween(bound.gravity_direction_G, -Eigen::Vector3d::UnitZ()));
+    check.gravity_direction_G = fit->gravity_G.normalized();
+    check.bias.accel = fit->accel_bias;
+    check.world_tilt_deg =
+        degrees(angleBetween(check.gravity_direction_G, -Eigen::Vector3d::UnitZ()));
   }
-  return bound;
+  return check;
 }
 
 GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
