@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
+#include "calibration/kalibr_camchain.h"
+#include "calibration/sensor_yaml.h"
 #include "csv_reader.h"
 #include "etalon/core/errors.h"
 #include "path_frame_loader.h"
-#include "sensor_yaml.h"
 
 namespace etalon {
 
@@ -175,6 +177,31 @@ void append(std::vector<std::string>* all, const std::vector<std::string>& more)
   all->insert(all->end(), more.begin(), more.end());
 }
 
+/** The cameras of Kalibr's camchain; image stamps are brought to the IMU's clock. */
+void useCamchain(const std::string& path, Recording* recording,
+                 std::array<std::vector<ImageRow>, 2>* images) {
+  const KalibrCamchain chain = readKalibrCamchain(path);
+  append(&recording->warnings, chain.warnings);
+  // One shift for both, so that pairs stay pairs.
+  const auto [shift_s, other_s] = chain.timeshift_s;
+  constexpr double kSameShift = 5e-4;  // s
+  if (std::abs(shift_s - other_s) > kSameShift)
+    recording->warnings.push_back(path + ": timeshift_cam_imu of cam0 and cam1 differ by " +
+                                  std::to_string(1e3 * std::abs(shift_s - other_s)) +
+                                  " ms; that of cam0 is used for both");
+  if (shift_s != 0.0) {
+    std::ostringstream shift_ms;
+    shift_ms << 1e3 * shift_s;
+    recording->warnings.push_back(path + ": image stamps are moved by " + shift_ms.str() +
+                                  " ms to the IMU's clock (timeshift_cam_imu)");
+  }
+  for (size_t c = 0; c < 2; ++c) {
+    recording->calibration.cameras[c] = {chain.models[c], chain.T_CI[c].inverse(),
+                                         measuredRate((*images)[c])};
+    for (ImageRow& row : (*images)[c]) row.t += durationNs(shift_s);
+  }
+}
+
 fs::path rootOf(const std::string& path) {
   if (!fs::is_directory(path))
     throw DataError(path, 0, "there is no such folder; expected a EuRoC (ASL) folder");
@@ -202,13 +229,17 @@ std::unique_ptr<RecordedSource> openEuroc(const std::string& path, const SourceO
   recording.calibration.imu = {imu.noise, imu.rate_hz.value_or(measuredRate(recording.imu))};
 
   std::array<std::vector<ImageRow>, 2> images;
-  for (size_t c = 0; c < 2; ++c) {
-    const fs::path folder = root / ("cam" + std::to_string(c));
-    const CameraYaml camera = readCameraYaml((folder / "sensor.yaml").string());
-    append(&recording.warnings, camera.warnings);
-    images[c] = readImageList(folder);
-    recording.calibration.cameras[c] = {camera.model, imu.T_BS.inverse() * camera.T_BS,
-                                        camera.rate_hz.value_or(measuredRate(images[c]))};
+  for (size_t c = 0; c < 2; ++c) images[c] = readImageList(root / ("cam" + std::to_string(c)));
+  if (const fs::path camchain = root / "camchain.yaml"; fs::exists(camchain)) {
+    useCamchain(camchain.string(), &recording, &images);
+  } else {
+    for (size_t c = 0; c < 2; ++c) {
+      const CameraYaml camera =
+          readCameraYaml((root / ("cam" + std::to_string(c)) / "sensor.yaml").string());
+      append(&recording.warnings, camera.warnings);
+      recording.calibration.cameras[c] = {camera.model, imu.T_BS.inverse() * camera.T_BS,
+                                          camera.rate_hz.value_or(measuredRate(images[c]))};
+    }
   }
   std::vector<EurocFrameLoader::Pair> pairs = pairImages(root, &recording, images[0], images[1]);
   recording.ground_truth = readGroundTruth(root / "state_groundtruth_estimate0", imu.T_BS);

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <filesystem>
 
+#include "calibration/yaml_map.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/mrpt_time.h"
 #include "etalon/datasets/observation_conversion.h"
 #include "etalon/datasets/recording_comment.h"
 #include "path_frame_loader.h"
 #include "rawlog_reader.h"
-#include "sensor_yaml.h"
 
 namespace etalon {
 

@@ -19,6 +19,8 @@ std::string calibrationFile(const RecordedSource& source, const std::string& sen
   const fs::path folder(source.name());
   std::error_code ignored;
   const fs::path root = fs::is_directory(folder / "mav0", ignored) ? folder / "mav0" : folder;
+  const fs::path camchain = root / "camchain.yaml";
+  if (sensor != "imu0" && fs::exists(camchain, ignored)) return camchain.string();
   return (root / sensor / "sensor.yaml").string();
 }
 
