@@ -5,7 +5,7 @@
 
 #include "commands.h"
 #include "etalon/core/printable.h"
-#include "etalon/datasets/recording_info.h"
+#include "etalon/frontend/recording_inspection.h"
 
 namespace etalon::app {
 
@@ -70,7 +70,8 @@ Json timeOffsetJson(const TimeOffsetEstimate& offset) {
   return json;
 }
 
-Json toJson(const RecordingInfo& info) {
+Json toJson(const RecordingInspection& inspection) {
+  const RecordingInfo& info = inspection.info;
   const ImuNoiseDensities& noise = info.calibration.imu.noise;
   Json json;
   json["source"] = info.name;
@@ -93,9 +94,9 @@ Json toJson(const RecordingInfo& info) {
                                 {"gyroscope_random_walk", noise.gyro_random_walk},
                                 {"accelerometer_noise_density", noise.accel_noise_density},
                                 {"accelerometer_random_walk", noise.accel_random_walk}};
-  json["time_offset"] = timeOffsetJson(info.time_offset);
-  if (info.rotation_disagreement_deg)
-    json["time_offset"]["R_BC0_disagreement_deg"] = *info.rotation_disagreement_deg;
+  json["time_offset"] = timeOffsetJson(inspection.time_offset);
+  if (inspection.rotation_disagreement_deg)
+    json["time_offset"]["R_BC0_disagreement_deg"] = *inspection.rotation_disagreement_deg;
   json["errors"] = info.errors;
   json["warnings"] = info.warnings;
   return json;
@@ -143,7 +144,8 @@ void printTimeOffset(const TimeOffsetEstimate& offset) {
       offset.steps, offset.discernible() ? "" : judgement, offset.reason.c_str());
 }
 
-void print(const RecordingInfo& info) {
+void print(const RecordingInspection& inspection) {
+  const RecordingInfo& info = inspection.info;
   std::printf("%s (%s)\n", info.name.c_str(), info.kind.c_str());
   printStream("stereo frames", info.images);
   if (info.unpaired_left + info.unpaired_right + info.missing_images + info.unusable_images > 0)
@@ -163,10 +165,10 @@ void print(const RecordingInfo& info) {
       "%.5g m/s^2/sqrt(Hz), walk %.5g m/s^3/sqrt(Hz); %g Hz\n",
       noise.gyro_noise_density, noise.gyro_random_walk, noise.accel_noise_density,
       noise.accel_random_walk, info.calibration.imu.rate_hz);
-  printTimeOffset(info.time_offset);
-  if (info.rotation_disagreement_deg)
+  printTimeOffset(inspection.time_offset);
+  if (inspection.rotation_disagreement_deg)
     std::printf("%-14s R_BC0 agrees with the motion to %.1f deg\n", "",
-                *info.rotation_disagreement_deg);
+                *inspection.rotation_disagreement_deg);
   for (const std::string& error : info.errors) std::printf("error: %s\n", printable(error).c_str());
   if (info.warnings.empty() && info.errors.empty()) std::printf("warnings       none\n");
   for (const std::string& warning : info.warnings)
@@ -183,11 +185,11 @@ void addInfoCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--json", arguments->json, "Print JSON.");
   command->callback([arguments, exit_code] {
     const auto source = openRecording(arguments->source);
-    const RecordingInfo info = describeRecording(*source);
+    const RecordingInspection inspection = inspectRecording(*source);
     if (arguments->json)
-      std::printf("%s\n", toJson(info).dump(2).c_str());
+      std::printf("%s\n", toJson(inspection).dump(2).c_str());
     else
-      print(info);
+      print(inspection);
     *exit_code = kOk;
   });
 }

@@ -13,7 +13,7 @@
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
 #include "etalon/initialization/steps/translation_ba.h"
 #include "etalon/initialization/steps/translation_step.h"
-#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/odometry/visual_solution.h"
 #include "etalon/optimization/bundle/pose_only.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
@@ -115,7 +115,7 @@ StereoOdometryOptions odometryOptions(double sigma_px) {
 VisualSolution visualSolution(const NoisyWindow& w, double sigma_px) {
   std::vector<Eigen::Matrix3d> R_prev_cur;
   for (const Preintegration& p : w.preintegrations) R_prev_cur.push_back(p.deltas().dR);
-  return solveVisualOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
+  return solveStereoOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
                              odometryOptions(sigma_px));
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_noise.h"
 #include "etalon/initialization/estimation_error.h"
@@ -300,7 +301,6 @@ InitializationProblem makeProblem(const SyntheticWindow& window,
 
 WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& bias,
                       const SyntheticWindow& window) {
-  constexpr double kDegree = M_PI / 180.0;
   WindowErrors e;
   const size_t n = states.size();
   Vector3d mean_estimate = Vector3d::Zero(), mean_truth = Vector3d::Zero();
@@ -318,7 +318,7 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
     const Matrix3d da = states[k - 1].T_WB.R.transpose() * a.R;
     const Matrix3d db = window.truth[k - 1].T_WB.R.transpose() * b.R;
     e.rre_deg +=
-        std::pow(logSO3(da.transpose() * db).norm() / kDegree, 2) / static_cast<double>(n - 1);
+        std::pow(degrees(logSO3(da.transpose() * db).norm()), 2) / static_cast<double>(n - 1);
   }
   const Matrix3d R = nearestRotation(H);
   for (size_t k = 0; k < n; ++k)
@@ -328,9 +328,8 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
   e.rre_deg = std::sqrt(e.rre_deg);
   e.ate_m = std::sqrt(e.ate_m);
   e.velocity_mps = std::sqrt(e.velocity_mps);
-  e.gravity_deg =
-      angleBetween(states[0].T_WB.R.row(2).transpose(), window.truth[0].T_WB.R.row(2).transpose()) /
-      kDegree;
+  e.gravity_deg = degrees(
+      angleBetween(states[0].T_WB.R.row(2).transpose(), window.truth[0].T_WB.R.row(2).transpose()));
   e.gyro_bias_rps = (bias.gyro - window.bias.gyro).norm();
   e.accel_bias_mps2 = (bias.accel - window.bias.accel).norm();
   return e;

@@ -3,7 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "etalon/core/camera_model.h"
+#include "etalon/datasets/recording_reader.h"
 
 namespace etalon {
 
@@ -18,5 +18,9 @@ std::string checkImageFile(const std::string& path, const CameraModel& camera);
 
 /** What is wrong with an image of that camera; empty if nothing. */
 std::string checkImage(const cv::Mat& image, const CameraModel& camera);
+
+/** Reads one pair from image files; the pixels only if `decode`. */
+LoadedFrame loadPair(TimeNs t, const std::string& left, const std::string& right,
+                     const StereoInertialCalibration& calibration, bool decode);
 
 }  // namespace etalon

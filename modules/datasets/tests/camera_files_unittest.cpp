@@ -9,7 +9,7 @@
 #include "etalon/datasets/convert.h"
 #include "etalon/datasets/observation_conversion.h"
 #include "etalon/datasets/sensor_source.h"
-#include "tiny_recording.h"
+#include "etalon/testing/tiny_recording.h"
 
 namespace etalon::testing {
 namespace {

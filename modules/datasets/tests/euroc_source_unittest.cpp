@@ -1,5 +1,3 @@
-#include "etalon/datasets/euroc_source.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "etalon/core/errors.h"
-#include "tiny_recording.h"
+#include "etalon/datasets/recorded_source.h"
+#include "etalon/testing/tiny_recording.h"
 
 namespace etalon::testing {
 namespace {
@@ -20,12 +19,12 @@ namespace fs = std::filesystem;
 class EurocSource : public ::testing::Test {
  protected:
   EurocSource() { writeTinyRecording(folder.path()); }
-  fs::path mav0(const std::string& name) const { return folder.path() / "mav0" / name; }
+  fs::path mav0(const std::string& name) const { return folder / "mav0" / name; }
   fs::path leftImage(int i) const {
     return mav0("cam0/data/" + std::to_string(frameStamp(i)) + ".png");
   }
   std::unique_ptr<RecordedSource> open(const SourceOptions& options = {}) const {
-    return openEuroc(folder.path().string(), options);
+    return openRecording(folder.path(), options);
   }
   std::string openingError() const {
     return dataErrorOf([this] { open(); });
@@ -61,7 +60,7 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
 }
 
 TEST_F(EurocSource, OpensMav0Itself) {
-  EXPECT_EQ(openEuroc(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
 }
 
 TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {
@@ -286,7 +285,7 @@ TEST_F(EurocSource, AnUnreadableFirstImageIsAnError) {
 }
 
 TEST_F(EurocSource, OpenSourceSaysWhatItExpected) {
-  EXPECT_EQ(openSource(folder.path().string())->kind(), "euroc");
+  EXPECT_EQ(openSource(folder.path())->kind(), "euroc");
   EXPECT_THAT(dataErrorOf([] { openSource("/no/such/thing"); }),
               AllOf(HasSubstr("/no/such/thing"), HasSubstr(".rawlog")));
 }
@@ -310,7 +309,7 @@ TEST_P(EurocDefects, GiveAnErrorThatNamesFileLineAndExpectation) {
     fs::remove_all(mav0(defect.file));
   const std::string error = openingError();
   ASSERT_FALSE(error.empty());
-  EXPECT_THAT(error, HasSubstr(folder.path().string()));
+  EXPECT_THAT(error, HasSubstr(folder.path()));
   for (const std::string& part : defect.expected) EXPECT_THAT(error, HasSubstr(part));
 }
 
@@ -358,7 +357,7 @@ const Defect kDefects[] = {
      "state_groundtruth_estimate0/data.csv",
      ",0.5,",
      ",",
-     {"state_groundtruth_estimate0/data.csv:2: ", "17 columns", "or 8", "found 16"}},
+     {"state_groundtruth_estimate0/data.csv:2: ", "8 or 17 columns", "found 16"}},
     {"GroundTruthQuaternion",
      "state_groundtruth_estimate0/data.csv",
      ",1.5,1.5,0.",

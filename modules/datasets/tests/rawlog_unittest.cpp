@@ -13,10 +13,10 @@
 #include "etalon/datasets/convert.h"
 #include "etalon/datasets/mrpt_time.h"
 #include "etalon/datasets/observation_conversion.h"
-#include "etalon/datasets/rawlog_source.h"
 #include "etalon/datasets/rawlog_writer.h"
+#include "etalon/datasets/recorded_source.h"
 #include "etalon/datasets/recording_comment.h"
-#include "tiny_recording.h"
+#include "etalon/testing/tiny_recording.h"
 
 namespace etalon::testing {
 namespace {
@@ -86,7 +86,7 @@ TEST_P(RawlogRoundTrip, EveryTruncationIsNoticed) {
     writeText(cut, bytes.substr(0, length));
     std::vector<std::string> warnings;
     const std::string error =
-        dataErrorOf([&] { warnings = openRawlog(cut)->statistics().warnings; });
+        dataErrorOf([&] { warnings = openRecording(cut)->statistics().warnings; });
     // Between two objects a log may end; there it is the index that is missing.
     if (error.empty()) {
       EXPECT_THAT(warnings, Contains(HasSubstr("index"))) << length << " of " << bytes.size();
@@ -110,8 +110,7 @@ TEST_F(Rawlog, PoseOnlyAndMissingGroundTruthStayWhatTheyAre) {
 TEST_F(Rawlog, FindsExternalImagesFromAnyWorkingDirectoryAndAfterAMove) {
   const std::string inside = (euroc / "log.rawlog").string();
   convert(inside, false);
-  EXPECT_EQ(readText(inside).find(folder.path().string() + "/recording/mav0/cam0"),
-            std::string::npos);
+  EXPECT_EQ(readText(inside).find(folder.path() + "/recording/mav0/cam0"), std::string::npos);
   const fs::path moved = folder / "elsewhere";
   fs::rename(euroc, moved);
   const auto source = openSource((moved / "log.rawlog").string());

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
@@ -104,13 +105,6 @@ double parallax(const StereoInertialCalibration& calibration,
   return greatest;
 }
 
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::map<LandmarkId, std::vector<Sighting>> collectTracks(
     const StereoInertialCalibration& calibration, const std::vector<TrackedFrame>& frames,
     const std::vector<SE3>& T_WB) {
@@ -143,10 +137,10 @@ void judgeShares(const std::vector<TrackedFrame>& frames, const std::vector<int>
     for (const Observation& o : frame.observations) with_right += o.has_right;
     if (!frame.observations.empty()) stereo.push_back(with_right / landmarks.back());
   }
-  report->median_landmarks = medianOf(landmarks);
+  report->median_landmarks = median(landmarks);
   report->least_landmarks =
       landmarks.empty() ? 0.0 : *std::min_element(landmarks.begin(), landmarks.end());
-  report->stereo_share = medianOf(stereo);
+  report->stereo_share = median(stereo);
   const auto ids = [&](size_t k) {
     std::vector<LandmarkId> result;
     for (const Observation& o : frames[static_cast<size_t>(keyframes[k])].observations)
@@ -162,7 +156,7 @@ void judgeShares(const std::vector<TrackedFrame>& frames, const std::vector<int>
       if (!a.empty())
         shares.push_back(static_cast<double>(common.size()) / static_cast<double>(a.size()));
     }
-    report->shared.push_back(medianOf(shares));
+    report->shared.push_back(median(shares));
   }
 }
 
@@ -225,8 +219,8 @@ TrackReport judgeTracks(const StereoInertialCalibration& calibration,
   report.drift = summarize(all.drift), report.left = summarize(all.left),
   report.right = summarize(all.right);
   constexpr double kMadToSigma = 1.4826;  // of a normal distribution
-  report.left_sigma = kMadToSigma * medianOf(left_coordinates);
-  report.right_sigma = kMadToSigma * medianOf(right_coordinates);
+  report.left_sigma = kMadToSigma * median(left_coordinates);
+  report.right_sigma = kMadToSigma * median(right_coordinates);
   judgeShares(frames, keyframes, &report);
   return report;
 }

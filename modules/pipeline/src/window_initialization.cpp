@@ -46,23 +46,12 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
   data.calibration = calibration;
   data.imu_noise = noise;
   data.gravity_mps2 = options.gravity_mps2;
-  data.sigma_px = options.odometry.sigma_px;
   data.priors = options.priors;
+  data.odometry = options.odometry;
   data.frames = std::move(frames);
   data.keyframe_indices = std::move(keyframe_indices);
   data.imu = std::move(imu);
-  // The solver gets its own copy of what it needs: the problem is a value and may outlive this
-  // window.
-  const InitializationProblem without_vision(data, nullptr);
-  const StereoOdometryOptions odometry = options.odometry;
-  auto solver = [without_vision, odometry]() {
-    std::vector<Eigen::Matrix3d> rotations;
-    for (const Preintegration& p : without_vision.preintegrate(without_vision.priors().mean))
-      rotations.push_back(p.deltas().dR);
-    return solveVisualOdometry(without_vision.calibration(), without_vision.keyframes(), rotations,
-                               odometry);
-  };
-  return InitializationProblem(std::move(data), solver);
+  return InitializationProblem(std::move(data));
 }
 
 VisualInertialBaResult refine(const InitializationProblem& problem,
@@ -101,16 +90,16 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
 
   // Another initializer may have asked for step 1 of the same problem before.
-  const bool step1_was_there = problem.visualSolutionComputed();
+  const bool odometry_was_there = problem.visualSolutionComputed();
   Stopwatch watch;
   attempt.init = initializer.initialize(problem);
   attempt.initialize_ms = watch.lapMilliseconds();
-  const bool step1_is_there = problem.visualSolutionComputed();
-  attempt.used_visual_odometry =
-      step1_is_there && (!step1_was_there || initializer.needsVisualSolution());
-  if (attempt.used_visual_odometry) {
-    attempt.visual_odometry_ms = problem.visualSolutionMilliseconds();
-    if (!step1_was_there) attempt.initialize_ms -= attempt.visual_odometry_ms;
+  const bool odometry_is_there = problem.visualSolutionComputed();
+  attempt.used_stereo_odometry =
+      odometry_is_there && (!odometry_was_there || initializer.needsVisualSolution());
+  if (attempt.used_stereo_odometry) {
+    attempt.stereo_odometry_ms = problem.visualSolutionMilliseconds();
+    if (!odometry_was_there) attempt.initialize_ms -= attempt.stereo_odometry_ms;
     attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
   }
   if (!attempt.init.ok()) {

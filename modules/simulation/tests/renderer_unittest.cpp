@@ -9,6 +9,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/simulation/euroc_rig.h"
 #include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/profile_trajectory.h"
@@ -79,11 +80,6 @@ class Renderer : public testing::Test {
       if (status[i] && d.norm() < 3.0) differences.push_back(d);
     }
     return differences;
-  }
-
-  static double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values.at(values.size() / 2);
   }
 
   void expectAgreement(const std::vector<Vector2d>& differences) const {

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "etalon/core/statistics.h"
+
 namespace etalon::plugins {
 
 using Eigen::Matrix3d;
@@ -145,9 +147,7 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
     }
   }
   if (sizes.empty()) return;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  noise_ = *middle / 1.17741;  // the median of a two-dimensional normal distribution's norm
+  noise_ = median(sizes) / 1.17741;  // the median of a two-dimensional normal distribution's norm
   const double scale = std::max(1.0, noise_);
   inlier_share_ = static_cast<double>(std::count_if(
                       sizes.begin(), sizes.end(), [&](double r) { return r < kInlier * scale; })) /

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/initialization/steps/normal_epipolar.h"
 #include "steps/epipolar_bias_covariance.h"
 
@@ -71,24 +72,13 @@ void thin(size_t count, std::vector<EpipolarMatch>* matches) {
   matches->resize(count);
 }
 
-double median(std::vector<double>* values) {
-  if (values->empty()) return 0.0;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 /** From the median; outliers inflate it: once more without those that it shows. */
-double robustSigma(std::vector<double>* sizes) {
+double robustSigma(std::vector<double> sizes) {
+  if (sizes.empty()) return 0.0;
   const double limit = 3.0 * kMedianToSigma * median(sizes);
-  const auto inliers =
-      std::count_if(sizes->begin(), sizes->end(), [&](double size) { return size <= limit; });
-  // The smaller half already stands in front.
-  const auto middle = sizes->begin() + inliers / 2;
-  if (middle == sizes->end()) return 0.0;
-  std::nth_element(sizes->begin(), middle,
-                   sizes->begin() + static_cast<std::ptrdiff_t>(sizes->size() / 2 + 1));
-  return kMedianToSigma * *middle;
+  sizes.erase(std::remove_if(sizes.begin(), sizes.end(), [&](double size) { return size > limit; }),
+              sizes.end());
+  return kMedianToSigma * median(std::move(sizes));
 }
 
 /** The schedule and what it works on, in one file: its parts share the pairs and make no sense
@@ -233,7 +223,7 @@ void Estimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R, bool rotati
                          : t.dot(n) / (sigma * std::sqrt(std::max(2.0 - a * a - b * b, 1e-3)));
     sizes.push_back(std::abs(match.residual));
   }
-  pair->sigma = robustSigma(&sizes);
+  pair->sigma = robustSigma(std::move(sizes));
 }
 
 bool Estimator::atRest() {
@@ -356,7 +346,7 @@ double Estimator::noise(int span) const {
   std::vector<double> sigmas;
   for (const EpipolarPair& pair : pairs_)
     if (pair.j - pair.i <= span) sigmas.push_back(pair.sigma);
-  return median(&sigmas);
+  return sigmas.empty() ? 0.0 : median(std::move(sigmas));
 }
 
 void Estimator::describe(NormalEpipolarBias* result) const {

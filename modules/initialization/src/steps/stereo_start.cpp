@@ -6,24 +6,19 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-double medianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 Vector3d medianOf(const std::vector<Vector3d>& points) {
   Vector3d result;
   std::vector<double> values(points.size());
   for (int axis = 0; axis < 3; ++axis) {
     for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
-    result[axis] = medianOf(&values);
+    result[axis] = median(values);
   }
   return result;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
@@ -128,7 +129,7 @@ void TrackInformation::updateScale() {
   if (of_valid.empty()) return;
   // |r| of two Gaussian coordinates has its median at 1.18 sigma: c is two sigmas of what is seen.
   constexpr double kFactor = 2.0 / 1.18;
-  c2_ = std::max(scale_ * scale_, kFactor * kFactor * medianOf(&of_valid));
+  c2_ = std::max(scale_ * scale_, kFactor * kFactor * median(std::move(of_valid)));
 }
 
 void TrackInformation::linearize(const std::vector<SE3>& T_VB) {

@@ -4,23 +4,24 @@
  * Reprojection residual: where a landmark is seen by one camera of the rig against where it was
  * measured.
  *
- * Frames: W world (or V, the visual frame), B body, C camera, M the measurement's own, which is C
- * turned: for perspective cameras C itself, else with its z axis along the measured ray.
- *
- * Parameters: T_WB pose of the body (6: rotation by right perturbation R Exp(d), position additive
- * in W), p_W landmark (3, additive, m).
- *
- * Residual: p_M = R_MC T_CB T_WB^-1 p_W,  r = S (p_M.xy / p_M.z - m), 2 x 1, whitened (1 = one
- * sigma), with m the measured pixel as direction in M, computed once, and
- * S = (1 / sigma_px) d(pixel)/d(xy) at m, so that |r| is the distance in the distorted image in
- * units of sigma_px, to first order in the residual. (Distorting the prediction instead costs three
- * times as much and changes r by less than 1 % for residuals under 10 px.)
- *
- * Leaves out: the landmark behind the camera, or more than 90 degrees from the measured ray of a
- * fisheye (returns false); robust loss (the caller's).
- *
- * Reference: Mur-Artal and Tardos, ORB-SLAM2, eq. (3), with the two cameras of an unrectified rig
- * as two residuals.
+ * Frames      W world (or V, the frame of the stereo odometry), B body, C camera, M the
+ *             measurement's own, which is C turned: for perspective cameras C itself, else with its z
+ *             axis along the measured ray.
+ * Parameters  T_WB pose of the body (6: rotation by right perturbation R Exp(d), position additive
+ *             in W), p_W landmark (3, additive, m).
+ * Residual    2 x 1, in sigmas of a pixel:
+ *               p_M = R_MC T_CB T_WB^-1 p_W
+ *               r = S (p_M.xy / p_M.z - m)
+ *             with m the measured pixel as direction in M, computed once.
+ * Whitening   S = (1 / sigma_px) d(pixel)/d(xy) at m, so that |r| is the distance in the distorted
+ *             image in units of sigma_px, to first order in the residual. (Distorting the prediction
+ *             instead costs three times as much and changes r by less than 1 % for residuals under
+ *             10 px.)
+ * Jacobians   right perturbation of the rotation; everything else additive.
+ * Leaves out  a landmark behind the camera, or more than 90 degrees from the measured ray of a
+ *             fisheye (returns false); robust loss (the caller's).
+ * Reference   Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, eq. (3), with the two cameras of an
+ *             unrectified rig as two residuals.
  */
 
 #include <Eigen/Core>
