@@ -1,13 +1,16 @@
 #include "euroc_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <sstream>
 
+#include "calibration/kalibr_camchain.h"
+#include "calibration/sensor_yaml.h"
 #include "csv_reader.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
 #include "etalon/datasets/euroc_files.h"
 #include "image_file.h"
-#include "sensor_yaml.h"
 
 namespace etalon {
 
@@ -117,6 +120,32 @@ void EurocReader::pairImages(const std::vector<ImageRow>& left, const std::vecto
                &recording->warnings);
 }
 
+/** The cameras of Kalibr's camchain; image stamps are brought to the IMU's clock. */
+void EurocReader::useCamchain(Recording* recording,
+                              std::array<std::vector<ImageRow>, 2>* images) const {
+  const std::string path = camchain().string();
+  const KalibrCamchain chain = readKalibrCamchain(path);
+  append(&recording->warnings, chain.warnings);
+  // One shift for both, so that pairs stay pairs.
+  const auto [shift_s, other_s] = chain.timeshift_s;
+  constexpr double kSameShift = 5e-4;  // s
+  if (std::abs(shift_s - other_s) > kSameShift)
+    recording->warnings.push_back(path + ": timeshift_cam_imu of cam0 and cam1 differ by " +
+                                  std::to_string(1e3 * std::abs(shift_s - other_s)) +
+                                  " ms; that of cam0 is used for both");
+  if (shift_s != 0.0) {
+    std::ostringstream shift_ms;
+    shift_ms << 1e3 * shift_s;
+    recording->warnings.push_back(path + ": image stamps are moved by " + shift_ms.str() +
+                                  " ms to the IMU's clock (timeshift_cam_imu)");
+  }
+  for (size_t c = 0; c < 2; ++c) {
+    recording->calibration.cameras[c] = {chain.models[c], chain.T_CI[c].inverse(),
+                                         measuredRate((*images)[c])};
+    for (ImageRow& row : (*images)[c]) row.t += durationNs(shift_s);
+  }
+}
+
 Recording EurocReader::read() {
   Recording recording;
   const ImuYaml imu = readImuYaml(calibrationFile("imu0"));
@@ -125,14 +154,17 @@ Recording EurocReader::read() {
   recording.calibration.imu = {imu.noise, imu.rate_hz.value_or(measuredRate(recording.imu))};
 
   std::array<std::vector<ImageRow>, 2> images;
+  const bool has_camchain = fs::exists(camchain());
   for (size_t c = 0; c < 2; ++c) {
     const std::string name = "cam" + std::to_string(c);
+    images[c] = readImageList(name);
+    if (has_camchain) continue;
     const CameraYaml camera = readCameraYaml(calibrationFile(name));
     append(&recording.warnings, camera.warnings);
-    images[c] = readImageList(name);
     recording.calibration.cameras[c] = {camera.model, imu.T_BS.inverse() * camera.T_BS,
                                         camera.rate_hz.value_or(measuredRate(images[c]))};
   }
+  if (has_camchain) useCamchain(&recording, &images);
   pairImages(images[0], images[1], &recording);
   recording.ground_truth = readGroundTruth(root_ / "state_groundtruth_estimate0", imu.T_BS);
   calibration_ = recording.calibration;
@@ -160,6 +192,7 @@ std::vector<RecordingFile> EurocReader::files() const {
 }
 
 std::string EurocReader::calibrationFile(const std::string& sensor) const {
+  if (sensor != "imu0" && fs::exists(camchain())) return camchain().string();
   return (root_ / sensor / "sensor.yaml").string();
 }
 

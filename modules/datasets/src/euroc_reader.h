@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -14,6 +15,9 @@ namespace etalon {
  *
  *     [mav0/]cam0/{sensor.yaml, data.csv, data/<name>.png}, cam1/..., imu0/{sensor.yaml, data.csv},
  *     [state_groundtruth_estimate0/{data.csv, [sensor.yaml]}]
+ *
+ * With Kalibr's `camchain.yaml` beside cam0, that is the calibration of the cameras instead of their
+ * `sensor.yaml` (docs/cameras.md).
  *
  * The body frame B is the IMU: T_BC = T_BS(imu0)^-1 T_BS(cam). Ground truth is brought to that
  * frame. Stamps stay exact to the nanosecond. Cameras are paired by equal stamps. A missing
@@ -45,6 +49,8 @@ class EurocReader : public RecordingReader {
     std::string left, right;
   };
 
+  std::filesystem::path camchain() const { return root_ / "camchain.yaml"; }
+  void useCamchain(Recording* recording, std::array<std::vector<ImageRow>, 2>* images) const;
   std::vector<ImageRow> readImageList(const std::string& camera) const;
   void pairImages(const std::vector<ImageRow>& left, const std::vector<ImageRow>& right,
                   Recording* recording);

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <filesystem>
 
+#include "calibration/yaml_map.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/mrpt_time.h"
 #include "etalon/datasets/observation_conversion.h"
 #include "rawlog/rawlog_observations.h"
-#include "sensor_yaml.h"
 
 namespace etalon {
 
