@@ -13,6 +13,7 @@ WindowTrial::WindowTrial(const WindowResult& result, const SequenceTracks& track
       ground_truth_check_(ground_truth_check),
       options_(options),
       problem_(windowProblem(tracks, every_s, result.shape(), result.window, noise, options)) {
+  options_.check_noise = true;
   std::vector<TimeNs>& keyframes = before_.attempt.keyframes;
   for (int k = 0; k < problem_.keyframeCount(); ++k) keyframes.push_back(problem_.keyframe(k).t);
   before_.gyro_bound = gyroWindowBound(tracks.ground_truth, tracks.imu, keyframes);

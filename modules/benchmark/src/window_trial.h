@@ -31,7 +31,7 @@ class WindowTrial {
   WindowResult before_;  ///< what is known before an initializer has tried it
   const SequenceTracks& tracks_;
   const GroundTruthCheck& ground_truth_check_;
-  const WindowOptions& options_;
+  WindowOptions options_;
   InitializationProblem problem_;
 };
 
