@@ -145,8 +145,8 @@ class Replay {
 /** Errors and times of an accepted attempt. */
 void printAccepted(const AttemptRecord& attempt) {
   for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
-  const double step1_ms = attempt.milliseconds(kTimingVisualOdometry);
-  if (!std::isnan(step1_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", step1_ms);
+  const double odometry_ms = attempt.milliseconds(kTimingStereoOdometry);
+  if (!std::isnan(odometry_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", odometry_ms);
   std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
               attempt.milliseconds(kTimingViBa));
 }

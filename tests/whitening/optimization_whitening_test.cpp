@@ -115,7 +115,7 @@ StereoOdometryOptions odometryOptions(double sigma_px) {
 VisualSolution visualSolution(const NoisyWindow& w, double sigma_px) {
   std::vector<Eigen::Matrix3d> R_prev_cur;
   for (const Preintegration& p : w.preintegrations) R_prev_cur.push_back(p.deltas().dR);
-  return solveVisualOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
+  return solveStereoOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
                              odometryOptions(sigma_px));
 }
 

@@ -55,7 +55,7 @@ struct WithoutNet : Initializer {
   using Initializer::solve;
 };
 
-bool stepOneFailed(const InitializationProblem& problem) {
+bool stereoOdometryFailed(const InitializationProblem& problem) {
   if (!problem.visualSolutionComputed()) return false;
   try {
     problem.visualSolution();
@@ -76,7 +76,7 @@ std::string brokenWord(const Initializer& initializer, const InitializationProbl
       return std::string("refuses (") + toString(bare.status) + ") without a reason";
   } catch (const std::exception& e) {
     // What step 1 throws may pass through.
-    if (dynamic_cast<const Error*>(&e) && stepOneFailed(problem)) return "";
+    if (dynamic_cast<const Error*>(&e) && stereoOdometryFailed(problem)) return "";
     return std::string("throws: ") + e.what();
   } catch (...) {
     return "throws what is no std::exception";

@@ -238,7 +238,7 @@ ContractCheck outliers(const Initializer& initializer, const ContractOptions&) {
 }
 
 /** Step 1 cannot be had. */
-ContractCheck noStepOne(const Initializer& initializer, const ContractOptions&) {
+ContractCheck noStereoOdometry(const Initializer& initializer, const ContractOptions&) {
   const Trial trial{SyntheticWindowOptions()};
   const InitializationProblem good = trial.problem();
   InitializationProblem::Data data;
@@ -276,7 +276,7 @@ std::vector<CheckEntry> robustnessChecks() {
       {{"status.outliers", "30 % of the pixels wrong: refused, or near enough for VI-BA."},
        outliers},
       {{"status.no_step_one", "Stereo odometry fails: refused, unless it is not needed."},
-       noStepOne}};
+       noStereoOdometry}};
 }
 
 }  // namespace etalon::contract

@@ -20,7 +20,7 @@ class RmsAccumulator {
     sum_ += squared_error;
     ++count_;
   }
-  double value() const { return count_ == 0 ? SegmentErrors::kNone : std::sqrt(sum_ / count_); }
+  double value() const { return count_ == 0 ? WindowErrors::kNone : std::sqrt(sum_ / count_); }
 
  private:
   double sum_ = 0.0;
@@ -55,18 +55,18 @@ double pathLength(const std::vector<Eigen::Vector3d>& points) {
   return length;
 }
 
-std::optional<bool> SegmentErrors::success() const {
+std::optional<bool> WindowErrors::success() const {
   if (std::isnan(gravity_deg) || std::isnan(velocity_mps)) return std::nullopt;
   return gravity_deg < kSuccessGravityDeg && velocity_mps < kSuccessVelocityMps;
 }
 
-SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const ImuBias& bias,
-                              const GroundTruth& ground_truth,
-                              const std::optional<Eigen::Vector3d>& gravity_direction_G) {
+WindowErrors evaluateWindow(const std::vector<KeyframeState>& states, const ImuBias& bias,
+                            const GroundTruth& ground_truth,
+                            const std::optional<Eigen::Vector3d>& gravity_direction_G) {
   std::vector<std::optional<GroundTruthState>> truths;
   for (const KeyframeState& state : states) truths.push_back(ground_truth.at(state.t));
 
-  SegmentErrors errors;
+  WindowErrors errors;
   std::vector<Eigen::Vector3d> p_G, p_W;
   RmsAccumulator velocity;
   ImuBias true_bias;

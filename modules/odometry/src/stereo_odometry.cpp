@@ -150,7 +150,7 @@ std::vector<SE3> StereoOdometry::keyframePoses() const {
   return poses;
 }
 
-VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
+VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
                                    const std::vector<const TrackedFrame*>& keyframes,
                                    const std::vector<Eigen::Matrix3d>& R_prev_cur,
                                    const StereoOdometryOptions& options) {

@@ -59,7 +59,7 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
     std::vector<Eigen::Matrix3d> rotations;
     for (const Preintegration& p : without_vision.preintegrate(without_vision.priors().mean))
       rotations.push_back(p.deltas().dR);
-    return solveVisualOdometry(without_vision.calibration(), without_vision.keyframes(), rotations,
+    return solveStereoOdometry(without_vision.calibration(), without_vision.keyframes(), rotations,
                                odometry);
   };
   return InitializationProblem(std::move(data), solver);
@@ -101,16 +101,16 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
 
   // Another initializer may have asked for step 1 of the same problem before.
-  const bool step1_was_there = problem.visualSolutionComputed();
+  const bool odometry_was_there = problem.visualSolutionComputed();
   Stopwatch watch;
   attempt.init = initializer.initialize(problem);
   attempt.initialize_ms = watch.lapMilliseconds();
-  const bool step1_is_there = problem.visualSolutionComputed();
-  attempt.used_visual_odometry =
-      step1_is_there && (!step1_was_there || initializer.needsVisualSolution());
-  if (attempt.used_visual_odometry) {
-    attempt.visual_odometry_ms = problem.visualSolutionMilliseconds();
-    if (!step1_was_there) attempt.initialize_ms -= attempt.visual_odometry_ms;
+  const bool odometry_is_there = problem.visualSolutionComputed();
+  attempt.used_stereo_odometry =
+      odometry_is_there && (!odometry_was_there || initializer.needsVisualSolution());
+  if (attempt.used_stereo_odometry) {
+    attempt.stereo_odometry_ms = problem.visualSolutionMilliseconds();
+    if (!odometry_was_there) attempt.initialize_ms -= attempt.stereo_odometry_ms;
     attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
   }
   if (!attempt.init.ok()) {

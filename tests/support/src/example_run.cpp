@@ -20,7 +20,7 @@ static StageRecord exampleStage(const std::string& name, double seed) {
   }
   const ImuBias bias{Eigen::Vector3d(1e-3, seed, -3e-3), Eigen::Vector3d(0.1, -0.2, seed)};
   StageRecord stage = StageRecord::fromStates(name, std::move(states), bias, 9.81);
-  SegmentErrors errors;
+  WindowErrors errors;
   errors.keyframes = 3;
   errors.rre_deg = 0.0123 * seed;
   errors.ate_m = 0.00456 * seed;
@@ -57,7 +57,7 @@ RunRecord exampleRecord() {
   accepted.t = kFirstImage + 500'000'001;
   accepted.keyframes = {kFirstImage + 1, kFirstImage + 250'000'001, kFirstImage + 500'000'001};
   accepted.status = kStatusSuccess;
-  accepted.timings = {{kTimingVisualOdometry, 12.5}, {kTimingInitialize, 3.25}, {kTimingViBa, 30}};
+  accepted.timings = {{kTimingStereoOdometry, 12.5}, {kTimingInitialize, 3.25}, {kTimingViBa, 30}};
   accepted.stages = {exampleStage(kStageInit, 1.1), exampleStage(kStageViBa, 0.7)};
   accepted.stages[1].covariance.resize(2, 2);
   accepted.stages[1].covariance << 1e-6, 2e-7, 3e-7, 1.0 / 3.0;

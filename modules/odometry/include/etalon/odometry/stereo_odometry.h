@@ -97,7 +97,7 @@ class StereoOdometry {
  * convergence, with covariance.
  * @throws DataError if a keyframe cannot be located
  */
-VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
+VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
                                    const std::vector<const TrackedFrame*>& keyframes,
                                    const std::vector<Eigen::Matrix3d>& R_prev_cur,
                                    const StereoOdometryOptions& options);

@@ -1,4 +1,4 @@
-#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/evaluation/window_metrics.h"
 
 #include <cmath>
 
@@ -6,10 +6,10 @@
 
 namespace etalon {
 
-double SegmentMetric::lastDigit() const { return std::pow(10.0, -decimals) / factor; }
+double WindowMetric::lastDigit() const { return std::pow(10.0, -decimals) / factor; }
 
-std::vector<SegmentMetric> segmentMetrics() {
-  using E = SegmentErrors;
+std::vector<WindowMetric> windowMetrics() {
+  using E = WindowErrors;
   return {
       {"rre_deg", "relative rotation error", "RRE [deg]", &E::rre_deg, 4},
       {"ate_m", "absolute trajectory error, aligned in SE(3)", "ATE [mm]", &E::ate_m, 2, 1e3},
@@ -25,8 +25,8 @@ std::vector<SegmentMetric> segmentMetrics() {
   };
 }
 
-std::vector<SegmentMetric> neesMetrics() {
-  using E = SegmentErrors;
+std::vector<WindowMetric> neesMetrics() {
+  using E = WindowErrors;
   return {
       {"tilt_nees", "tilt", "NEES of tilt", &E::tilt_nees, 2},
       {"velocity_nees", "velocity of the last keyframe", "NEES of velocity", &E::velocity_nees, 2},
@@ -35,9 +35,9 @@ std::vector<SegmentMetric> neesMetrics() {
   };
 }
 
-SegmentMetric segmentMetric(const std::string& key) {
+WindowMetric windowMetric(const std::string& key) {
   std::string known;
-  for (const SegmentMetric& metric : segmentMetrics()) {
+  for (const WindowMetric& metric : windowMetrics()) {
     if (metric.key == key) return metric;
     known += (known.empty() ? "" : ", ") + metric.key;
   }

@@ -1,4 +1,4 @@
-#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/store.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -8,11 +8,11 @@
 #include <sstream>
 #include <tuple>
 
-#include "benchmark_json.h"
-#include "etalon/benchmark/benchmark_slots.h"
-#include "etalon/benchmark/benchmark_summary.h"
+#include "etalon/benchmark/summary.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "record_json.h"
 
 namespace etalon {
 namespace {
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using ReplaceInvalid = nlohmann::ordered_json::error_handler_t;
 
 constexpr const char* kHeadName = "benchmark.json";
-constexpr const char* kSegmentsName = "segments.csv";
+constexpr const char* kWindowsName = "segments.csv";
 constexpr const char* kSummaryName = "summary.csv";
 constexpr const char* kReportName = "report.html";
 
@@ -64,10 +64,11 @@ BenchmarkRecord readBenchmarkHead(const std::string& folder) {
 
 BenchmarkRecord readBenchmark(const std::string& folder) {
   BenchmarkRecord record = readBenchmarkHead(folder);
-  SlotStore store(folder);
+  ResultStore store(folder);
   for (const BenchmarkSequence& sequence : record.sequences)
-    for (SlotRecord& slot : store.read(sequence.name)) record.slots.push_back(std::move(slot));
-  sortSlots(&record);
+    for (WindowResult& result : store.read(sequence.name))
+      record.results.push_back(std::move(result));
+  sortResults(&record);
   return record;
 }
 
@@ -92,7 +93,7 @@ std::vector<std::string> writeBenchmarkResults(const std::string& folder,
     paths.push_back(pathIn(folder, name));
     writeFile(output.path(name), text);
   };
-  write(kSegmentsName, segmentsCsv(segmentRows(record)));
+  write(kWindowsName, windowsCsv(windowRows(record)));
   write(kSummaryName, summaryCsv(record));
   if (report) write(kReportName, report(record));
   output.putInPlace();
@@ -100,76 +101,76 @@ std::vector<std::string> writeBenchmarkResults(const std::string& folder,
 }
 
 bool hasBenchmarkResults(const std::string& folder) {
-  return fs::exists(pathIn(folder, kSegmentsName));
+  return fs::exists(pathIn(folder, kWindowsName));
 }
 
 void discardBenchmark(const std::string& folder) {
-  for (const char* name : {kSegmentsName, kSummaryName, kReportName, "slots"})
+  for (const char* name : {kWindowsName, kSummaryName, kReportName, "slots"})
     fs::remove_all(pathIn(folder, name));
 }
 
-std::string slotKey(const SlotRecord& slot) {
+std::string resultKey(const WindowResult& result) {
   char rate[40];
-  std::snprintf(rate, sizeof rate, "%.9g", slot.rate_hz);
-  return slot.sequence + ", " + std::to_string(slot.keyframes) + " keyframes at " + rate +
-         " Hz, slot " + std::to_string(slot.segment) + ", " + slot.initializer;
+  std::snprintf(rate, sizeof rate, "%.9g", result.rate_hz);
+  return result.sequence + ", " + std::to_string(result.keyframes) + " keyframes at " + rate +
+         " Hz, slot " + std::to_string(result.window) + ", " + result.initializer;
 }
 
-void sortSlots(BenchmarkRecord* record) {
-  const auto order = [record](const SlotRecord& slot) {
+void sortResults(BenchmarkRecord* record) {
+  const auto order = [record](const WindowResult& result) {
     const auto& keyframes = record->protocol.keyframes;
     const auto& rates = record->protocol.rates_hz;
     return std::make_tuple(
-        placeOf(record->sequences, slot.sequence),
-        std::find(keyframes.begin(), keyframes.end(), slot.keyframes) - keyframes.begin(),
-        std::find(rates.begin(), rates.end(), slot.rate_hz) - rates.begin(), slot.segment,
-        placeOf(record->initializers, slot.initializer));
+        placeOf(record->sequences, result.sequence),
+        std::find(keyframes.begin(), keyframes.end(), result.keyframes) - keyframes.begin(),
+        std::find(rates.begin(), rates.end(), result.rate_hz) - rates.begin(), result.window,
+        placeOf(record->initializers, result.initializer));
   };
-  const auto listed = [record, &order](const SlotRecord& slot) {
-    const auto [sequence, keyframes, rate, segment, initializer] = order(slot);
+  const auto listed = [record, &order](const WindowResult& result) {
+    const auto [sequence, keyframes, rate, window, initializer] = order(result);
     return sequence < record->sequences.size() &&
            keyframes < static_cast<std::ptrdiff_t>(record->protocol.keyframes.size()) &&
            rate < static_cast<std::ptrdiff_t>(record->protocol.rates_hz.size()) &&
            initializer < record->initializers.size();
   };
-  std::vector<std::pair<decltype(order(SlotRecord())), size_t>> places;
-  for (size_t i = 0; i < record->slots.size(); ++i)
-    if (listed(record->slots[i])) places.emplace_back(order(record->slots[i]), i);
+  std::vector<std::pair<decltype(order(WindowResult())), size_t>> places;
+  for (size_t i = 0; i < record->results.size(); ++i)
+    if (listed(record->results[i])) places.emplace_back(order(record->results[i]), i);
   std::sort(places.begin(), places.end());
-  std::vector<SlotRecord> sorted;
+  std::vector<WindowResult> sorted;
   sorted.reserve(places.size());
-  for (const auto& place : places) sorted.push_back(std::move(record->slots[place.second]));
-  record->slots = std::move(sorted);
+  for (const auto& place : places) sorted.push_back(std::move(record->results[place.second]));
+  record->results = std::move(sorted);
 }
 
 namespace {
 
-/** What a complete record has of a sequence, as slotKey() names it. */
-std::vector<std::string> expectedSlots(const BenchmarkRecord& record,
-                                       const BenchmarkSequence& sequence) {
+/** What a complete record has of a sequence, as resultKey() names it. */
+std::vector<std::string> expectedResults(const BenchmarkRecord& record,
+                                         const BenchmarkSequence& sequence) {
   std::vector<std::string> keys;
   if (!sequence.error.empty()) return keys;
-  SlotRecord slot;
-  slot.sequence = sequence.name;
-  for (const BenchmarkWindow& window : windowsOf(record.protocol)) {
-    slot.keyframes = window.keyframes;
-    slot.rate_hz = window.rate_hz;
-    const int slots =
-        slotCount(sequence.first_image, sequence.last_image, record.protocol.every_s, window);
-    for (slot.segment = 0; slot.segment < slots; ++slot.segment) {
+  WindowResult result;
+  result.sequence = sequence.name;
+  for (const WindowShape& shape : shapesOf(record.protocol)) {
+    result.keyframes = shape.keyframes;
+    result.rate_hz = shape.rate_hz;
+    const int windows =
+        windowCount(sequence.first_image, sequence.last_image, record.protocol.every_s, shape);
+    for (result.window = 0; result.window < windows; ++result.window) {
       for (const BenchmarkInitializer& initializer : record.initializers) {
-        slot.initializer = initializer.name;
-        keys.push_back(slotKey(slot));
+        result.initializer = initializer.name;
+        keys.push_back(resultKey(result));
       }
     }
   }
   return keys;
 }
 
-/** slotKey()s of the record's slots. */
-std::set<std::string> slotsThere(const BenchmarkRecord& record) {
+/** resultKey()s of the record's results. */
+std::set<std::string> resultsThere(const BenchmarkRecord& record) {
   std::set<std::string> there;
-  for (const SlotRecord& slot : record.slots) there.insert(slotKey(slot));
+  for (const WindowResult& result : record.results) there.insert(resultKey(result));
   return there;
 }
 
@@ -179,21 +180,21 @@ std::string ofAll(size_t missing, size_t all) {
 
 }  // namespace
 
-std::vector<std::string> missingSlots(const BenchmarkRecord& record) {
-  const std::set<std::string> there = slotsThere(record);
+std::vector<std::string> missingResults(const BenchmarkRecord& record) {
+  const std::set<std::string> there = resultsThere(record);
   std::vector<std::string> missing;
   for (const BenchmarkSequence& sequence : record.sequences)
-    for (const std::string& key : expectedSlots(record, sequence))
+    for (const std::string& key : expectedResults(record, sequence))
       if (there.count(key) == 0) missing.push_back(key);
   return missing;
 }
 
 std::vector<std::string> incompleteness(const BenchmarkRecord& record) {
-  const std::set<std::string> there = slotsThere(record);
+  const std::set<std::string> there = resultsThere(record);
   size_t all = 0, all_missing = 0;
   std::vector<std::string> details;
   for (const BenchmarkSequence& sequence : record.sequences) {
-    const std::vector<std::string> expected = expectedSlots(record, sequence);
+    const std::vector<std::string> expected = expectedResults(record, sequence);
     const auto missing = static_cast<size_t>(
         std::count_if(expected.begin(), expected.end(),
                       [&there](const std::string& key) { return there.count(key) == 0; }));
@@ -214,26 +215,26 @@ std::vector<std::string> incompleteness(const BenchmarkRecord& record) {
   return sentences;
 }
 
-std::string slotToText(const SlotRecord& slot) {
-  return slotJson(slot).dump(-1, ' ', false, ReplaceInvalid::replace);
+std::string resultToText(const WindowResult& result) {
+  return resultJson(result).dump(-1, ' ', false, ReplaceInvalid::replace);
 }
 
-SlotRecord slotFromText(const std::string& text) {
+WindowResult resultFromText(const std::string& text) {
   constexpr char kName[] = "a slot";
   const nlohmann::json json = parseJson(text, kName, 0);
-  return slotFromJson(JsonReader(json, kName));
+  return resultFromJson(JsonReader(json, kName));
 }
 
-SlotStore::SlotStore(std::string folder) : folder_(std::move(folder)) {}
+ResultStore::ResultStore(std::string folder) : folder_(std::move(folder)) {}
 
-std::string SlotStore::path(const std::string& sequence) const {
+std::string ResultStore::path(const std::string& sequence) const {
   return pathIn(folder_, "slots/" + sequence + ".jsonl");
 }
 
-std::vector<SlotRecord> SlotStore::read(const std::string& sequence) {
-  std::vector<SlotRecord> slots;
+std::vector<WindowResult> ResultStore::read(const std::string& sequence) {
+  std::vector<WindowResult> results;
   const std::string file = path(sequence);
-  if (!fs::exists(file)) return slots;
+  if (!fs::exists(file)) return results;
   const std::string text = readText(file);
   size_t begin = 0;
   for (int line = 1; begin < text.size(); ++line) {
@@ -243,18 +244,20 @@ std::vector<SlotRecord> SlotStore::read(const std::string& sequence) {
       break;
     }
     const nlohmann::json json = parseJson(text.substr(begin, end - begin), file, line);
-    slots.push_back(slotFromJson(JsonReader(json, file + ":" + std::to_string(line))));
+    results.push_back(resultFromJson(JsonReader(json, file + ":" + std::to_string(line))));
     begin = end + 1;
   }
-  return slots;
+  return results;
 }
 
-void SlotStore::append(const SlotRecord& slot) { append(slot.sequence, slotToText(slot)); }
+void ResultStore::append(const WindowResult& result) {
+  append(result.sequence, resultToText(result));
+}
 
-void SlotStore::append(const std::string& sequence, const std::string& slot_text) {
+void ResultStore::append(const std::string& sequence, const std::string& result_text) {
   std::ofstream& file = files_[sequence];
   if (!file.is_open()) file.open(path(sequence), std::ios::binary | std::ios::app);
-  file << slot_text + "\n" << std::flush;
+  file << result_text + "\n" << std::flush;
   if (!file)
     throw DataError(path(sequence), 0, std::string("cannot be written: ") + std::strerror(errno));
 }

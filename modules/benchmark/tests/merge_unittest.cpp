@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "etalon/benchmark/benchmark.h"
-#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
 #include "etalon/testing/temporary_folder.h"
 
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/** Two shards of a benchmark of two recordings, two slots each: the first has those of "a", the
+/** Two shards of a benchmark of two recordings, two windows each: the first has those of "a", the
  * second those of "b". */
 class MergeTest : public ::testing::Test {
  protected:
@@ -40,16 +40,16 @@ class MergeTest : public ::testing::Test {
       const bool needed = (number == 1) == (sequence.name == "a");
       if (needed) sequence.content = std::string("content of ") + name;
       record.sequences.push_back(sequence);
-      for (int segment = 0; needed && segment < 2; ++segment) {
-        SlotRecord slot;
-        slot.sequence = name;
-        slot.segment = segment;
-        slot.t0 = durationNs(2.5 * segment);
-        slot.keyframes = 10;
-        slot.rate_hz = 4.0;
-        slot.initializer = "eta";
-        slot.attempt.status = "degenerate_motion";
-        record.slots.push_back(slot);
+      for (int window = 0; needed && window < 2; ++window) {
+        WindowResult result;
+        result.sequence = name;
+        result.window = window;
+        result.t0 = durationNs(2.5 * window);
+        result.keyframes = 10;
+        result.rate_hz = 4.0;
+        result.initializer = "eta";
+        result.attempt.status = "degenerate_motion";
+        record.results.push_back(result);
       }
     }
     return record;
@@ -63,8 +63,8 @@ class MergeTest : public ::testing::Test {
       const std::string path = folder(std::to_string(record->shard));
       fs::create_directories(path);
       writeBenchmarkHead(path, *record);
-      SlotStore store(path);
-      for (const SlotRecord& slot : record->slots) store.append(slot);
+      ResultStore store(path);
+      for (const WindowResult& result : record->results) store.append(result);
       writeBenchmarkResults(path, *record, nullptr);
     }
     return mergeBenchmarks({folder("1"), folder("2")}, folder("merged"), false, nullptr);
@@ -86,7 +86,7 @@ class MergeTest : public ::testing::Test {
 
 TEST_F(MergeTest, JoinsWhatBelongsTogether) {
   const BenchmarkOutcome outcome = merge();
-  EXPECT_EQ(outcome.slots_found, 4U);
+  EXPECT_EQ(outcome.results_found, 4U);
   EXPECT_EQ(outcome.record.sequences[0].content, "content of a");
   EXPECT_EQ(outcome.record.sequences[1].content, "content of b");
   EXPECT_EQ(outcome.record.shards, 1);
@@ -109,16 +109,16 @@ TEST_F(MergeTest, RefusesARecordingOfOtherContent) {
 
 TEST_F(MergeTest, ARecordingThatOnlyAnotherShardNeededKeepsItsError) {
   two_.sequences[1].error = "cam0: no stereo pair can be read";
-  two_.slots.clear();
+  two_.results.clear();
   const BenchmarkOutcome outcome = merge();
-  EXPECT_EQ(outcome.slots_found, 2U);
+  EXPECT_EQ(outcome.results_found, 2U);
   EXPECT_EQ(outcome.record.sequences[1].error, "cam0: no stereo pair can be read");
 }
 
 TEST_F(MergeTest, AnErrorWithoutContentIsKeptToo) {
   two_.sequences[1].error = "imu0: changed while it was read";
   two_.sequences[1].content.clear();
-  two_.slots.clear();
+  two_.results.clear();
   EXPECT_EQ(merge().record.sequences[1].error, "imu0: changed while it was read");
 }
 
@@ -139,8 +139,8 @@ TEST_F(MergeTest, RefusesWhereOneShardCouldNotOpenARecording) {
 
 TEST_F(MergeTest, RefusesWhereOneShardCouldNotOpenTheOnlyRecording) {
   for (BenchmarkRecord* record : {&one_, &two_}) record->sequences.resize(1);
-  one_.slots.pop_back();
-  two_.slots.clear();
+  one_.results.pop_back();
+  two_.results.clear();
   two_.sequences[0] = {};
   two_.sequences[0].name = "a";
   two_.sequences[0].error = "imu0/data.csv: empty";
@@ -153,11 +153,11 @@ TEST_F(MergeTest, ARecordingThatNoShardCouldOpenIsLeftOut) {
     record->sequences[1].name = "b";
     record->sequences[1].error = "imu0/data.csv: empty";
   }
-  one_.slots.pop_back();  // the slots of "a" are dealt out to both
-  two_.slots = {shard(1).slots.back()};
+  one_.results.pop_back();  // the windows of "a" are dealt out to both
+  two_.results = {shard(1).results.back()};
   two_.sequences[0].content = "content of a";
   const BenchmarkOutcome outcome = merge();
-  EXPECT_EQ(outcome.slots_found, 2U);
+  EXPECT_EQ(outcome.results_found, 2U);
   EXPECT_EQ(outcome.record.sequences[1].error, "imu0/data.csv: empty");
 }
 

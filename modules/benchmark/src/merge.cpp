@@ -3,8 +3,8 @@
 #include <set>
 
 #include "etalon/benchmark/benchmark.h"
-#include "etalon/benchmark/benchmark_store.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
@@ -66,14 +66,14 @@ std::string differenceOfInitializers(const std::vector<BenchmarkInitializer>& a,
   return "";
 }
 
-/** Joins the parts; head and slots of `merged` are those of all parts so far. */
+/** Joins the parts; head and results of `merged` are those of all parts so far. */
 class Merger {
  public:
   void add(const std::string& folder, BenchmarkRecord part) {
     if (first_.empty()) {
       first_ = folder;
       merged_ = part;
-      merged_.slots.clear();
+      merged_.results.clear();
     } else {
       const std::string difference = differenceOf(merged_, part);
       if (!difference.empty())
@@ -85,19 +85,19 @@ class Merger {
     if (!hasBenchmarkResults(folder))
       interrupted_.push_back(std::to_string(part.shard) + "/" + std::to_string(part.shards) +
                              " ('" + folder + "')");
-    for (SlotRecord& slot : part.slots) {
-      const auto [former, is_new] = owner_.emplace(slotKey(slot), folder);
+    for (WindowResult& result : part.results) {
+      const auto [former, is_new] = owner_.emplace(resultKey(result), folder);
       if (!is_new)
         throw ConfigError("merge: a slot is there twice, in '" + former->second + "' and in '" +
                           folder + "': " + former->first);
-      merged_.slots.push_back(std::move(slot));
+      merged_.results.push_back(std::move(result));
     }
   }
 
   BenchmarkRecord finish() {
     merged_.shard = merged_.shards = 1;
-    sortSlots(&merged_);
-    const std::vector<std::string> missing = missingSlots(merged_);
+    sortResults(&merged_);
+    const std::vector<std::string> missing = missingResults(merged_);
     if (!missing.empty())
       throw ConfigError("merge: " + std::to_string(missing.size()) +
                         " slots are missing, the first: " + missing.front() + unfinishedParts());
@@ -123,7 +123,7 @@ class Merger {
     }
   }
 
-  /** What to run for the missing slots, as the end of a sentence. */
+  /** What to run for the missing results, as the end of a sentence. */
   std::string unfinishedParts() const {
     std::string text;
     if (!interrupted_.empty())
@@ -142,7 +142,7 @@ class Merger {
   BenchmarkRecord merged_;
   std::map<int, std::set<int>> all_shards_;   ///< numbers of the parts given, by N of K/N
   std::vector<std::string> interrupted_;      ///< parts without results
-  std::map<std::string, std::string> owner_;  ///< folder of each slot
+  std::map<std::string, std::string> owner_;  ///< folder of each result
 };
 
 }  // namespace
@@ -160,7 +160,7 @@ std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b) {
     if (s.name != t.name) return "other recordings ('" + s.name + "' and '" + t.name + "')";
     if (!s.content.empty() && !t.content.empty() && s.content != t.content)
       return "the recording '" + s.name + "' has other content";
-    // The slots are dealt out over the recordings that could be opened.
+    // The windows are dealt out over the recordings that could be opened.
     if ((a.shards > 1 || b.shards > 1) && (s.stereo_frames == 0) != (t.stereo_frames == 0))
       return "one could not read the recording '" + s.name + "': " + s.error + t.error;
     if (s.error.empty() && t.error.empty() &&
@@ -189,9 +189,9 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   OutputFiles output(out);
   const std::string folder = output.path("");
   writeBenchmarkHead(folder, outcome.record);
-  SlotStore store(folder);
-  for (const SlotRecord& slot : outcome.record.slots) store.append(slot);
-  outcome.slots_found = outcome.record.slots.size();
+  ResultStore store(folder);
+  for (const WindowResult& result : outcome.record.results) store.append(result);
+  outcome.results_found = outcome.record.results.size();
   requireCoverage(&outcome.record, kMinCoverage);
   for (const std::string& file : writeBenchmarkResults(folder, outcome.record, report))
     outcome.files.push_back((fs::path(out) / fs::path(file).filename()).string());

@@ -1,21 +1,21 @@
-#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/windows.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
-#include "etalon/benchmark/benchmark_summary.h"
+#include "etalon/benchmark/summary.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
 #include "etalon/frontend/keyframe_selector.h"
 
 namespace etalon {
 
-std::vector<BenchmarkWindow> windowsOf(const BenchmarkProtocol& protocol) {
-  std::vector<BenchmarkWindow> windows;
+std::vector<WindowShape> shapesOf(const BenchmarkProtocol& protocol) {
+  std::vector<WindowShape> shapes;
   for (const int keyframes : protocol.keyframes)
-    for (const double rate_hz : protocol.rates_hz) windows.push_back({keyframes, rate_hz});
-  return windows;
+    for (const double rate_hz : protocol.rates_hz) shapes.push_back({keyframes, rate_hz});
+  return shapes;
 }
 
 void checkLength(const std::string& name, TimeNs first_image, TimeNs last_image) {
@@ -26,25 +26,25 @@ void checkLength(const std::string& name, TimeNs first_image, TimeNs last_image)
                       " days apart; expected at most 7 days, is a stamp damaged?");
 }
 
-double shortestRecording(const BenchmarkWindow& window) {
-  return (window.keyframes - 1 - 0.5) / window.rate_hz;
+double shortestRecording(const WindowShape& shape) {
+  return (shape.keyframes - 1 - 0.5) / shape.rate_hz;
 }
 
-std::vector<std::string> tooShort(const BenchmarkRecord& record, const BenchmarkWindow& window) {
+std::vector<std::string> tooShort(const BenchmarkRecord& record, const WindowShape& shape) {
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : record.sequences) {
     const bool has_slots =
-        std::any_of(record.slots.begin(), record.slots.end(), [&](const SlotRecord& slot) {
-          return slot.sequence == sequence.name && slot.keyframes == window.keyframes &&
-                 slot.rate_hz == window.rate_hz;
+        std::any_of(record.results.begin(), record.results.end(), [&](const WindowResult& result) {
+          return result.sequence == sequence.name && result.keyframes == shape.keyframes &&
+                 result.rate_hz == shape.rate_hz;
         });
     if (has_slots || !sequence.error.empty() ||
-        slotCount(sequence.first_image, sequence.last_image, record.protocol.every_s, window) > 0)
+        windowCount(sequence.first_image, sequence.last_image, record.protocol.every_s, shape) > 0)
       continue;
     char text[200];
     std::snprintf(text, sizeof text,
                   ": too short for %d keyframes at %g Hz (needs %.2f s, has %.2f s): 0 slots",
-                  window.keyframes, window.rate_hz, shortestRecording(window),
+                  shape.keyframes, shape.rate_hz, shortestRecording(shape),
                   secondsBetween(sequence.first_image, sequence.last_image));
     sentences.push_back(sequence.name + text);
   }
@@ -52,16 +52,16 @@ std::vector<std::string> tooShort(const BenchmarkRecord& record, const Benchmark
 }
 
 std::vector<std::string> tooShort(const BenchmarkRecord& record) {
-  std::vector<BenchmarkWindow> windows = windowsOf(record.protocol);
-  for (const auto& [keyframes, rate_hz] : windowsOf(record))
-    if (std::none_of(windows.begin(), windows.end(),
-                     [k = keyframes, r = rate_hz](const BenchmarkWindow& known) {
+  std::vector<WindowShape> shapes = shapesOf(record.protocol);
+  for (const auto& [keyframes, rate_hz] : shapesOf(record))
+    if (std::none_of(shapes.begin(), shapes.end(),
+                     [k = keyframes, r = rate_hz](const WindowShape& known) {
                        return known.keyframes == k && known.rate_hz == r;
                      }))
-      windows.push_back({keyframes, rate_hz});
+      shapes.push_back({keyframes, rate_hz});
   std::vector<std::string> sentences;
-  for (const BenchmarkWindow& window : windows)
-    for (const std::string& sentence : tooShort(record, window)) sentences.push_back(sentence);
+  for (const WindowShape& shape : shapes)
+    for (const std::string& sentence : tooShort(record, shape)) sentences.push_back(sentence);
   return sentences;
 }
 
@@ -88,29 +88,27 @@ void checkKeyframeRates(const std::vector<double>& rates_hz, double camera_hz,
   }
 }
 
-int slotCount(TimeNs first_image, TimeNs last_image, double every_s,
-              const BenchmarkWindow& window) {
+int windowCount(TimeNs first_image, TimeNs last_image, double every_s, const WindowShape& shape) {
   const double duration_s = secondsBetween(first_image, last_image);
-  const double window_s = shortestRecording(window);
+  const double window_s = shortestRecording(shape);
   return duration_s < window_s
              ? 0
              : 1 + static_cast<int>(std::floor((duration_s - window_s) / every_s));
 }
 
-InitializationProblem slotProblem(const SequenceTracks& tracks, double every_s,
-                                  const BenchmarkWindow& window, int segment,
-                                  const ImuNoiseDensities& noise, const WindowOptions& options) {
-  // A stamp's jitter must not move a slot by a frame.
+InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s,
+                                    const WindowShape& shape, int window,
+                                    const ImuNoiseOptions& noise, const WindowOptions& options) {
+  // A stamp's jitter must not move a window by a frame.
   constexpr double kJitter_s = 0.002;
-  const TimeNs start =
-      tracks.first_image + durationNs(std::max(0.0, segment * every_s - kJitter_s));
+  const TimeNs start = tracks.first_image + durationNs(std::max(0.0, window * every_s - kJitter_s));
   auto first = std::lower_bound(tracks.frames.begin(), tracks.frames.end(), start,
                                 [](const TrackedFrame& frame, TimeNs t) { return frame.t < t; });
-  KeyframeSelector selector(KeyframeSelectorOptions{window.rate_hz});
+  KeyframeSelector selector(KeyframeSelectorOptions{shape.rate_hz});
   std::vector<TrackedFrame> frames;
   std::vector<int> keyframes;
   for (auto frame = first;
-       frame != tracks.frames.end() && static_cast<int>(keyframes.size()) < window.keyframes;
+       frame != tracks.frames.end() && static_cast<int>(keyframes.size()) < shape.keyframes;
        ++frame) {
     frames.push_back(*frame);
     if (selector.isKeyframe(frame->t)) keyframes.push_back(static_cast<int>(frames.size()) - 1);
@@ -118,8 +116,9 @@ InitializationProblem slotProblem(const SequenceTracks& tracks, double every_s,
   if (!keyframes.empty()) frames.resize(static_cast<size_t>(keyframes.back()) + 1);
   ImuBuffer imu;
   if (keyframes.size() > 1) imu = ImuBuffer(tracks.imu.between(frames.front().t, frames.back().t));
-  return makeProblem(tracks.calibration, noise, options, std::move(frames), std::move(keyframes),
-                     std::move(imu));
+  const ImuNoiseDensities densities = noise.apply(tracks.calibration.imu.noise, imu.samples());
+  return makeProblem(tracks.calibration, densities, options, std::move(frames),
+                     std::move(keyframes), std::move(imu));
 }
 
 }  // namespace etalon

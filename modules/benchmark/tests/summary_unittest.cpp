@@ -1,11 +1,11 @@
-#include "etalon/benchmark/benchmark_summary.h"
+#include "etalon/benchmark/summary.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/evaluation/window_metrics.h"
 #include "etalon/testing/example_benchmark.h"
 
 namespace etalon {
@@ -13,23 +13,23 @@ namespace {
 
 using ::testing::ElementsAre;
 using testing::exampleBenchmark;
-using testing::exampleSlot;
+using testing::exampleResult;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 SummaryRow find(const std::vector<SummaryRow>& rows, const std::string& sequence,
                 const std::string& initializer, const std::string& stage,
-                const std::string& slots = kAllSlots) {
+                const std::string& which = kAllWindows) {
   for (const SummaryRow& row : rows)
     if (row.sequence == sequence && row.initializer == initializer && row.stage == stage &&
-        row.slots == slots)
+        row.which == which)
       return row;
-  ADD_FAILURE() << "no row " << sequence << " " << initializer << " " << stage << " " << slots;
+  ADD_FAILURE() << "no row " << sequence << " " << initializer << " " << stage << " " << which;
   return {};
 }
 
 size_t indexOf(const std::string& key) {
-  const std::vector<SegmentMetric> metrics = segmentMetrics();
+  const std::vector<WindowMetric> metrics = windowMetrics();
   for (size_t m = 0; m < metrics.size(); ++m)
     if (metrics[m].key == key) return m;
   return metrics.size();
@@ -80,10 +80,10 @@ TEST(Summary, WithoutGroundTruthSuccessIsUnknownRefusedOrNot) {
 
 TEST(Summary, PosesAloneDoNotAllowToJudge) {
   BenchmarkRecord record = exampleBenchmark();
-  for (SlotRecord& slot : record.slots) {
-    for (GroundTruthState& state : slot.truth) state.v_WB.setZero();
-    for (StageRecord& stage : slot.attempt.stages)
-      if (stage.errors) stage.errors->velocity_mps = SegmentErrors::kNone;
+  for (WindowResult& result : record.results) {
+    for (GroundTruthState& state : result.truth) state.v_WB.setZero();
+    for (StageRecord& stage : result.attempt.stages)
+      if (stage.errors) stage.errors->velocity_mps = WindowErrors::kNone;
   }
   for (const SummaryRow& row : summarize(record)) EXPECT_EQ(row.judged, 0);
 }
@@ -106,32 +106,32 @@ TEST(Summary, MeanMedianAndNinetiethPercentileByHand) {
   EXPECT_DOUBLE_EQ(bad.errors[gravity].median, 1.75);
   EXPECT_DOUBLE_EQ(bad.runtime_ms.mean, 20.0);
   EXPECT_EQ(bad.runtime_ms.count, 4);
-  EXPECT_DOUBLE_EQ(bad.visual_odometry_ms.median, 12.0);  // 10 to 14
+  EXPECT_DOUBLE_EQ(bad.stereo_odometry_ms.median, 12.0);  // 10 to 14
 }
 
-TEST(Summary, MovingSlotsAreThoseWithAPath) {
+TEST(Summary, MovingWindowsAreThoseWithAPath) {
   const std::vector<SummaryRow> rows = summarize(exampleBenchmark());
-  const SummaryRow moving = find(rows, "V1", "good", kStageInit, kMovingSlots);
+  const SummaryRow moving = find(rows, "V1", "good", kStageInit, kMovingWindows);
   EXPECT_EQ(moving.count, 4);
   EXPECT_DOUBLE_EQ(moving.errors[indexOf("gravity_deg")].mean, 7.5 / 4);
-  EXPECT_EQ(find(rows, "none", "good", kStageInit, kMovingSlots).count, 0);
+  EXPECT_EQ(find(rows, "none", "good", kStageInit, kMovingWindows).count, 0);
 
-  SlotRecord slot = exampleSlot("V1", 0, "good", {});
+  WindowResult result = exampleResult("V1", 0, "good", {});
   for (const double step_m : {0.0055, 0.0056}) {  // nine steps: 4.95 cm, 5.04 cm
-    for (int k = 0; k < 10; ++k) slot.truth[static_cast<size_t>(k)].T_WB.t.x() = step_m * k;
-    EXPECT_EQ(inMotion(slot), step_m > 0.00555);
+    for (int k = 0; k < 10; ++k) result.truth[static_cast<size_t>(k)].T_WB.t.x() = step_m * k;
+    EXPECT_EQ(inMotion(result), step_m > 0.00555);
   }
 }
 
 TEST(Summary, EveryWindowHasItsRows) {
   BenchmarkRecord record = exampleBenchmark();
-  const size_t slots = record.slots.size();
-  for (size_t i = 0; i < slots; ++i) {
-    SlotRecord slot = record.slots[i];
-    slot.rate_hz = 10.0;
-    record.slots.push_back(slot);
+  const size_t results = record.results.size();
+  for (size_t i = 0; i < results; ++i) {
+    WindowResult result = record.results[i];
+    result.rate_hz = 10.0;
+    record.results.push_back(result);
   }
-  EXPECT_THAT(windowsOf(record), ElementsAre(std::make_pair(10, 4.0), std::make_pair(10, 10.0)));
+  EXPECT_THAT(shapesOf(record), ElementsAre(WindowShape{10, 4.0}, WindowShape{10, 10.0}));
   const std::vector<SummaryRow> rows = summarize(record);
   EXPECT_EQ(rows.size(), 48u);
   EXPECT_EQ(rows[0].rate_hz, 4.0);

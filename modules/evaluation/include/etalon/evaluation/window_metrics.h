@@ -7,12 +7,12 @@
 
 namespace etalon {
 
-/** One of the errors of a segment, and how it is printed. */
-struct SegmentMetric {
-  std::string key;               ///< as in files, e.g. "ate_m"
-  std::string name;              ///< in words
-  std::string title;             ///< of a column: short, with the unit it is printed in
-  double SegmentErrors::*error;  ///< where it is
+/** One of the errors of a window, and how it is printed. */
+struct WindowMetric {
+  std::string key;              ///< as in files, e.g. "ate_m"
+  std::string name;             ///< in words
+  std::string title;            ///< of a column: short, with the unit it is printed in
+  double WindowErrors::*error;  ///< where it is
   int decimals = 0;
   double factor = 1.0;  ///< from the key's unit to the title's
 
@@ -21,12 +21,12 @@ struct SegmentMetric {
 };
 
 /** All of them, in the order of the files. */
-std::vector<SegmentMetric> segmentMetrics();
+std::vector<WindowMetric> windowMetrics();
 
 /** The errors over what the estimate claims (setNees()), in the order of the files. */
-std::vector<SegmentMetric> neesMetrics();
+std::vector<WindowMetric> neesMetrics();
 
 /** @throws ConfigError naming those that exist, if there is none of this key. */
-SegmentMetric segmentMetric(const std::string& key);
+WindowMetric windowMetric(const std::string& key);
 
 }  // namespace etalon

@@ -1,9 +1,9 @@
-#include "benchmark_json.h"
+#include "record_json.h"
 
 #include <cmath>
 #include <cstdio>
 
-#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/runlog/attempt_json.h"
 
 namespace etalon {
@@ -19,24 +19,24 @@ ImuBias biasFromJson(const JsonReader& json) {
   return {json.at("gyro_rps").vector<3>(), json.at("accel_mps2").vector<3>()};
 }
 
-Json floorJson(const GroundTruthFloor& floor) {
+Json boundJson(const GroundTruthBound& bound) {
   Json json;
-  json["interval_s"] = numberJson(floor.interval_s);
-  json["rre_deg"] = numberJson(floor.rre_deg);
-  json["bias"] = biasJson(floor.bias);
-  json["gravity_direction_G"] = vectorJson(floor.gravity_direction_G);
-  json["world_tilt_deg"] = numberJson(floor.world_tilt_deg);
+  json["interval_s"] = numberJson(bound.interval_s);
+  json["rre_deg"] = numberJson(bound.rre_deg);
+  json["bias"] = biasJson(bound.bias);
+  json["gravity_direction_G"] = vectorJson(bound.gravity_direction_G);
+  json["world_tilt_deg"] = numberJson(bound.world_tilt_deg);
   return json;
 }
 
-GroundTruthFloor floorFromJson(const JsonReader& json) {
-  GroundTruthFloor floor;
-  floor.interval_s = json.at("interval_s").number();
-  floor.rre_deg = json.at("rre_deg").number();
-  floor.bias = biasFromJson(json.at("bias"));
-  floor.gravity_direction_G = json.at("gravity_direction_G").vector<3>();
-  floor.world_tilt_deg = json.at("world_tilt_deg").number();
-  return floor;
+GroundTruthBound boundFromJson(const JsonReader& json) {
+  GroundTruthBound bound;
+  bound.interval_s = json.at("interval_s").number();
+  bound.rre_deg = json.at("rre_deg").number();
+  bound.bias = biasFromJson(json.at("bias"));
+  bound.gravity_direction_G = json.at("gravity_direction_G").vector<3>();
+  bound.world_tilt_deg = json.at("world_tilt_deg").number();
+  return bound;
 }
 
 Json sequenceJson(const BenchmarkSequence& s) {
@@ -52,7 +52,7 @@ Json sequenceJson(const BenchmarkSequence& s) {
   json["unreadable_images"] = s.unreadable_images;
   json["has_ground_truth"] = s.has_ground_truth;
   json["warnings"] = s.warnings;
-  json["floor"] = floorJson(s.floor);
+  json["floor"] = boundJson(s.bound);
   json["gyro_agreement"] = {{"median", numberJson(s.gyro_agreement.median)},
                             {"rms", numberJson(s.gyro_agreement.rms)}};
   json["frontend_ms"] = numberJson(s.frontend_ms);
@@ -78,7 +78,7 @@ BenchmarkSequence sequenceFromJson(const JsonReader& json) {
   s.has_ground_truth = json.at("has_ground_truth").boolean();
   for (const JsonReader& warning : json.at("warnings").elements())
     s.warnings.push_back(warning.text());
-  s.floor = floorFromJson(json.at("floor"));
+  s.bound = boundFromJson(json.at("floor"));
   if (json.has("gyro_agreement"))
     s.gyro_agreement = {json.at("gyro_agreement").at("median").number(),
                         json.at("gyro_agreement").at("rms").number()};
@@ -214,40 +214,40 @@ BenchmarkRecord benchmarkHeadFromJson(const JsonReader& json) {
   return record;
 }
 
-Json slotJson(const SlotRecord& slot) {
+Json resultJson(const WindowResult& result) {
   Json json;
-  json["sequence"] = slot.sequence;
-  json["segment"] = slot.segment;
-  json["t0_ns"] = slot.t0;
-  json["keyframes"] = slot.keyframes;
-  json["rate_hz"] = slot.rate_hz;
-  json["initializer"] = slot.initializer;
-  json["attempt"] = attemptJson(slot.attempt);
+  json["sequence"] = result.sequence;
+  json["segment"] = result.window;
+  json["t0_ns"] = result.t0;
+  json["keyframes"] = result.keyframes;
+  json["rate_hz"] = result.rate_hz;
+  json["initializer"] = result.initializer;
+  json["attempt"] = attemptJson(result.attempt);
   json["truth"] = Json::array();
-  for (const GroundTruthState& state : slot.truth) json["truth"].push_back(truthJson(state));
-  const GyroWindowFloor& floor = slot.gyro_floor;
-  if (!std::isnan(floor.rre_deg)) json["gyro_rre_deg"] = floor.rre_deg;
-  if (!std::isnan(floor.gyro_bias_rps)) json["gyro_bias_floor_rps"] = floor.gyro_bias_rps;
-  if (slot.noise) json["noise"] = noiseJson(*slot.noise);
+  for (const GroundTruthState& state : result.truth) json["truth"].push_back(truthJson(state));
+  const GyroWindowBound& bound = result.gyro_bound;
+  if (!std::isnan(bound.rre_deg)) json["gyro_rre_deg"] = bound.rre_deg;
+  if (!std::isnan(bound.gyro_bias_rps)) json["gyro_bias_floor_rps"] = bound.gyro_bias_rps;
+  if (result.noise) json["noise"] = noiseJson(*result.noise);
   return json;
 }
 
-SlotRecord slotFromJson(const JsonReader& json) {
-  SlotRecord slot;
-  slot.sequence = json.at("sequence").text();
-  slot.segment = json.at("segment").count();
-  slot.t0 = json.at("t0_ns").stamp();
-  slot.keyframes = json.at("keyframes").count();
-  slot.rate_hz = json.at("rate_hz").number();
-  slot.initializer = json.at("initializer").text();
-  slot.attempt = attemptFromJson(json.at("attempt"));
+WindowResult resultFromJson(const JsonReader& json) {
+  WindowResult result;
+  result.sequence = json.at("sequence").text();
+  result.window = json.at("segment").count();
+  result.t0 = json.at("t0_ns").stamp();
+  result.keyframes = json.at("keyframes").count();
+  result.rate_hz = json.at("rate_hz").number();
+  result.initializer = json.at("initializer").text();
+  result.attempt = attemptFromJson(json.at("attempt"));
   for (const JsonReader& state : json.at("truth").elements())
-    slot.truth.push_back(truthFromJson(state));
-  if (json.has("gyro_rre_deg")) slot.gyro_floor.rre_deg = json.at("gyro_rre_deg").number();
+    result.truth.push_back(truthFromJson(state));
+  if (json.has("gyro_rre_deg")) result.gyro_bound.rre_deg = json.at("gyro_rre_deg").number();
   if (json.has("gyro_bias_floor_rps"))
-    slot.gyro_floor.gyro_bias_rps = json.at("gyro_bias_floor_rps").number();
-  if (json.has("noise")) slot.noise = noiseFromJson(json.at("noise"));
-  return slot;
+    result.gyro_bound.gyro_bias_rps = json.at("gyro_bias_floor_rps").number();
+  if (json.has("noise")) result.noise = noiseFromJson(json.at("noise"));
+  return result;
 }
 
 }  // namespace etalon

@@ -1,4 +1,4 @@
-#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/ground_truth_bound.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -177,29 +177,29 @@ std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equati
 
 }  // namespace
 
-GroundTruthFloor groundTruthFloor(const GroundTruth& ground_truth,
+GroundTruthBound groundTruthBound(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s) {
-  GroundTruthFloor floor;
-  floor.bias.gyro.setConstant(GroundTruthFloor::kNone);
-  floor.bias.accel.setConstant(GroundTruthFloor::kNone);
-  if (ground_truth.empty() || imu.empty() || !(interval_s > 0.0)) return floor;
+  GroundTruthBound bound;
+  bound.bias.gyro.setConstant(GroundTruthBound::kNone);
+  bound.bias.accel.setConstant(GroundTruthBound::kNone);
+  if (ground_truth.empty() || imu.empty() || !(interval_s > 0.0)) return bound;
   std::vector<Interval> intervals = intervalsOf(ground_truth, imu, interval_s);
-  if (intervals.empty()) return floor;
+  if (intervals.empty()) return bound;
 
-  floor.interval_s = interval_s;
-  floor.bias.gyro = fitGyroBias(&intervals);
-  floor.rre_deg = rotationRmseDeg(intervals);
+  bound.interval_s = interval_s;
+  bound.bias.gyro = fitGyroBias(&intervals);
+  bound.rre_deg = rotationRmseDeg(intervals);
   const auto fit = fitGravity(equationsOf(intervals, ground_truth.has_velocity));
   if (fit && fit->direction_sigma_deg <= kMaxGravitySigmaDeg) {
-    floor.gravity_direction_G = fit->gravity_G.normalized();
-    floor.bias.accel = fit->accel_bias;
-    floor.world_tilt_deg =
-        degrees(angleBetween(floor.gravity_direction_G, -Eigen::Vector3d::UnitZ()));
+    bound.gravity_direction_G = fit->gravity_G.normalized();
+    bound.bias.accel = fit->accel_bias;
+    bound.world_tilt_deg =
+        degrees(angleBetween(bound.gravity_direction_G, -Eigen::Vector3d::UnitZ()));
   }
-  return floor;
+  return bound;
 }
 
-GyroWindowFloor gyroWindowFloor(const GroundTruth& ground_truth, const ImuBuffer& imu,
+GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
                                 const std::vector<TimeNs>& keyframes) {
   std::vector<Interval> intervals;
   Eigen::Vector3d stated = Eigen::Vector3d::Zero();  // sum of the ground truth's b_g
@@ -215,12 +215,12 @@ GyroWindowFloor gyroWindowFloor(const GroundTruth& ground_truth, const ImuBuffer
       intervals.push_back(
           {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
   }
-  GyroWindowFloor floor;
-  if (intervals.empty()) return floor;
+  GyroWindowBound bound;
+  if (intervals.empty()) return bound;
   const Eigen::Vector3d fitted = fitGyroBias(&intervals);
-  floor.rre_deg = rotationRmseDeg(intervals);
-  if (ground_truth.has_biases) floor.gyro_bias_rps = (fitted - stated / states).norm();
-  return floor;
+  bound.rre_deg = rotationRmseDeg(intervals);
+  if (ground_truth.has_biases) bound.gyro_bias_rps = (fitted - stated / states).norm();
+  return bound;
 }
 
 }  // namespace etalon

@@ -1,4 +1,4 @@
-#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/ground_truth_bound.h"
 
 #include <gtest/gtest.h>
 
@@ -46,27 +46,27 @@ ImuSynthesisOptions biased() {
   return options;
 }
 
-TEST(GroundTruthFloor, IsZeroForAnExactTruth) {
+TEST(GroundTruthBound, IsZeroForAnExactTruth) {
   const Flight flight = fly(MotionProfile::kAggressive, ImuSynthesisOptions::noiseFree());
-  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-  EXPECT_EQ(floor.interval_s, 0.25);
+  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+  EXPECT_EQ(bound.interval_s, 0.25);
   // What preintegration at 200 Hz leaves of a flight with up to 3 rad/s: second order in 5 ms.
-  EXPECT_LT(floor.rre_deg, 1e-3);
-  EXPECT_LT(floor.bias.gyro.norm(), 2e-5);
-  EXPECT_LT(floor.bias.accel.norm(), 2e-4);
-  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+  EXPECT_LT(bound.rre_deg, 1e-3);
+  EXPECT_LT(bound.bias.gyro.norm(), 2e-5);
+  EXPECT_LT(bound.bias.accel.norm(), 2e-4);
+  EXPECT_LT(bound.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthFloor, FindsTheBiases) {
+TEST(GroundTruthBound, FindsTheBiases) {
   const Flight flight = fly(MotionProfile::kAggressive, biased());
-  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-  EXPECT_LT((floor.bias.gyro - biased().initial_bias.gyro).norm(), 2e-5);
-  EXPECT_LT((floor.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
-  EXPECT_LT(floor.rre_deg, 1e-3);
-  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+  EXPECT_LT((bound.bias.gyro - biased().initial_bias.gyro).norm(), 2e-5);
+  EXPECT_LT((bound.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
+  EXPECT_LT(bound.rre_deg, 1e-3);
+  EXPECT_LT(bound.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthFloor, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
+TEST(GroundTruthBound, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   const SE3 T_GW(expSO3(Vector3d(0.6, -0.8, 0.0) * 0.55 / kDegrees), Vector3d(1, 2, 3));
   for (GroundTruthState& s : flight.truth.states) {
@@ -77,17 +77,17 @@ TEST(GroundTruthFloor, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
     flight.truth.has_velocity = has_velocity;
     if (!has_velocity)
       for (GroundTruthState& s : flight.truth.states) s.v_WB.setZero();
-    const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-    EXPECT_NEAR(floor.world_tilt_deg, 0.55, 2e-3) << has_velocity;
-    ASSERT_TRUE(floor.foundGravityDirection().has_value());
-    EXPECT_EQ(*floor.foundGravityDirection(), floor.gravity_direction_G);
-    EXPECT_LT((floor.gravity_direction_G - T_GW.R * Vector3d(0, 0, -1)).norm() * kDegrees, 2e-3);
-    EXPECT_LT((floor.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
-    EXPECT_LT(floor.rre_deg, 1e-3);  // a tilt of the world turns no relative rotation
+    const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+    EXPECT_NEAR(bound.world_tilt_deg, 0.55, 2e-3) << has_velocity;
+    ASSERT_TRUE(bound.foundGravityDirection().has_value());
+    EXPECT_EQ(*bound.foundGravityDirection(), bound.gravity_direction_G);
+    EXPECT_LT((bound.gravity_direction_G - T_GW.R * Vector3d(0, 0, -1)).norm() * kDegrees, 2e-3);
+    EXPECT_LT((bound.bias.accel - biased().initial_bias.accel).norm(), 2e-4);
+    EXPECT_LT(bound.rre_deg, 1e-3);  // a tilt of the world turns no relative rotation
   }
 }
 
-TEST(GroundTruthFloor, MeasuresTheNoiseOfTheTruthsRotations) {
+TEST(GroundTruthBound, MeasuresTheNoiseOfTheTruthsRotations) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
@@ -95,11 +95,11 @@ TEST(GroundTruthFloor, MeasuresTheNoiseOfTheTruthsRotations) {
   for (GroundTruthState& s : flight.truth.states)
     s.T_WB.R *= expSO3(sigma * Vector3d(normal(generator), normal(generator), normal(generator)));
   // Two ends, three axes: sqrt(6) sigma, from 80 intervals of 3 components: 6 %, of which 3 sigma.
-  EXPECT_NEAR(groundTruthFloor(flight.truth, flight.imu).rre_deg, std::sqrt(6.0) * 0.02,
+  EXPECT_NEAR(groundTruthBound(flight.truth, flight.imu).rre_deg, std::sqrt(6.0) * 0.02,
               0.2 * std::sqrt(6.0) * 0.02);
 }
 
-TEST(GroundTruthFloor, MeasuresTheNoiseOfTheGyro) {
+TEST(GroundTruthBound, MeasuresTheNoiseOfTheGyro) {
   ImuSynthesisOptions noisy = biased();
   noisy.white_noise = true;
   noisy.noise.gyro_noise_density = 2e-3;
@@ -107,61 +107,61 @@ TEST(GroundTruthFloor, MeasuresTheNoiseOfTheGyro) {
   const Flight flight = fly(MotionProfile::kGentle, noisy);
   // sigma_c sqrt(interval) an axis.
   const double expected = 2e-3 * std::sqrt(3 * 0.25) * kDegrees;
-  EXPECT_NEAR(groundTruthFloor(flight.truth, flight.imu).rre_deg, expected, 0.2 * expected);
+  EXPECT_NEAR(groundTruthBound(flight.truth, flight.imu).rre_deg, expected, 0.2 * expected);
 }
 
-TEST(GroundTruthFloor, TakesTheTruthsOwnStatesAtALowRate) {
+TEST(GroundTruthBound, TakesTheTruthsOwnStatesAtALowRate) {
   const Flight flight = fly(MotionProfile::kAggressive, biased(), 20.0);
-  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-  EXPECT_LT(floor.rre_deg, 1e-3);
-  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+  EXPECT_LT(bound.rre_deg, 1e-3);
+  EXPECT_LT(bound.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthFloor, LeavesOutWhatEitherDoesNotCover) {
+TEST(GroundTruthBound, LeavesOutWhatEitherDoesNotCover) {
   Flight flight = fly(MotionProfile::kAggressive, biased());
   auto& states = flight.truth.states;
   states.erase(states.begin() + 1000, states.begin() + 1600);
   flight.imu.erase(flight.imu.begin() + 2000, flight.imu.begin() + 2100);
   flight.imu.resize(3500);
-  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-  EXPECT_LT(floor.rre_deg, 1e-3);
-  EXPECT_LT(floor.world_tilt_deg, 2e-3);
+  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+  EXPECT_LT(bound.rre_deg, 1e-3);
+  EXPECT_LT(bound.world_tilt_deg, 2e-3);
 }
 
-TEST(GroundTruthFloor, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
+TEST(GroundTruthBound, AtRestGravityCannotBeToldFromTheAccelerometersBias) {
   const Flight flight = fly(MotionProfile::kStatic, biased());
-  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-  EXPECT_LT((floor.bias.gyro - biased().initial_bias.gyro).norm(), 1e-9);
-  EXPECT_LT(floor.rre_deg, 1e-6);
-  EXPECT_TRUE(std::isnan(floor.world_tilt_deg));
-  EXPECT_TRUE(std::isnan(floor.bias.accel.x()));
-  EXPECT_EQ(floor.gravity_direction_G, Vector3d(0, 0, -1));
-  EXPECT_FALSE(floor.foundGravityDirection().has_value());
+  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+  EXPECT_LT((bound.bias.gyro - biased().initial_bias.gyro).norm(), 1e-9);
+  EXPECT_LT(bound.rre_deg, 1e-6);
+  EXPECT_TRUE(std::isnan(bound.world_tilt_deg));
+  EXPECT_TRUE(std::isnan(bound.bias.accel.x()));
+  EXPECT_EQ(bound.gravity_direction_G, Vector3d(0, 0, -1));
+  EXPECT_FALSE(bound.foundGravityDirection().has_value());
 }
 
-TEST(GroundTruthFloor, OfAShortRecordingGravityIsNotFoundFromNoisySamples) {
+TEST(GroundTruthBound, OfAShortRecordingGravityIsNotFoundFromNoisySamples) {
   ImuSynthesisOptions noisy = biased();
   noisy.white_noise = true;
   noisy.noise.gyro_noise_density = 0.0;
   noisy.noise.accel_noise_density = 0.01;  // five times the data sheet: a flight
   Flight flight = fly(MotionProfile::kGentle, noisy);
-  EXPECT_TRUE(groundTruthFloor(flight.truth, flight.imu).foundGravityDirection().has_value());
+  EXPECT_TRUE(groundTruthBound(flight.truth, flight.imu).foundGravityDirection().has_value());
   flight.truth.states.resize(1200);  // 6 s, of which one at rest
-  const GroundTruthFloor floor = groundTruthFloor(flight.truth, flight.imu);
-  EXPECT_FALSE(floor.foundGravityDirection().has_value());
-  EXPECT_FALSE(std::isnan(floor.rre_deg));
+  const GroundTruthBound bound = groundTruthBound(flight.truth, flight.imu);
+  EXPECT_FALSE(bound.foundGravityDirection().has_value());
+  EXPECT_FALSE(std::isnan(bound.rre_deg));
 }
 
-TEST(GroundTruthFloor, WithoutTruthOrImuThereIsNone) {
+TEST(GroundTruthBound, WithoutTruthOrImuThereIsNone) {
   const Flight flight = fly(MotionProfile::kGentle, biased());
-  for (const GroundTruthFloor& floor :
-       {groundTruthFloor({}, flight.imu), groundTruthFloor(flight.truth, {}),
-        groundTruthFloor(flight.truth, flight.imu, 100.0)}) {
-    EXPECT_TRUE(std::isnan(floor.rre_deg));
-    EXPECT_TRUE(std::isnan(floor.interval_s));
-    EXPECT_TRUE(std::isnan(floor.bias.gyro.x()));
-    EXPECT_TRUE(std::isnan(floor.world_tilt_deg));
-    EXPECT_EQ(floor.gravity_direction_G, Vector3d(0, 0, -1));
+  for (const GroundTruthBound& bound :
+       {groundTruthBound({}, flight.imu), groundTruthBound(flight.truth, {}),
+        groundTruthBound(flight.truth, flight.imu, 100.0)}) {
+    EXPECT_TRUE(std::isnan(bound.rre_deg));
+    EXPECT_TRUE(std::isnan(bound.interval_s));
+    EXPECT_TRUE(std::isnan(bound.bias.gyro.x()));
+    EXPECT_TRUE(std::isnan(bound.world_tilt_deg));
+    EXPECT_EQ(bound.gravity_direction_G, Vector3d(0, 0, -1));
   }
 }
 
@@ -186,24 +186,24 @@ double rreOfIntegration(const Flight& flight, const std::vector<TimeNs>& stamps,
               .deltas()
               .dR;
   }
-  return evaluateSegment(states, {}, flight.truth).rre_deg;
+  return evaluateWindow(states, {}, flight.truth).rre_deg;
 }
 
-TEST(GyroWindowFloor, FollowsABiasThatChanges) {
+TEST(GyroWindowBound, FollowsABiasThatChanges) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   // A bias that drifts by 0.02 rad/s in 20 s, as no constant can follow.
   for (ImuSample& sample : flight.imu)
     sample.gyro.x() += 1e-3 * secondsBetween(flight.imu.front().t, sample.t);
   const ImuBuffer imu(flight.imu);
   for (const double start_s : {2.0, 9.0, 16.0}) {
-    const double floor = gyroWindowFloor(flight.truth, imu, keyframesOf(flight, start_s)).rre_deg;
+    const double bound = gyroWindowBound(flight.truth, imu, keyframesOf(flight, start_s)).rre_deg;
     // Within 2.25 s the bias leaves +-1e-3 rad/s: RMS 0.25 s * 2.25e-3 / sqrt(12) = 0.0093 deg.
-    EXPECT_NEAR(floor, 0.0093, 0.001) << start_s;
-    EXPECT_GT(groundTruthFloor(flight.truth, flight.imu).rre_deg, 5 * floor);
+    EXPECT_NEAR(bound, 0.0093, 0.001) << start_s;
+    EXPECT_GT(groundTruthBound(flight.truth, flight.imu).rre_deg, 5 * bound);
   }
 }
 
-TEST(GyroWindowFloor, IsTheLeastThatIntegrationCanHave) {
+TEST(GyroWindowBound, IsTheLeastThatIntegrationCanHave) {
   ImuSynthesisOptions noisy = biased();
   noisy.white_noise = true;
   noisy.noise.gyro_noise_density = 2e-3;
@@ -211,8 +211,8 @@ TEST(GyroWindowFloor, IsTheLeastThatIntegrationCanHave) {
   const Flight flight = fly(MotionProfile::kAggressive, noisy);
   for (const double rate_hz : {4.0, 10.0}) {
     const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0, rate_hz);
-    const double floor = gyroWindowFloor(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg;
-    EXPECT_GT(rreOfIntegration(flight, stamps, noisy.initial_bias.gyro), floor);
+    const double bound = gyroWindowBound(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg;
+    EXPECT_GT(rreOfIntegration(flight, stamps, noisy.initial_bias.gyro), bound);
     // A coarse search over the bias comes near it and never below.
     double least = 1e9, step = 4e-3;
     Vector3d best = noisy.initial_bias.gyro;
@@ -225,33 +225,33 @@ TEST(GyroWindowFloor, IsTheLeastThatIntegrationCanHave) {
         least = std::min(least, rre);
       }
     }
-    EXPECT_GE(least, floor * (1 - 1e-9)) << rate_hz;
-    EXPECT_LT(least, floor * 1.01) << rate_hz;
+    EXPECT_GE(least, bound * (1 - 1e-9)) << rate_hz;
+    EXPECT_LT(least, bound * 1.01) << rate_hz;
   }
 }
 
-TEST(GyroWindowFloor, OfTheBiasIsWhatTheGroundTruthStatesWrongly) {
+TEST(GyroWindowBound, OfTheBiasIsWhatTheGroundTruthStatesWrongly) {
   Flight flight = fly(MotionProfile::kAggressive, biased());
   const ImuBuffer imu(flight.imu);
   const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0);
-  EXPECT_TRUE(std::isnan(gyroWindowFloor(flight.truth, imu, stamps).gyro_bias_rps));
+  EXPECT_TRUE(std::isnan(gyroWindowBound(flight.truth, imu, stamps).gyro_bias_rps));
   flight.truth.has_biases = true;
   for (GroundTruthState& s : flight.truth.states)
     s.b_g = biased().initial_bias.gyro + Vector3d(0.002, 0.0, -0.001);
   // The fit itself is good to 2e-5 rad/s (FindsTheBiases).
-  EXPECT_NEAR(gyroWindowFloor(flight.truth, imu, stamps).gyro_bias_rps, std::hypot(0.002, 0.001),
+  EXPECT_NEAR(gyroWindowBound(flight.truth, imu, stamps).gyro_bias_rps, std::hypot(0.002, 0.001),
               2e-5);
 }
 
-TEST(GyroWindowFloor, LeavesOutWhatIsNotCovered) {
+TEST(GyroWindowBound, LeavesOutWhatIsNotCovered) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   const std::vector<TimeNs> stamps =
       keyframesOf(flight, 18.5);  // to 20.75 s; the flight ends at 20
-  EXPECT_LT(gyroWindowFloor(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg, 1e-3);
-  EXPECT_TRUE(std::isnan(gyroWindowFloor({}, ImuBuffer(flight.imu), stamps).rre_deg));
-  EXPECT_TRUE(std::isnan(gyroWindowFloor(flight.truth, ImuBuffer(), stamps).rre_deg));
+  EXPECT_LT(gyroWindowBound(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg, 1e-3);
+  EXPECT_TRUE(std::isnan(gyroWindowBound({}, ImuBuffer(flight.imu), stamps).rre_deg));
+  EXPECT_TRUE(std::isnan(gyroWindowBound(flight.truth, ImuBuffer(), stamps).rre_deg));
   EXPECT_TRUE(
-      std::isnan(gyroWindowFloor(flight.truth, ImuBuffer(flight.imu), {stamps[0]}).rre_deg));
+      std::isnan(gyroWindowBound(flight.truth, ImuBuffer(flight.imu), {stamps[0]}).rre_deg));
 }
 
 }  // namespace

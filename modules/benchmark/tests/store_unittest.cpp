@@ -1,4 +1,4 @@
-#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/testing/example_benchmark.h"
 #include "etalon/testing/temporary_folder.h"
@@ -23,16 +23,16 @@ using ::testing::HasSubstr;
 class BenchmarkStoreTest : public ::testing::Test {
  protected:
   std::string folder() const { return folder_.path(); }
-  std::string slotsFile(const BenchmarkRecord& record) const {
-    return (folder_ / "slots" / (record.slots.front().sequence + ".jsonl")).string();
+  std::string resultsFile(const BenchmarkRecord& record) const {
+    return (folder_ / "slots" / (record.results.front().sequence + ".jsonl")).string();
   }
 
-  /** Head and slots, the slots in the order of `record` turned round. */
+  /** Head and windows, the windows in the order of `record` turned round. */
   void write(const BenchmarkRecord& record) {
     writeBenchmarkHead(folder(), record);
-    SlotStore store(folder());
-    for (auto slot = record.slots.rbegin(); slot != record.slots.rend(); ++slot)
-      store.append(*slot);
+    ResultStore store(folder());
+    for (auto result = record.results.rbegin(); result != record.results.rend(); ++result)
+      store.append(*result);
   }
 
   testing::TemporaryFolder folder_;
@@ -40,50 +40,50 @@ class BenchmarkStoreTest : public ::testing::Test {
 
 TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {
   BenchmarkRecord record = exampleBenchmark();
-  sortSlots(&record);
+  sortResults(&record);
   write(record);
   EXPECT_TRUE(isBenchmarkFolder(folder()));
   const BenchmarkRecord read = readBenchmark(folder());
-  EXPECT_EQ(segmentsCsv(segmentRows(read)), segmentsCsv(segmentRows(record)));
+  EXPECT_EQ(windowsCsv(windowRows(read)), windowsCsv(windowRows(record)));
   ASSERT_EQ(read.sequences.size(), record.sequences.size());
   for (size_t i = 0; i < read.sequences.size(); ++i) {
     EXPECT_EQ(read.sequences[i].name, record.sequences[i].name);
     EXPECT_EQ(read.sequences[i].error, record.sequences[i].error);
     EXPECT_EQ(read.sequences[i].gyro_agreement.isCopy(), i == 0);
   }
-  for (size_t i = 0; i < read.slots.size(); ++i) {
-    if (record.slots[i].sequence == "none")
-      EXPECT_TRUE(std::isnan(read.slots[i].gyro_floor.rre_deg));
+  for (size_t i = 0; i < read.results.size(); ++i) {
+    if (record.results[i].sequence == "none")
+      EXPECT_TRUE(std::isnan(read.results[i].gyro_bound.rre_deg));
     else
-      EXPECT_EQ(read.slots[i].gyro_floor.rre_deg, record.slots[i].gyro_floor.rre_deg);
-    EXPECT_EQ(std::isnan(read.slots[i].gyro_floor.gyro_bias_rps),
-              std::isnan(record.slots[i].gyro_floor.gyro_bias_rps));
-    ASSERT_EQ(read.slots[i].noise.has_value(), record.slots[i].noise.has_value());
-    if (read.slots[i].noise) {
-      EXPECT_EQ(read.slots[i].noise->gyro.chi2, record.slots[i].noise->gyro.chi2);
-      EXPECT_EQ(read.slots[i].noise->coupling, record.slots[i].noise->coupling);
+      EXPECT_EQ(read.results[i].gyro_bound.rre_deg, record.results[i].gyro_bound.rre_deg);
+    EXPECT_EQ(std::isnan(read.results[i].gyro_bound.gyro_bias_rps),
+              std::isnan(record.results[i].gyro_bound.gyro_bias_rps));
+    ASSERT_EQ(read.results[i].noise.has_value(), record.results[i].noise.has_value());
+    if (read.results[i].noise) {
+      EXPECT_EQ(read.results[i].noise->gyro.chi2, record.results[i].noise->gyro.chi2);
+      EXPECT_EQ(read.results[i].noise->coupling, record.results[i].noise->coupling);
     }
-    EXPECT_EQ(read.slots[i].truth.size(), record.slots[i].truth.size());
+    EXPECT_EQ(read.results[i].truth.size(), record.results[i].truth.size());
   }
 }
 
 TEST_F(BenchmarkStoreTest, DropsALineThatWasCutAndKeepsTheOthers) {
   BenchmarkRecord record = exampleBenchmark();
-  sortSlots(&record);
+  sortResults(&record);
   write(record);
-  const auto size = fs::file_size(slotsFile(record));
-  fs::resize_file(slotsFile(record), size - 10);
-  EXPECT_EQ(readBenchmark(folder()).slots.size(), record.slots.size() - 1);
-  EXPECT_LT(fs::file_size(slotsFile(record)), size - 10);
+  const auto size = fs::file_size(resultsFile(record));
+  fs::resize_file(resultsFile(record), size - 10);
+  EXPECT_EQ(readBenchmark(folder()).results.size(), record.results.size() - 1);
+  EXPECT_LT(fs::file_size(resultsFile(record)), size - 10);
   // What is appended now stands on a line of its own.
-  SlotStore(folder()).append(record.slots.front());
-  EXPECT_EQ(readBenchmark(folder()).slots.size(), record.slots.size());
+  ResultStore(folder()).append(record.results.front());
+  EXPECT_EQ(readBenchmark(folder()).results.size(), record.results.size());
 }
 
-TEST_F(BenchmarkStoreTest, NamesFileAndLineOfWhatIsNoSlot) {
+TEST_F(BenchmarkStoreTest, NamesFileAndLineOfWhatIsNoResult) {
   const BenchmarkRecord record = exampleBenchmark();
   write(record);
-  const std::string file = slotsFile(record);
+  const std::string file = resultsFile(record);
   fs::resize_file(file, 0);
   std::ofstream(file) << "{\"sequence\": \"x\"}\n";
   try {
@@ -127,12 +127,12 @@ TEST_F(BenchmarkStoreTest, RefusesNumbersThatNoBenchmarkHas) {
   EXPECT_THAT(errorWith(last, "\"last_image_ns\": 900000000000000000"), HasSubstr("7 days apart"));
 }
 
-TEST(BenchmarkSlots, RefuseARecordingOfYears) {
+TEST(BenchmarkWindows, RefuseARecordingOfYears) {
   EXPECT_NO_THROW(checkLength("a", 5, 5 + durationNs(kLongestRecordingS)));
   EXPECT_THROW(checkLength("a", 5, 6 + durationNs(kLongestRecordingS)), DataError);
 }
 
-TEST_F(BenchmarkStoreTest, KnowsWhichSlotsAreMissing) {
+TEST_F(BenchmarkStoreTest, KnowsWhichResultsAreMissing) {
   BenchmarkRecord record;
   record.protocol.every_s = 2.5;
   record.initializers = {{"eta", "1", "", "", ""}};
@@ -140,25 +140,28 @@ TEST_F(BenchmarkStoreTest, KnowsWhichSlotsAreMissing) {
   sequence.name = "a";
   sequence.last_image = durationNs(10.0);
   record.sequences = {sequence};
-  // Slots at 0, 2.5, 5 and 7.5 s: the last one ends at 9.75 s.
-  EXPECT_EQ(missingSlots(record).size(), 4U);
-  SlotRecord slot;
-  slot.sequence = "a";
-  slot.segment = 2;
-  slot.keyframes = 10;
-  slot.rate_hz = 4.0;
-  slot.initializer = "eta";
-  record.slots = {slot};
-  EXPECT_THAT(missingSlots(record), ::testing::ElementsAre("a, 10 keyframes at 4 Hz, slot 0, eta",
-                                                           "a, 10 keyframes at 4 Hz, slot 1, eta",
-                                                           "a, 10 keyframes at 4 Hz, slot 3, eta"));
+  // Windows at 0, 2.5, 5 and 7.5 s: the last one ends at 9.75 s.
+  EXPECT_EQ(missingResults(record).size(), 4U);
+  WindowResult result;
+  result.sequence = "a";
+  result.window = 2;
+  result.keyframes = 10;
+  result.rate_hz = 4.0;
+  result.initializer = "eta";
+  record.results = {result};
+  EXPECT_THAT(missingResults(record),
+              ::testing::ElementsAre("a, 10 keyframes at 4 Hz, slot 0, eta",
+                                     "a, 10 keyframes at 4 Hz, slot 1, eta",
+                                     "a, 10 keyframes at 4 Hz, slot 3, eta"));
   record.sequences.front().error = "cannot be read";
-  EXPECT_TRUE(missingSlots(record).empty());
+  EXPECT_TRUE(missingResults(record).empty());
 }
 
-TEST(BenchmarkSlots, EndWithTheRecording) {
-  const BenchmarkWindow window{10, 4.0};
-  const auto count = [&](double seconds) { return slotCount(0, durationNs(seconds), 2.5, window); };
+TEST(BenchmarkWindows, EndWithTheRecording) {
+  const WindowShape shape{10, 4.0};
+  const auto count = [&](double seconds) {
+    return windowCount(0, durationNs(seconds), 2.5, shape);
+  };
   EXPECT_EQ(count(2.0), 0);  // half a keyframe's interval is granted, no more
   EXPECT_EQ(count(2.2), 1);
   EXPECT_EQ(count(4.6), 1);

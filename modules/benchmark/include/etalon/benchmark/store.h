@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/record.h"
 
 namespace etalon {
 
 // The folder of a benchmark (docs/evaluation.md):
-//   benchmark.json         everything of BenchmarkRecord but its slots
-//   slots/<sequence>.jsonl a line a finished slot and initializer, as they come
+//   benchmark.json         everything of BenchmarkRecord but its results
+//   slots/<sequence>.jsonl a line a finished window and initializer, as they come
 //   config.ini             the effective configuration
 //   segments.csv, summary.csv, report.html   written at the end
 //   tracks/                the front end's tracks (sequence_tracks.h)
@@ -21,12 +21,12 @@ namespace etalon {
 bool isBenchmarkFolder(const std::string& folder);
 
 /**
- * The benchmark in a folder. Of an unfinished one the slots that are there.
+ * The benchmark in a folder. Of an unfinished one the results that are there.
  * @throws DataError naming file, line and what was expected
  */
 BenchmarkRecord readBenchmark(const std::string& folder);
 
-/** Reads benchmark.json alone: a record without slots. */
+/** Reads benchmark.json alone: a record without results. */
 BenchmarkRecord readBenchmarkHead(const std::string& folder);
 
 /** Writes benchmark.json and config.ini. @throws DataError if they cannot be written */
@@ -43,11 +43,11 @@ std::vector<std::string> writeBenchmarkResults(const std::string& folder,
 /** Whether they were written: not so if the benchmark was interrupted. */
 bool hasBenchmarkResults(const std::string& folder);
 
-/** Removes slots and results, so that none of them outlive a benchmark that begins anew. */
+/** Removes results and tables, so that none of them outlive a benchmark that begins anew. */
 void discardBenchmark(const std::string& folder);
 
-/** What tells a slot's line from all others: sequence, window, segment, initializer. */
-std::string slotKey(const SlotRecord& slot);
+/** What tells a result from all others: sequence, keyframes, rate, window, initializer. */
+std::string resultKey(const WindowResult& result);
 
 /**
  * What is missing for the record to be complete, in sentences: results in all and by recording,
@@ -55,35 +55,35 @@ std::string slotKey(const SlotRecord& slot);
  */
 std::vector<std::string> incompleteness(const BenchmarkRecord& record);
 
-/** A slot as its line in slots/, without the line's end. Numbers read back bit for bit (rotations,
- * stored as quaternions, to rounding). */
-std::string slotToText(const SlotRecord& slot);
+/** A result as its line in slots/, without the line's end. Numbers read back bit for bit
+ * (rotations, stored as quaternions, to rounding). */
+std::string resultToText(const WindowResult& result);
 /** @throws DataError if it is none */
-SlotRecord slotFromText(const std::string& text);
+WindowResult resultFromText(const std::string& text);
 
-/** Puts the slots into the order of BenchmarkRecord::slots; drops those that the head does not
+/** Puts the results into the order of BenchmarkRecord::results; drops those that the head does not
  * list. */
-void sortSlots(BenchmarkRecord* record);
+void sortResults(BenchmarkRecord* record);
 
-/** The slots that are missing for the record to be complete, as slotKey() names them. */
-std::vector<std::string> missingSlots(const BenchmarkRecord& record);
+/** The results that are missing for the record to be complete, as resultKey() names them. */
+std::vector<std::string> missingResults(const BenchmarkRecord& record);
 
 /**
- * Finished slots on disk: appended line by line as they come, so that an interrupted benchmark
+ * Finished results on disk: appended line by line as they come, so that an interrupted benchmark
  * loses nothing.
  */
-class SlotStore {
+class ResultStore {
  public:
-  explicit SlotStore(std::string folder);
+  explicit ResultStore(std::string folder);
 
   /** Reads a sequence's lines; a line that was cut in the middle of writing is dropped from the
-   * file. @throws DataError for lines that are no slots */
-  std::vector<SlotRecord> read(const std::string& sequence);
+   * file. @throws DataError for lines that are no results */
+  std::vector<WindowResult> read(const std::string& sequence);
 
   /** @throws DataError if it cannot be written */
-  void append(const SlotRecord& slot);
-  /** The same with slotToText() of a slot of this sequence. */
-  void append(const std::string& sequence, const std::string& slot_text);
+  void append(const WindowResult& result);
+  /** The same with resultToText() of a result of this sequence. */
+  void append(const std::string& sequence, const std::string& result_text);
 
  private:
   std::string path(const std::string& sequence) const;
