@@ -34,11 +34,17 @@ Json streamJson(const StreamSummary& stream) {
 }
 
 Json cameraJson(const CameraCalibration& camera) {
-  const PinholeRadtan& m = camera.model;
+  const CameraModel& m = camera.model;
+  const auto keyOf = [](std::string key, const std::vector<std::string>& names) {
+    for (const std::string& name : names) key += "_" + name;
+    return key;
+  };
   Json json;
-  json["resolution"] = {m.width, m.height};
-  json["intrinsics_fu_fv_cu_cv"] = {m.fu, m.fv, m.cu, m.cv};
-  json["distortion_k1_k2_p1_p2"] = {m.k1, m.k2, m.p1, m.p2};
+  json["camera_model"] = m.kind()->camera_model;
+  json["distortion_model"] = m.kind()->distortion.front();
+  json["resolution"] = {m.width(), m.height()};
+  json[keyOf("intrinsics", m.kind()->intrinsics)] = m.intrinsics();
+  json[keyOf("distortion", m.kind()->coefficients)] = m.coefficients();
   const Eigen::Matrix4d T = camera.T_BC.matrix();
   json["T_BC"] = Json::array();
   for (int r = 0; r < 4; ++r) json["T_BC"].push_back({T(r, 0), T(r, 1), T(r, 2), T(r, 3)});
@@ -112,11 +118,14 @@ void printStream(const char* name, const StreamSummary& stream) {
 }
 
 void printCamera(size_t index, const CameraCalibration& camera) {
-  const PinholeRadtan& m = camera.model;
-  std::printf(
-      "camera %zu       %dx%d px, fu %.3f fv %.3f cu %.3f cv %.3f, radial-tangential k1 %g "
-      "k2 %g p1 %g p2 %g, %g Hz\n",
-      index, m.width, m.height, m.fu, m.fv, m.cu, m.cv, m.k1, m.k2, m.p1, m.p2, camera.rate_hz);
+  const CameraModel& m = camera.model;
+  std::printf("camera %zu       %dx%d px,", index, m.width(), m.height());
+  for (size_t i = 0; i < m.intrinsics().size(); ++i)
+    std::printf(" %s %.3f", m.kind()->intrinsics[i].c_str(), m.intrinsics()[i]);
+  std::printf(", %s", m.kind()->distortion.front().c_str());
+  for (size_t i = 0; i < m.coefficients().size(); ++i)
+    std::printf(" %s %g", m.kind()->coefficients[i].c_str(), m.coefficients()[i]);
+  std::printf(", %g Hz\n", camera.rate_hz);
   for (int r = 0; r < 3; ++r)
     std::printf("%-14s %s % .6f % .6f % .6f % .6f\n", "", r == 0 ? "T_BC" : "    ",
                 camera.T_BC.R(r, 0), camera.T_BC.R(r, 1), camera.T_BC.R(r, 2), camera.T_BC.t[r]);

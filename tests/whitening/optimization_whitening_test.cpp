@@ -13,7 +13,7 @@
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
 #include "etalon/initialization/steps/translation_ba.h"
 #include "etalon/initialization/steps/translation_step.h"
-#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/odometry/visual_solution.h"
 #include "etalon/optimization/bundle/pose_only.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
@@ -256,10 +256,10 @@ TEST(Whitening, PoseOnlyCostsWhatItsFreedomSaysAndWhatTheRawPixelsSay) {
         Vector2d r;
         ASSERT_TRUE(reprojectionResidual(window.T_CB[c], p.measurement, result.T_WB, p.p_W, &r));
         sum += r.squaredNorm();
-        const PinholeRadtan& model = w.synthetic.calibration.cameras[c].model;
+        const CameraModel& model = w.synthetic.calibration.cameras[c].model;
         const auto predicted = model.project(window.T_CB[c] * (result.T_WB.inverse() * p.p_W));
         ASSERT_TRUE(predicted);
-        pixels += (*predicted - model.normalizedToPixel(p.measurement.xy)).squaredNorm() / 0.49;
+        pixels += (*predicted - model.project(p.measurement.ray()).value()).squaredNorm() / 0.49;
       }
       const double freedom = 2.0 * static_cast<double>(points.size()) - 6.0;
       whitened.add(sum, freedom);

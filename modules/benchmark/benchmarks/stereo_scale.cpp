@@ -35,7 +35,7 @@
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
-#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/odometry/visual_solution.h"
 #include "rig_check.h"
 
 namespace {

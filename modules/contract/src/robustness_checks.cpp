@@ -2,7 +2,6 @@
 #include <limits>
 
 #include "check_tools.h"
-#include "etalon/core/errors.h"
 
 namespace etalon::contract {
 
@@ -237,22 +236,12 @@ ContractCheck outliers(const Initializer& initializer, const ContractOptions&) {
   return windows.verdict();
 }
 
-/** Step 1 cannot be had. */
+/** Stereo odometry locates no keyframe but the first. */
 ContractCheck noStereoOdometry(const Initializer& initializer, const ContractOptions&) {
   const Trial trial{SyntheticWindowOptions()};
-  const InitializationProblem good = trial.problem();
-  InitializationProblem::Data data;
-  data.calibration = good.calibration();
-  data.imu_noise = good.imuNoise();
-  data.gravity_mps2 = good.gravityMagnitude();
-  data.sigma_px = good.sigmaPx();
-  data.priors = good.priors();
-  data.frames = good.frames();
-  data.keyframe_indices = good.keyframeIndices();
-  data.imu = good.imu();
-  const InitializationProblem lost(data, []() -> VisualSolution {
-    throw DataError("stereo odometry", 0, "keyframe 4 cannot be located");
-  });
+  InitializationProblem::Data data = trial.problem().data();
+  data.odometry.min_pose_inliers = std::numeric_limits<int>::max();
+  const InitializationProblem lost(std::move(data));
   const Allowed allowed =
       initializer.needsVisualSolution() ? Allowed::kRefusal : Allowed::kRightOrRefusal;
   BadWindows windows(initializer);

@@ -36,11 +36,14 @@ const char* toString(Motion motion) {
 
 StereoInertialCalibration eurocCalibration() {
   StereoInertialCalibration calibration;
-  PinholeRadtan& left = calibration.cameras[0].model;
-  left = {752,     480,         458.654,    457.296,    367.215,
-          248.375, -0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
-  calibration.cameras[1].model = {752,     480,         457.587,    456.134,     379.999,
-                                  255.238, -0.28368365, 0.07451284, -0.00010473, -3.55590700e-05};
+  const auto camera = [](const std::vector<double>& intrinsics,
+                         const std::vector<double>& coefficients) {
+    return CameraModel("pinhole", "radial-tangential", 752, 480, intrinsics, coefficients);
+  };
+  calibration.cameras[0].model = camera({458.654, 457.296, 367.215, 248.375},
+                                        {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05});
+  calibration.cameras[1].model = camera({457.587, 456.134, 379.999, 255.238},
+                                        {-0.28368365, 0.07451284, -0.00010473, -3.55590700e-05});
   Matrix3d R0, R1;
   R0 << 0.0148655429818, -0.999880929698, 0.00414029679422, 0.999557249008, 0.0149672133247,
       0.025715529948, -0.0257744366974, 0.00375618835797, 0.999660727178;

@@ -66,8 +66,8 @@ TEST_F(EurocSource, OpensMav0Itself) {
 TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {
   const auto source = open();
   const CameraCalibration& camera = source->calibration().cameras[1];
-  EXPECT_EQ(camera.model.fv, 45.25);
-  EXPECT_EQ(camera.model.p2, 1.7e-5);
+  EXPECT_EQ(camera.model.parameter("fv"), 45.25);
+  EXPECT_EQ(camera.model.parameter("p2"), 1.7e-5);
   EXPECT_EQ(camera.T_BC.t, Eigen::Vector3d(-0.02, 0.06, 0.01));
   EXPECT_EQ(camera.rate_hz, 20);
   EXPECT_EQ(source->calibration().imu.noise.accel_random_walk, 3e-3);
@@ -114,7 +114,7 @@ TEST_F(EurocSource, AcceptsOpenCvsYaml) {
   const fs::path yaml = mav0("cam0/sensor.yaml");
   replaceInFile(yaml, "T_BS:\n", "T_BS: !!opencv-matrix\n");
   writeText(yaml, "%YAML:1.0\n---\n" + readText(yaml));
-  EXPECT_EQ(open()->calibration().cameras[0].model.fu, 45.5);
+  EXPECT_EQ(open()->calibration().cameras[0].model.parameter("fu"), 45.5);
   replaceInFile(yaml, "camera_model: pinhole", "camera_model: omni");
   // The line of the file as it is, the directive included: 2 lines before, 14th line of the rest.
   EXPECT_THAT(openingError(), AllOf(HasSubstr("cam0/sensor.yaml:15: "), HasSubstr("'omni'"),
@@ -390,16 +390,26 @@ const Defect kDefects[] = {
      "45.5, 45.25,",
      ".nan, 45.25,",
      {"cam0/sensor.yaml:14: ", "'.nan'"}},
-    {"Fisheye",
+    {"UnknownDistortion",
      "cam0/sensor.yaml",
      "radial-tangential",
-     "equidistant",
-     {"cam0/sensor.yaml:15: ", "'equidistant' is not supported", "'radial-tangential'"}},
+     "fov",
+     {"cam0/sensor.yaml:15: ", "'fov' is not supported", "'radial-tangential'", "'equidistant'"}},
+    {"UnknownCamera",
+     "cam0/sensor.yaml",
+     "camera_model: pinhole",
+     "camera_model: omni",
+     {"cam0/sensor.yaml:13: ", "'omni' is not supported", "'pinhole'"}},
+    {"NegativeFocalLength",
+     "cam0/sensor.yaml",
+     "45.5, 45.25,",
+     "-45.5, 45.25,",
+     {"cam0/sensor.yaml:14: ", "positive focal lengths", "[fu, fv, cu, cv]"}},
     {"ThirdRadial",
      "cam0/sensor.yaml",
      "1.7e-05]",
      "1.7e-05, 0.1]",
-     {"cam0/sensor.yaml:16: ", "k3"}},
+     {"cam0/sensor.yaml:16: ", "[k1, k2, p1, p2]", "found 5 numbers"}},
     {"ExtrinsicsCount",
      "cam0/sensor.yaml",
      "0.0, 0.0, 0.0, 1.0]",

@@ -218,8 +218,7 @@ TEST_F(ForeignRawlog, TakesCalibrationFromTheObservations) {
   const auto source = openSource(log);
   const StereoInertialCalibration& read = source->calibration();
   for (size_t c = 0; c < 2; ++c) {
-    EXPECT_EQ(read.cameras[c].model.fu, calibration.cameras[c].model.fu);
-    EXPECT_EQ(read.cameras[c].model.p2, calibration.cameras[c].model.p2);
+    EXPECT_TRUE(read.cameras[c].model == calibration.cameras[c].model);
     // Through quaternions and a product of transforms.
     EXPECT_TRUE(
         read.cameras[c].T_BC.matrix().isApprox(calibration.cameras[c].T_BC.matrix(), 1e-12));
@@ -239,9 +238,9 @@ TEST_F(ForeignRawlog, SaysWhatIsMissingInTheCalibration) {
               AllOf(HasSubstr("right camera"), HasSubstr("intrinsic")));
   write([](auto& stereo) { stereo.rightCameraPose = mrpt::poses::CPose3DQuat(); });
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("baseline"));
-  write([](auto& stereo) { stereo.leftCamera.setDistortionKannalaBrandt(0.1, 0, 0, 0); });
+  write([](auto& stereo) { stereo.leftCamera.k3(0.1); });
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
-              AllOf(HasSubstr("left camera"), HasSubstr("plumb_bob")));
+              AllOf(HasSubstr("left camera"), HasSubstr("plumb_bob"), HasSubstr("kannala_brandt")));
   write([](auto& stereo) { stereo.hasImageRight = false; });
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("left and a right image"));
 }
@@ -265,11 +264,13 @@ TEST_F(ForeignRawlog, StampsOutsideTheClockAreAnError) {
 TEST_F(ForeignRawlog, NumbersThatAreNoneAreAnError) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   write([nan](auto& stereo) { stereo.leftCamera.cx(nan); });
-  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("finite numbers of cam0"));
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
+              AllOf(HasSubstr("left camera"), HasSubstr("finite numbers")));
   write([nan](auto& stereo) { stereo.rightCameraPose.x(nan); });
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("finite numbers of cam1"));
   write([](auto& stereo) { stereo.rightCamera.nrows = 0; });
-  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("size of cam1"));
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
+              AllOf(HasSubstr("right camera"), HasSubstr("at least 1 x 1 px")));
   convert(log, true);
   const std::string whole = readText(log), more = (folder / "more.rawlog").string();
   RawlogWriter writer(more);
@@ -302,7 +303,8 @@ TEST_F(Rawlog, TheCommentsAreCheckedAsTheFilesAre) {
   };
   EXPECT_THAT(errorWith("64,", "6.4e30,"), HasSubstr("whole number"));
   EXPECT_THAT(errorWith("64,", "-64,"), HasSubstr("pixels"));
-  EXPECT_THAT(errorWith("45.5,", "-45.5,"), HasSubstr("focal lengths of cam0"));
+  EXPECT_THAT(errorWith("45.5,", "-45.5,"),
+              AllOf(HasSubstr("focal lengths"), HasSubstr("of cam0")));
   EXPECT_THAT(errorWith("45.5,", "1e999,"), HasSubstr("cannot be used"));
   EXPECT_THAT(errorWith("\"rate_hz\": 200", "\"rate_hz\": -200"), HasSubstr("noise densities"));
   EXPECT_THAT(errorWith("\"version\": 1", "\"version\": 1e40"), HasSubstr("whole number"));

@@ -20,7 +20,7 @@ constexpr size_t kBlockFrames = 40;
 /** Follows corners from image to image and measures the rotation between the last two. */
 class RotationTracker {
  public:
-  explicit RotationTracker(const PinholeRadtan& camera) : camera_(camera) {}
+  explicit RotationTracker(const CameraModel& camera) : camera_(camera) {}
 
   /** Log(R_C0C1) from the previous image to this one; nothing for the first one or with too few
    * tracks. */
@@ -56,18 +56,25 @@ class RotationTracker {
     return next;
   }
 
+  /** (x/z, y/z); nothing from 70 degrees off the axis on, where a plane is of no use. */
+  std::optional<cv::Point2d> onPlane(const cv::Point2f& pixel) const {
+    constexpr double kLeastCosine = 0.34;
+    const auto ray = camera_.unproject({pixel.x, pixel.y});
+    if (!ray || !(ray->z() > kLeastCosine * ray->norm())) return std::nullopt;
+    return cv::Point2d(ray->x() / ray->z(), ray->y() / ray->z());
+  }
+
   std::optional<Eigen::Vector3d> rotationTo(const std::vector<cv::Point2f>& next) const {
     std::vector<cv::Point2d> a, b;
     for (size_t i = 0; i < next.size(); ++i) {
-      const auto p = camera_.pixelToNormalized({corners_[i].x, corners_[i].y});
-      const auto q = camera_.pixelToNormalized({next[i].x, next[i].y});
+      const auto p = onPlane(corners_[i]), q = onPlane(next[i]);
       if (!p || !q) continue;
-      a.emplace_back(p->x(), p->y());
-      b.emplace_back(q->x(), q->y());
+      a.push_back(*p);
+      b.push_back(*q);
     }
     if (a.size() < kMinTracks) return std::nullopt;
-    const cv::Mat E =
-        cv::findEssentialMat(a, b, cv::Mat::eye(3, 3, CV_64F), cv::RANSAC, 0.99, 1.0 / camera_.fu);
+    const cv::Mat E = cv::findEssentialMat(a, b, cv::Mat::eye(3, 3, CV_64F), cv::RANSAC, 0.99,
+                                           1.0 / camera_.focal().x());
     if (E.rows != 3) return std::nullopt;
     // E is that of R_C1C0. Of the two rotations that it allows, the other one is turned by 180
     // degrees.
@@ -80,7 +87,7 @@ class RotationTracker {
     return first.norm() < second.norm() ? first : second;
   }
 
-  const PinholeRadtan& camera_;
+  const CameraModel& camera_;
   cv::Mat image_;
   std::vector<cv::Point2f> corners_;
 };

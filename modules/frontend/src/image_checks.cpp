@@ -34,15 +34,16 @@ struct StereoMatches {
 /** Whether a pixel of camera 0 and one of camera 1 can show one point in front of both. */
 bool agree(const StereoInertialCalibration& calibration, const cv::Point2f& pixel0,
            const cv::Point2f& pixel1) {
-  const auto xy0 = calibration.cameras[0].model.pixelToNormalized({pixel0.x, pixel0.y});
-  const auto xy1 = calibration.cameras[1].model.pixelToNormalized({pixel1.x, pixel1.y});
-  if (!xy0 || !xy1) return false;
+  const auto ray0 = calibration.cameras[0].model.unproject({pixel0.x, pixel0.y});
+  const auto direction1 = calibration.cameras[1].model.measure({pixel1.x, pixel1.y});
+  if (!ray0 || !direction1) return false;
   const SE3 T_C1C0 = calibration.rightFromLeft();
-  const double focal = calibration.cameras[1].model.fu;
-  const Eigen::Vector3d f0 = T_C1C0.R * xy0->homogeneous(), f1 = xy1->homogeneous();
-  const Eigen::Vector3d line = T_C1C0.t.cross(f0);
+  const double focal = calibration.cameras[1].model.focal().x();
+  const Eigen::Vector3d f0 = T_C1C0.R * *ray0, f1 = direction1->ray();
+  const Eigen::Vector3d line = direction1->R_MC * T_C1C0.t.cross(f0);
   constexpr double kNearPx = 2.0;
-  if (std::abs(line.dot(f1)) / line.head<2>().norm() * focal > kNearPx) return false;
+  const double off = line.dot(direction1->xy.homogeneous());
+  if (std::abs(off) / line.head<2>().norm() * focal > kNearPx) return false;
   // The inverse depth by least squares of f1 x (f0 + rho t) = 0, as a disparity.
   const Eigen::Vector3d a = f1.cross(T_C1C0.t), b = f1.cross(f0);
   return -a.dot(b) / a.squaredNorm() * focal * calibration.baseline() > -kNearPx;

@@ -12,7 +12,6 @@
 namespace etalon {
 
 struct InitializationProblem::Lazy {
-  VisualSolver solver;
   std::once_flag once;
   std::atomic<bool> computed{false};
   VisualSolution solution;
@@ -33,11 +32,10 @@ static void checkKeyframeIndices(const InitializationProblem::Data& data) {
   }
 }
 
-InitializationProblem::InitializationProblem(Data data, VisualSolver visual_solver) {
+InitializationProblem::InitializationProblem(Data data) {
   checkKeyframeIndices(data);
   data_ = std::make_shared<const Data>(std::move(data));
   lazy_ = std::make_shared<Lazy>();
-  lazy_->solver = std::move(visual_solver);
 }
 
 std::vector<const TrackedFrame*> InitializationProblem::keyframes() const {
@@ -58,8 +56,10 @@ const VisualSolution& InitializationProblem::visualSolution() const {
   std::call_once(lazy_->once, [this] {
     Stopwatch watch;
     try {
-      if (!lazy_->solver) throw ConfigError("this problem comes without stereo odometry");
-      lazy_->solution = lazy_->solver();
+      std::vector<Eigen::Matrix3d> rotations;
+      for (const Preintegration& p : preintegrate(priors().mean))
+        rotations.push_back(p.deltas().dR);
+      lazy_->solution = solveStereoOdometry(calibration(), keyframes(), rotations, data_->odometry);
     } catch (...) {
       lazy_->error = std::current_exception();
     }

@@ -157,7 +157,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
 
 }  // namespace
 
-inline namespace abi_v2 {
+inline namespace abi_v3 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (auto refusal = checkProblem(problem)) return *refusal;
@@ -172,7 +172,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v2
+}  // namespace abi_v3
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

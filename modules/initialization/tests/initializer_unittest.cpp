@@ -45,7 +45,7 @@ InitializationResult solveWith(const std::string& answer, const Data& data) {
   ParameterSet parameters("test");
   initializer.declareParameters(parameters);
   parameters.read(IniFile::fromText("[test]\nanswer = " + answer + "\n", "test.ini"));
-  return initializer.initialize(InitializationProblem(data, nullptr));
+  return initializer.initialize(InitializationProblem(data));
 }
 
 InitializationResult solveAfter(const std::function<void(Data*)>& change) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/pose_only.h"
 #include "etalon/optimization/bundle/starting_landmarks.h"
@@ -148,37 +147,6 @@ std::vector<SE3> StereoOdometry::keyframePoses() const {
   std::vector<SE3> poses;
   for (const WindowKeyframe& k : keyframes_) poses.push_back(k.T_VB);
   return poses;
-}
-
-VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
-                                   const std::vector<const TrackedFrame*>& keyframes,
-                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
-                                   const StereoOdometryOptions& options) {
-  StereoOdometryOptions window_options = options;
-  window_options.window_keyframes = static_cast<int>(keyframes.size());
-  window_options.ba_rounds = 0;
-  StereoOdometry odometry(calibration, window_options);
-  for (size_t k = 0; k < keyframes.size(); ++k) {
-    const auto frame = odometry.track(
-        *keyframes[k], k == 0 ? Eigen::Matrix3d::Identity() : R_prev_cur[k - 1], true);
-    if (!frame.located)
-      throw DataError("", 0,
-                      "stereo odometry lost its way at keyframe " + std::to_string(k) + ": " +
-                          std::to_string(frame.inliers) + " measurements agree, at least " +
-                          std::to_string(options.min_pose_inliers) + " are wanted");
-  }
-  StereoBaOptions ba;
-  ba.compute_covariance = true;
-  const StereoBaResult result = odometry.bundleAdjust(ba);
-  VisualSolution solution;
-  solution.T_VB = result.T_VB;
-  solution.covariance = result.covariance;
-  solution.rms_px = result.rms_px_over_sigma * options.sigma_px;
-  for (const char inlier : result.inlier) ++(inlier ? solution.inliers : solution.outliers);
-  for (size_t l = 0; l < result.landmarks.size(); ++l)
-    if (result.landmark_valid[l])
-      solution.landmarks[odometry.windowLandmarkIds()[l]] = result.landmarks[l];
-  return solution;
 }
 
 }  // namespace etalon

@@ -1,9 +1,8 @@
-#include "etalon/odometry/stereo_odometry.h"
-
 #include <gtest/gtest.h>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/odometry/visual_solution.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {

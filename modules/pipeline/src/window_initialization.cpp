@@ -46,23 +46,12 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
   data.calibration = calibration;
   data.imu_noise = noise;
   data.gravity_mps2 = options.gravity_mps2;
-  data.sigma_px = options.odometry.sigma_px;
   data.priors = options.priors;
+  data.odometry = options.odometry;
   data.frames = std::move(frames);
   data.keyframe_indices = std::move(keyframe_indices);
   data.imu = std::move(imu);
-  // The solver gets its own copy of what it needs: the problem is a value and may outlive this
-  // window.
-  const InitializationProblem without_vision(data, nullptr);
-  const StereoOdometryOptions odometry = options.odometry;
-  auto solver = [without_vision, odometry]() {
-    std::vector<Eigen::Matrix3d> rotations;
-    for (const Preintegration& p : without_vision.preintegrate(without_vision.priors().mean))
-      rotations.push_back(p.deltas().dR);
-    return solveStereoOdometry(without_vision.calibration(), without_vision.keyframes(), rotations,
-                               odometry);
-  };
-  return InitializationProblem(std::move(data), solver);
+  return InitializationProblem(std::move(data));
 }
 
 VisualInertialBaResult refine(const InitializationProblem& problem,

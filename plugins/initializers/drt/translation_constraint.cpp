@@ -29,8 +29,7 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
                                              const std::vector<Matrix3d>& R_VB, double sigma_px,
                                              double min_parallax_rad)
     : keyframe_count_(static_cast<int>(keyframes.size())), min_parallax_rad_(min_parallax_rad) {
-  const PinholeRadtan& left = calibration.cameras[0].model;
-  sigma_rad_ = sigma_px / std::sqrt(left.fu * left.fv);
+  sigma_rad_ = sigma_px / std::sqrt(calibration.cameras[0].model.focal().prod());
   std::map<LandmarkId, Landmark> seen;
   for (size_t k = 0; k < keyframes.size(); ++k)
     for (size_t c = 0; c < 2; ++c) {
@@ -41,9 +40,9 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
       view.offset = R_VB[k] * camera.T_BC.t;
       for (const Observation& o : keyframes[k]->observations) {
         if (c == 1 && !o.has_right) continue;
-        const auto xy = camera.model.pixelToNormalized(c == 0 ? o.left : o.right);
-        if (!xy) continue;
-        view.ray = R_VC * xy->homogeneous().normalized();
+        const auto ray = camera.model.unproject(c == 0 ? o.left : o.right);
+        if (!ray) continue;
+        view.ray = R_VC * ray->normalized();
         seen[o.id].views.push_back(view);
       }
     }

@@ -82,11 +82,8 @@ RunRecord exampleRecord() {
 RunLog exampleLog() {
   RunLog log;
   log.record = exampleRecord();
-  for (CameraCalibration& camera : log.calibration.cameras) {
-    camera.model.width = 752;
-    camera.model.height = 480;
-    camera.model.fu = camera.model.fv = 458.0;
-  }
+  for (CameraCalibration& camera : log.calibration.cameras)
+    camera.model = CameraModel("pinhole", "none", 752, 480, {458.0, 458.0, 0.0, 0.0}, {});
   log.calibration.cameras[1].T_BC.t.x() = 0.11;
   for (int i = 0; i < 11; ++i) {
     const TimeNs t = kFirstImage + 50'000'000LL * i;

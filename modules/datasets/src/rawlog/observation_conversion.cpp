@@ -1,6 +1,7 @@
 #include "etalon/datasets/observation_conversion.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -33,32 +34,57 @@ SE3 fromMrptPoseQuat(const mrpt::poses::CPose3DQuat& pose) {
           Eigen::Vector3d(pose.x(), pose.y(), pose.z())};
 }
 
-mrpt::img::TCamera toMrptCamera(const PinholeRadtan& model, const std::string& name) {
+/** MRPT's distortion of the same equations, and the places of our coefficients in its array. */
+struct MrptDistortion {
+  const char* name;
+  mrpt::img::DistortionModel mrpt;
+  std::array<size_t, 4> places;
+};
+constexpr std::array<MrptDistortion, 2> kMrptDistortions = {
+    {{"radial-tangential", mrpt::img::DistortionModel::plumb_bob, {0, 1, 2, 3}},
+     {"equidistant", mrpt::img::DistortionModel::kannala_brandt, {0, 1, 4, 5}}}};
+
+mrpt::img::TCamera toMrptCamera(const CameraModel& model, const std::string& name) {
   mrpt::img::TCamera camera;
   camera.cameraName = name;
-  camera.ncols = static_cast<uint32_t>(model.width);
-  camera.nrows = static_cast<uint32_t>(model.height);
-  camera.setIntrinsicParamsFromValues(model.fu, model.fv, model.cu, model.cv);
-  camera.setDistortionPlumbBob(model.k1, model.k2, model.p1, model.p2);
+  camera.ncols = static_cast<uint32_t>(model.width());
+  camera.nrows = static_cast<uint32_t>(model.height());
+  camera.setIntrinsicParamsFromValues(model.focal().x(), model.focal().y(),
+                                      model.principalPoint().x(), model.principalPoint().y());
+  const std::vector<double>& d = model.coefficients();
+  for (const MrptDistortion& distortion : kMrptDistortions)
+    if (model.kind() && model.kind()->distortion.front() == distortion.name) {
+      camera.distortion = distortion.mrpt;
+      for (size_t i = 0; i < d.size(); ++i) camera.dist[distortion.places[i]] = d[i];
+    }
   return camera;
 }
 
-PinholeRadtan fromMrptCamera(const mrpt::img::TCamera& camera, const std::string& name) {
+CameraModel fromMrptCamera(const mrpt::img::TCamera& camera, const std::string& name) {
   if (!(camera.fx() > 0) || !(camera.fy() > 0))
     throw DataError(name, 0, "the intrinsic parameters are missing; expected positive fx and fy");
-  PinholeRadtan model;
-  model.width = static_cast<int>(camera.ncols);
-  model.height = static_cast<int>(camera.nrows);
-  model.fu = camera.fx(), model.fv = camera.fy();
-  model.cu = camera.cx(), model.cv = camera.cy();
-  if (camera.distortion == mrpt::img::DistortionModel::none) return model;
-  if (camera.distortion != mrpt::img::DistortionModel::plumb_bob || camera.k3() != 0 ||
-      camera.k4() != 0 || camera.k5() != 0 || camera.k6() != 0)
-    throw DataError(
-        name, 0, "the distortion is not supported; supported is 'plumb_bob' with k1, k2, p1, p2");
-  model.k1 = camera.k1(), model.k2 = camera.k2();
-  model.p1 = camera.p1(), model.p2 = camera.p2();
-  return model;
+  std::string distortion = "none";
+  std::vector<double> coefficients;
+  auto dist = camera.dist;
+  for (const MrptDistortion& known : kMrptDistortions) {
+    if (camera.distortion != known.mrpt) continue;
+    distortion = known.name;
+    for (const size_t place : known.places) {
+      coefficients.push_back(dist[place]);
+      dist[place] = 0.0;
+    }
+    if (std::any_of(dist.begin(), dist.end(), [](double d) { return d != 0.0; }))
+      throw DataError(name, 0,
+                      "the distortion is not supported; supported is 'plumb_bob' with k1, k2, p1, "
+                      "p2 and 'kannala_brandt' with k1, k2, k3, k4");
+  }
+  try {
+    return CameraModel("pinhole", distortion, static_cast<int>(camera.ncols),
+                       static_cast<int>(camera.nrows),
+                       {camera.fx(), camera.fy(), camera.cx(), camera.cy()}, coefficients);
+  } catch (const ConfigError& e) {
+    throw DataError(name, 0, e.what());
+  }
 }
 
 mrpt::img::CImage toMrptImage(const cv::Mat& image, const std::string& path, bool external) {

@@ -14,15 +14,22 @@ namespace {
 using Json = nlohmann::json;
 using OrderedJson = nlohmann::ordered_json;
 
+/** "intrinsics_fu_fv_cu_cv". */
+std::string keyOf(std::string key, const std::vector<std::string>& names) {
+  for (const std::string& name : names) key += "_" + name;
+  return key;
+}
+
 OrderedJson cameraJson(const CameraCalibration& camera) {
-  const PinholeRadtan& m = camera.model;
+  const CameraModel& m = camera.model;
+  const CameraKind& kind = *m.kind();
   const Eigen::Matrix4d T = camera.T_BC.matrix();
   OrderedJson json;
-  json["camera_model"] = "pinhole";
-  json["resolution"] = {m.width, m.height};
-  json["intrinsics_fu_fv_cu_cv"] = {m.fu, m.fv, m.cu, m.cv};
-  json["distortion_model"] = "radial-tangential";
-  json["distortion_k1_k2_p1_p2"] = {m.k1, m.k2, m.p1, m.p2};
+  json["camera_model"] = kind.camera_model;
+  json["resolution"] = {m.width(), m.height()};
+  json[keyOf("intrinsics", kind.intrinsics)] = m.intrinsics();
+  json["distortion_model"] = kind.distortion.front();
+  json[keyOf("distortion", kind.coefficients)] = m.coefficients();
   OrderedJson rows = OrderedJson::array();
   for (int r = 0; r < 4; ++r) rows.push_back({T(r, 0), T(r, 1), T(r, 2), T(r, 3)});
   json["T_BC"] = rows;
@@ -42,17 +49,20 @@ int pixels(const Json& json) {
   return static_cast<int>(value);
 }
 
-CameraCalibration cameraFromJson(const Json& json) {
+/** @param name "cam0" or "cam1" */
+CameraCalibration cameraFromJson(const Json& json, const std::string& name) {
   CameraCalibration camera;
-  PinholeRadtan& m = camera.model;
-  if (json.at("camera_model") != "pinhole" || json.at("distortion_model") != "radial-tangential")
-    throw std::runtime_error("supported is 'pinhole' with 'radial-tangential' distortion");
-  m.width = pixels(json.at("resolution").at(0));
-  m.height = pixels(json.at("resolution").at(1));
-  const Json& f = json.at("intrinsics_fu_fv_cu_cv");
-  m.fu = f.at(0), m.fv = f.at(1), m.cu = f.at(2), m.cv = f.at(3);
-  const Json& d = json.at("distortion_k1_k2_p1_p2");
-  m.k1 = d.at(0), m.k2 = d.at(1), m.p1 = d.at(2), m.p2 = d.at(3);
+  const std::string model = json.at("camera_model"), distortion = json.at("distortion_model");
+  const CameraKind* kind = findCameraKind(model, distortion);
+  if (!kind) throw std::runtime_error("supported is " + describeCameraKinds());
+  try {
+    camera.model = CameraModel(
+        model, distortion, pixels(json.at("resolution").at(0)), pixels(json.at("resolution").at(1)),
+        json.at(keyOf("intrinsics", kind->intrinsics)).get<std::vector<double>>(),
+        json.at(keyOf("distortion", kind->coefficients)).get<std::vector<double>>());
+  } catch (const ConfigError& e) {
+    throw std::runtime_error(e.what() + (" of " + name));
+  }
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) camera.T_BC.R(r, c) = json.at("T_BC").at(r).at(c);
     camera.T_BC.t[r] = json.at("T_BC").at(r).at(3);
@@ -170,7 +180,8 @@ RecordingComment recordingCommentFromJson(const std::string& text, const std::st
     comment.ground_truth_label = json.at("sensor_labels").at("ground_truth");
     const Json& calibration = json.at("calibration");
     for (size_t c = 0; c < 2; ++c)
-      comment.calibration.cameras[c] = cameraFromJson(calibration.at("cameras").at(c));
+      comment.calibration.cameras[c] =
+          cameraFromJson(calibration.at("cameras").at(c), "cam" + std::to_string(c));
     const Json& imu = calibration.at("imu");
     comment.calibration.imu.rate_hz = imu.at("rate_hz");
     ImuNoiseDensities& noise = comment.calibration.imu.noise;

@@ -43,13 +43,13 @@ struct Linearization {
 enum class Weights { kStart, kCauchy, kTukey };
 
 /** Bearings of a keyframe in a camera, in increasing order of id; they go on counting. */
-std::vector<Bearing> bearingsOf(const PinholeRadtan& camera, int index, const TrackedFrame& frame,
+std::vector<Bearing> bearingsOf(const CameraModel& camera, int index, const TrackedFrame& frame,
                                 int* observations) {
   std::vector<Bearing> bearings;
   for (const Observation& o : frame.observations) {
     if (index == 1 && !o.has_right) continue;
-    if (const auto xy = camera.pixelToNormalized(index == 0 ? o.left : o.right))
-      bearings.push_back({o.id, (*observations)++, xy->homogeneous().normalized()});
+    if (const auto ray = camera.unproject(index == 0 ? o.left : o.right))
+      bearings.push_back({o.id, (*observations)++, ray->normalized()});
   }
   return bearings;
 }
@@ -92,8 +92,7 @@ class Estimator {
       : calibration_(calibration), options_(options), preintegrations_(preintegrations) {
     for (size_t c = 0; c < 2; ++c) {
       R_BC_[c] = calibration.cameras[c].T_BC.R;
-      const PinholeRadtan& model = calibration.cameras[c].model;
-      sigma_rad_[c] = options.sigma_px / std::sqrt(model.fu * model.fv);
+      sigma_rad_[c] = options.sigma_px / std::sqrt(calibration.cameras[c].model.focal().prod());
     }
     collectPairs(calibration, keyframes);
   }

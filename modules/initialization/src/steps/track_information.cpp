@@ -91,8 +91,9 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
     const double w = weight(r.squaredNorm());
     H.noalias() += w * A.transpose() * A;
     b.noalias() -= w * A.transpose() * r;
-    const Vector3d axis = pose.R * T_CB.R.row(2).transpose();
-    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + T_CB.t.z()));
+    const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
+    const Vector3d axis = pose.R * (axis_C * T_CB.R).transpose();
+    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + axis_C.dot(T_CB.t)));
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -9,7 +8,7 @@
 #include "etalon/core/tracked_frame.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
-#include "etalon/optimization/bundle/visual_solution.h"
+#include "etalon/odometry/visual_solution.h"
 
 namespace etalon {
 
@@ -31,25 +30,22 @@ class InitializationProblem {
     StereoInertialCalibration calibration;
     ImuNoiseDensities imu_noise;  ///< densities to use (data sheet times factors)
     double gravity_mps2 = 9.81;   ///< magnitude
-    double sigma_px = 1.0;        ///< standard deviation of a pixel coordinate
     BiasPriors priors;
+    StereoOdometryOptions odometry;     ///< its sigma_px is what is believed of a tracked pixel
     std::vector<TrackedFrame> frames;   ///< all stereo frames of the window, increasing in time
     std::vector<int> keyframe_indices;  ///< into frames, increasing
     ImuBuffer imu;                      ///< covers the window
   };
-  using VisualSolver = std::function<VisualSolution()>;
 
-  /**
-   * @param visual_solver computes step 1 when a plugin asks for it, once; may throw Error if it
-   *        cannot, which every call of visualSolution() then throws
-   * @throws DataError if keyframe_indices are not increasing indices into frames
-   */
-  InitializationProblem(Data data, VisualSolver visual_solver);
+  /** @throws DataError if keyframe_indices are not increasing indices into frames */
+  explicit InitializationProblem(Data data);
 
+  const Data& data() const { return *data_; }
   const StereoInertialCalibration& calibration() const { return data_->calibration; }
   const ImuNoiseDensities& imuNoise() const { return data_->imu_noise; }
   double gravityMagnitude() const { return data_->gravity_mps2; }
-  double sigmaPx() const { return data_->sigma_px; }
+  /** Standard deviation of a tracked pixel coordinate, px. */
+  double sigmaPx() const { return data_->odometry.sigma_px; }
   const BiasPriors& priors() const { return data_->priors; }
   const std::vector<TrackedFrame>& frames() const { return data_->frames; }
   const ImuBuffer& imu() const { return data_->imu; }
@@ -66,7 +62,11 @@ class InitializationProblem {
    * them. */
   std::vector<Preintegration> preintegrate(const ImuBias& bias) const;
 
-  /** Step 1, stereo odometry over the keyframes; computed at the first call. */
+  /**
+   * Stereo odometry over the keyframes, with the gyro's rotations at the priors' mean as a start.
+   * Computed at the first call; copies of the problem share it.
+   * @throws DataError at every call if a keyframe cannot be located
+   */
   const VisualSolution& visualSolution() const;
   /** Whether visualSolution() has been asked for, and how long it took, ms. */
   bool visualSolutionComputed() const;

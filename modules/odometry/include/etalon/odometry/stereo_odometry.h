@@ -9,7 +9,6 @@
 #include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/optimization/bundle/stereo_ba.h"
-#include "etalon/optimization/bundle/visual_solution.h"
 
 namespace etalon {
 
@@ -90,16 +89,5 @@ class StereoOdometry {
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;
   VisualWindow window_;
 };
-
-/**
- * Step 1 of the disjoint initializers, from the tracks of a window alone: PnP from keyframe to
- * keyframe (rotation predicted by the gyro, bias assumed zero), then bundle adjustment to
- * convergence, with covariance.
- * @throws DataError if a keyframe cannot be located
- */
-VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
-                                   const std::vector<const TrackedFrame*>& keyframes,
-                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
-                                   const StereoOdometryOptions& options);
 
 }  // namespace etalon

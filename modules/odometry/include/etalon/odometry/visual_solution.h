@@ -4,8 +4,10 @@
 #include <map>
 #include <vector>
 
+#include "etalon/core/calibration.h"
 #include "etalon/core/se3.h"
 #include "etalon/core/tracked_frame.h"
+#include "etalon/odometry/stereo_odometry.h"
 
 namespace etalon {
 
@@ -26,5 +28,17 @@ struct VisualSolution {
       0.0;  ///< root mean square of the inliers' reprojection residuals, per pixel coordinate
   int inliers = 0, outliers = 0;  ///< observations
 };
+
+/**
+ * Stereo odometry over a window, from its tracks alone: PnP from keyframe to keyframe, then bundle
+ * adjustment to convergence, with covariance.
+ * @param R_prev_cur rotation of the body between neighbouring keyframes, from which PnP starts: one
+ *        fewer than keyframes
+ * @throws DataError if a keyframe cannot be located
+ */
+VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
+                                   const std::vector<const TrackedFrame*>& keyframes,
+                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
+                                   const StereoOdometryOptions& options);
 
 }  // namespace etalon
