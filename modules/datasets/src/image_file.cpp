@@ -127,7 +127,7 @@ LoadedFrame loadPair(TimeNs t, const std::string& left, const std::string& right
   result.frame.left_path = left;
   result.frame.right_path = right;
   if (!decode) return result;
-  const auto load = [&](const std::string& path, const PinholeRadtan& camera) {
+  const auto load = [&](const std::string& path, const CameraModel& camera) {
     if (!result.problem.empty()) return cv::Mat();
     cv::Mat image = readGrayImage(path, &result.problem);
     if (result.problem.empty()) result.problem = checkImage(image, camera);
