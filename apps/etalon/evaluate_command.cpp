@@ -14,7 +14,7 @@
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/table.h"
-#include "etalon/simulation/recorded_files.h"
+#include "etalon/datasets/euroc_files.h"
 
 namespace etalon::app {
 
@@ -55,7 +55,7 @@ GroundTruth readReference(const std::string& path) {
     if (source->groundTruth().empty()) throw DataError(path, 0, "has no ground truth");
     return source->groundTruth();
   }
-  if (hasCommas(path)) return readGroundTruthCsv(path);
+  if (hasCommas(path)) return readGroundTruthCsv(path, 2);
   GroundTruth truth;
   for (const StampedPose& pose : readTum(path)) {
     GroundTruthState state;

@@ -144,9 +144,9 @@ struct Judgement {
 /** The bounds are those of a true ratio between 1/allowed and allowed, each widened by the 99 %
  * band of the chi-square distribution. */
 Judgement judge(double ratio, double dof, double allowed) {
-  constexpr double kZ = 2.5758293035489;  // 99.5 % of the normal distribution, one side of 99 %
-  return {ratio, chiSquareQuantile(dof, -kZ) / dof / allowed,
-          chiSquareQuantile(dof, kZ) / dof * allowed};
+  constexpr double kTail = 0.005;  // on either side of 99 %
+  return {ratio, chiSquareQuantile(dof, 1.0 - kTail) / dof / allowed,
+          chiSquareQuantile(dof, kTail) / dof * allowed};
 }
 
 /** Gentle and aggressive motion, or one of them, if the method gives a covariance there; else the

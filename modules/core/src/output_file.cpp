@@ -49,8 +49,11 @@ std::string behindLinks(const std::string& path) {
   return error ? path : resolved.string();
 }
 
-/** Lets one process at a time move files into a folder; waits for its turn. Where the file system
- * has no locks there is none. */
+/**
+ * Lets one process at a time move files into a folder; waits for its turn. Where the file system
+ * has no locks there is none. Another lock than FolderLock's: the process that holds the folder for
+ * its whole run puts its own files in place here, and would wait for itself.
+ */
 class FolderTurn {
  public:
   explicit FolderTurn(const std::string& folder)

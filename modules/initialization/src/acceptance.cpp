@@ -97,8 +97,7 @@ Refusal judgeCovariance(const VisualInertialBaResult& refined, const AcceptanceO
   return std::nullopt;
 }
 
-/** @param z quantile of the normal distribution at the false-alarm rate */
-Refusal judgeResiduals(const NoiseCheck& noise, double z, double margin) {
+Refusal judgeResiduals(const NoiseCheck& noise, double false_alarm_rate, double margin) {
   const struct {
     const char* format;
     const ResidualGroup& group;
@@ -114,16 +113,16 @@ Refusal judgeResiduals(const NoiseCheck& noise, double z, double margin) {
     if (!(dof > 0.0 && sensor.square > 0.0)) continue;  // nothing is left of what the fit takes out
     const double scale = sensor.square / dof;
     const double expected = dof + (margin * margin - 1.0) * sensor.square;
-    const double bound = expected / dof * scale * chiSquareQuantile(dof / scale, z) / dof;
+    const double bound =
+        expected / dof * scale * chiSquareQuantile(dof / scale, false_alarm_rate) / dof;
     const double ratio = sensor.group.chi2 / dof;
     if (!(ratio <= bound)) return refuse(Status::kNotConverged, ratio, sensor.format, bound);
   }
   return std::nullopt;
 }
 
-/** @param z quantile of the normal distribution at the false-alarm rate */
-Refusal judgeBiases(const VisualInertialBaResult& refined, double z) {
-  const double farthest = std::sqrt(chiSquareQuantile(3.0, z));
+Refusal judgeBiases(const VisualInertialBaResult& refined, double false_alarm_rate) {
+  const double farthest = std::sqrt(chiSquareQuantile(3.0, false_alarm_rate));
   if (!(refined.gyro_bias_sigmas <= farthest))
     return refuse(Status::kImplausible, refined.gyro_bias_sigmas,
                   "the gyro bias is %.2f standard deviations of its prior from the prior's mean, "
@@ -144,10 +143,10 @@ AcceptanceDecision judge(const VisualInertialBaResult& refined, const Acceptance
   if (const Refusal refusal = judgeSupport(refined, options)) return *refusal;
   if (const Refusal refusal = judgeCovariance(refined, options)) return *refusal;
   if (options.false_alarm_rate > 0.0) {
-    const double z = normalQuantile(options.false_alarm_rate);
-    if (const Refusal refusal = judgeResiduals(refined.noise, z, options.noise_margin))
+    const double rate = options.false_alarm_rate;
+    if (const Refusal refusal = judgeResiduals(refined.noise, rate, options.noise_margin))
       return *refusal;
-    if (const Refusal refusal = judgeBiases(refined, z)) return *refusal;
+    if (const Refusal refusal = judgeBiases(refined, rate)) return *refusal;
   }
   AcceptanceDecision decision;
   decision.accepted = true;

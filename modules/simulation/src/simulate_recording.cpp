@@ -13,7 +13,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/integrated_trajectory.h"
-#include "etalon/simulation/recorded_files.h"
+#include "etalon/datasets/euroc_files.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/room.h"
 #include "euroc_folder.h"
@@ -111,7 +111,7 @@ std::vector<TimeNs> wantedStamps(const SimulationOptions& options, TimeNs start,
 }
 
 Flight recordedFlight(const SimulationOptions& options) {
-  const GroundTruth truth = readGroundTruthCsv(options.trajectory_file);
+  const GroundTruth truth = readGroundTruthCsv(options.trajectory_file, 2);
   const TimeNs start = truth.states.front().t;
   if (secondsBetween(start, truth.states.back().t) > kLongestDuration)
     throw DataError(options.trajectory_file, 0,

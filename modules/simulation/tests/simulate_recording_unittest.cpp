@@ -11,12 +11,14 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/imu/imu_sample.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 std::string contents(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -49,17 +51,8 @@ std::vector<std::vector<std::string>> rows(const fs::path& csv) {
   return result;
 }
 
-class SimulateRecording : public testing::Test {
+class SimulateRecording : public ::testing::Test {
  protected:
-  SimulateRecording()
-      : root_(fs::path(testing::TempDir()) /
-              (std::string("etalon_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-  }
-  ~SimulateRecording() override { fs::remove_all(root_); }
-
   /** Images a quarter of EuRoC's in either direction, to be quick. */
   SimulationOptions options(const std::string& folder) const {
     SimulationOptions o;
@@ -88,7 +81,7 @@ class SimulateRecording : public testing::Test {
     return "no DataError";
   }
 
-  fs::path root_;
+  testing::TemporaryFolder root_;
 };
 
 TEST_F(SimulateRecording, WritesAnEurocFolder) {
@@ -202,26 +195,30 @@ TEST_F(SimulateRecording, BadFilesAreNamedWithTheirLine) {
   o.trajectory_file = (root_ / "missing.csv").string();
   EXPECT_THAT(messageOf(o), HasSubstr("missing.csv"));
   o.trajectory_file = write("columns.csv", "#stamp\n" + good + "2,0,0\n");
-  EXPECT_THAT(messageOf(o), HasSubstr("columns.csv:3: found 3 columns"));
+  EXPECT_THAT(messageOf(o),
+              AllOf(HasSubstr("columns.csv:3: expected 8 or 17 columns"), HasSubstr("found 3")));
   o.trajectory_file = write("order.csv", good + good);
   EXPECT_THAT(messageOf(o), HasSubstr("order.csv:2"));
   o.trajectory_file = write("nan.csv", good + "2,0,nan,0,1,0,0,0\n");
-  EXPECT_THAT(messageOf(o), HasSubstr("nan.csv:2: 'nan'"));
+  EXPECT_THAT(messageOf(o), AllOf(HasSubstr("nan.csv:2: "), HasSubstr("column 3, found 'nan'")));
   o.trajectory_file = write("norm.csv", good + "2,0,0,0,1,1,0,0\n");
   EXPECT_THAT(messageOf(o), HasSubstr("norm.csv:2"));
   o.trajectory_file = write("jump.csv", good + "900000000000000000,0,0,0,1,0,0,0\n");
   EXPECT_THAT(messageOf(o),
               HasSubstr("jump.csv: the first and the last stamp are more than a day"));
   o.trajectory_file = write("future.csv", good + "9000000000000000000,0,0,0,1,0,0,0\n");
-  EXPECT_THAT(messageOf(o), HasSubstr("future.csv:2: '9000000000000000000'"));
+  EXPECT_THAT(messageOf(o),
+              AllOf(HasSubstr("future.csv:2: "), HasSubstr("found '9000000000000000000'")));
   o.trajectory_file = write("short.csv", good);
-  EXPECT_THAT(messageOf(o), HasSubstr("short.csv: has 1 rows"));
+  EXPECT_THAT(messageOf(o), AllOf(HasSubstr("short.csv: "), HasSubstr("at least 2 states"),
+                                  HasSubstr("found 1")));
   o.trajectory_file = write("flight.csv", good + "2000000000,0,0,0,1,0,0,0\n");
   o.imu_file = write("imu.csv", "1,0,0,0,0,0\n");
-  EXPECT_THAT(messageOf(o), HasSubstr("imu.csv:1: found 6 columns"));
+  EXPECT_THAT(messageOf(o),
+              AllOf(HasSubstr("imu.csv:1: expected 7 columns"), HasSubstr("found 6")));
   o.imu_file = write("imu.csv", "1,0,0,0,9,0,0\n2000000000,0,0,0,9,0,0\n");
   o.stamps_file = write("stamps.txt", "5e9\n");
-  EXPECT_THAT(messageOf(o), HasSubstr("stamps.txt:1: '5e9'"));
+  EXPECT_THAT(messageOf(o), AllOf(HasSubstr("stamps.txt:1: "), HasSubstr("found '5e9'")));
   o.stamps_file = write("stamps.txt", "3000000000\n");
   EXPECT_THAT(messageOf(o), HasSubstr("stamps.txt: no image"));
   EXPECT_FALSE(fs::exists(root_ / "a"));

@@ -17,7 +17,7 @@
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/window_initialization.h"
 #include "etalon/simulation/imu_synthesis.h"
-#include "etalon/simulation/recorded_files.h"
+#include "etalon/datasets/euroc_files.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/track_synthesis.h"
 
