@@ -77,7 +77,6 @@ void StereoOdometry::begin(const TrackedFrame& frame, const SE3& T_VB,
                            const Eigen::Vector3d& v_VB) {
   keyframes_.clear();
   landmarks_.clear();
-  window_ = VisualWindow();
   started_ = true;
   t_ = frame.t;
   T_VB_ = T_VB;
