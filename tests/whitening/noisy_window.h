@@ -5,6 +5,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/optimization/bundle/visual_window.h"
+#include "etalon/testing/known_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon::testing {

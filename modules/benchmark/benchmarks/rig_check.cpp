@@ -7,7 +7,6 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/optimization/bundle/starting_landmarks.h"
 #include "etalon/optimization/bundle/stereo_ba.h"
 
 namespace etalon {
@@ -84,17 +83,9 @@ struct Fit {
 StereoBaResult adjust(const VisualWindow& window, const std::vector<SE3>& T_VB,
                       const std::map<LandmarkId, Eigen::Vector3d>& known,
                       const StereoBaOptions& options) {
-  StartingLandmarks start = startingLandmarks(window, known);
-  if (known.empty()) triangulateMissing(window, T_VB, &start);
-  return solveStereoBa(window, T_VB, start.positions, start.valid, options);
-}
-
-std::map<LandmarkId, Eigen::Vector3d> landmarksOf(const VisualWindow& window,
-                                                  const StereoBaResult& result) {
-  std::map<LandmarkId, Eigen::Vector3d> landmarks;
-  for (size_t l = 0; l < result.landmarks.size(); ++l)
-    if (result.landmark_valid[l]) landmarks[window.landmark_ids[l]] = result.landmarks[l];
-  return landmarks;
+  BundleProblem bundle(window, known);
+  if (known.empty()) bundle.triangulateMissing(T_VB);
+  return solveStereoBa(std::move(bundle), T_VB, options);
 }
 
 /** Least squares over all of `frames`, which have no outliers. */
@@ -110,34 +101,29 @@ Fit fit(const StereoInertialCalibration& calibration, const std::vector<TrackedF
   const StereoBaResult result = adjust(window, start.T_VB, start.landmarks, options);
   Fit better;
   better.T_VB = result.T_VB;
-  better.landmarks = landmarksOf(window, result);
+  better.landmarks = result.bundle.validLandmarks();
   better.residuals.setZero(2 * static_cast<Eigen::Index>(window.measurements.size()));
   for (size_t i = 0; i < window.measurements.size(); ++i) {
     const VisualMeasurement& m = window.measurements[i];
     better.landmark.push_back(m.landmark);
     Eigen::Vector2d r = Eigen::Vector2d::Zero();
-    if (result.landmark_valid[static_cast<size_t>(m.landmark)] &&
-        reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                             result.T_VB[static_cast<size_t>(m.keyframe)],
-                             result.landmarks[static_cast<size_t>(m.landmark)], &r))
+    const BundleLandmark& landmark = result.bundle.landmarks[static_cast<size_t>(m.landmark)];
+    if (landmark.valid && window.residual(m, result.T_VB, landmark.position, &r))
       better.residuals.segment<2>(2 * static_cast<Eigen::Index>(i)) = r;
   }
   return better;
 }
 
-/** What `keyframes` see, less what `result` of `window` calls outliers. */
+/** What `keyframes` see, less what is no inlier of `window`. */
 std::vector<TrackedFrame> inliersOf(const std::vector<const TrackedFrame*>& keyframes,
-                                    const VisualWindow& window, const StereoBaResult& result) {
+                                    const VisualWindow& window) {
   std::vector<TrackedFrame> frames(keyframes.size());
   for (size_t k = 0; k < keyframes.size(); ++k) frames[k].t = keyframes[k]->t;
   std::vector<std::map<LandmarkId, std::array<bool, 2>>> good(keyframes.size());
-  for (size_t i = 0; i < window.measurements.size(); ++i) {
-    const VisualMeasurement& m = window.measurements[i];
-    const auto l = static_cast<size_t>(m.landmark);
-    if (result.inlier[i] && result.landmark_valid[l])
-      good[static_cast<size_t>(m.keyframe)][window.landmark_ids[l]][static_cast<size_t>(m.camera)] =
-          true;
-  }
+  for (const VisualMeasurement& m : window.measurements)
+    if (m.inlier)
+      good[static_cast<size_t>(m.keyframe)][window.landmark_ids[static_cast<size_t>(m.landmark)]]
+          [static_cast<size_t>(m.camera)] = true;
   for (size_t k = 0; k < keyframes.size(); ++k)
     for (Observation o : keyframes[k]->observations) {
       const auto seen = good[k].find(o.id);
@@ -182,8 +168,8 @@ RigCheck checkRig(const StereoInertialCalibration& calibration,
                   const std::vector<const TrackedFrame*>& keyframes, const std::vector<SE3>& T_VB) {
   const VisualWindow window = buildVisualWindow(calibration, keyframes, kSigmaPx);
   const StereoBaResult robust = adjust(window, T_VB, {}, {});
-  const std::vector<TrackedFrame> frames = inliersOf(keyframes, window, robust);
-  const Fit base = fit(calibration, frames, {robust.T_VB, landmarksOf(window, robust), {}, {}});
+  const std::vector<TrackedFrame> frames = inliersOf(keyframes, robust.bundle.window);
+  const Fit base = fit(calibration, frames, {robust.T_VB, robust.bundle.validLandmarks(), {}, {}});
   const std::vector<Knob> all = knobs();
   RigCheck check;
   Eigen::MatrixXd J(base.residuals.size(), static_cast<Eigen::Index>(all.size()));

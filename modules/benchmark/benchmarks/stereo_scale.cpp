@@ -204,7 +204,7 @@ void printInertialScale(const char* name, const std::vector<SE3>& T_VB,
   const auto cost = [&](double scale) {
     std::vector<SE3> scaled = T_VB;
     for (SE3& pose : scaled) pose.t *= scale;
-    return solveInertialOnlyMap(scaled, imu, options).cost;
+    return solveInertialOnlyMap(scaled, imu, options).summary.final_cost;
   };
   constexpr double kStep = 0.02;
   const double less = cost(1.0 - kStep), middle = cost(1.0), more = cost(1.0 + kStep);

@@ -110,7 +110,7 @@ double largestMove(const NoiseFactors& a, const NoiseFactors& b) {
 }
 
 WindowOptions withoutResidualTest(WindowOptions options) {
-  options.refine = true;
+  options.refine = options.check_noise = true;
   options.acceptance.noise_margin = std::numeric_limits<double>::infinity();
   return options;
 }

@@ -14,6 +14,7 @@ SlotTrial::SlotTrial(const SlotRecord& slot, const SequenceTracks& tracks,
       options_(options),
       problem_(slotProblem(tracks, every_s, {slot.keyframes, slot.rate_hz}, slot.segment,
                            noise.apply(tracks.calibration.imu.noise), options)) {
+  options_.check_noise = true;
   std::vector<TimeNs>& keyframes = before_.attempt.keyframes;
   for (int k = 0; k < problem_.keyframeCount(); ++k) keyframes.push_back(problem_.keyframe(k).t);
   before_.gyro_floor = gyroWindowFloor(tracks.ground_truth, tracks.imu, keyframes);

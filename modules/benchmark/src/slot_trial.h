@@ -30,7 +30,7 @@ class SlotTrial {
   SlotRecord before_;  ///< what is known before an initializer has tried it
   const SequenceTracks& tracks_;
   const GroundTruthFloor& floor_;
-  const WindowOptions& options_;
+  WindowOptions options_;
   InitializationProblem problem_;
 };
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "etalon/testing/expect_jacobian.h"
+
 namespace etalon {
 namespace {
 
@@ -89,40 +91,31 @@ TEST(SO3, LogForgivesRounding) {
   EXPECT_LT((logSO3(expSO3(phi) * (1.0 + 1e-9)) - phi).norm(), 3e-9);
 }
 
+/** Truncation h^4 = 1e-12, rounding 1e-16 / h = 1e-13; relative to 1 and norms of two to five. */
+constexpr testing::DifferenceOptions kDifferences{1e-3, 1e-10};
+
 TEST(SO3, RightJacobianAgreesWithNumericalOne) {
-  constexpr double kStep = 1e-5;
-  for (const Vector3d& axis : axes()) {
+  for (const Vector3d& axis : axes())
     for (double angle : angles()) {
+      SCOPED_TRACE(angle);
       const Vector3d phi = angle * axis;
       const Matrix3d R_transposed = expSO3(phi).transpose();
-      Matrix3d numerical;
-      for (int i = 0; i < 3; ++i) {
-        const Vector3d d = kStep * Vector3d::Unit(i);
-        numerical.col(i) =
-            (logSO3(R_transposed * expSO3(phi + d)) - logSO3(R_transposed * expSO3(phi - d))) /
-            (2 * kStep);
-      }
-      // Central differences: truncation h^2 = 1e-10, rounding 1e-16/h = 1e-11.
-      EXPECT_LT((rightJacobianSO3(phi) - numerical).norm(), 3e-10) << angle;
+      testing::expectJacobian(
+          rightJacobianSO3(phi),
+          [&](const Vector3d& x) { return logSO3(R_transposed * expSO3(x)); }, phi, kDifferences);
     }
-  }
 }
 
 TEST(SO3, RightJacobianInverseAgreesWithNumericalOne) {
-  constexpr double kStep = 1e-5;
-  for (const Vector3d& axis : axes()) {
+  for (const Vector3d& axis : axes())
     for (double angle : angles()) {
       if (angle > 3.1) continue;  // the differences would step over pi
+      SCOPED_TRACE(angle);
       const Vector3d phi = angle * axis;
-      const Matrix3d R = expSO3(phi);
-      Matrix3d numerical;
-      for (int i = 0; i < 3; ++i) {
-        const Vector3d d = kStep * Vector3d::Unit(i);
-        numerical.col(i) = (logSO3(R * expSO3(d)) - logSO3(R * expSO3(-d))) / (2 * kStep);
-      }
-      EXPECT_LT((rightJacobianInverseSO3(phi) - numerical).norm(), 3e-10) << angle;
+      testing::expectJacobian(
+          rightJacobianInverseSO3(phi), [](const Matrix3d& R) { return logSO3(R); }, expSO3(phi),
+          kDifferences);
     }
-  }
 }
 
 TEST(SO3, RightJacobianInverseIsTheInverse) {

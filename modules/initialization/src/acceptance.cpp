@@ -46,16 +46,16 @@ using Refusal = std::optional<AcceptanceDecision>;
 
 Refusal judgeSolution(const VisualInertialBaResult& refined) {
   AcceptanceDecision decision;
-  if (!refined.message.empty()) {
-    decision.reason = "visual-inertial BA failed: " + refined.message;
+  if (!refined.summary.usable()) {
+    decision.reason = "visual-inertial BA failed: " + refined.summary.message;
     return decision;
   }
-  if (refined.converged) return std::nullopt;
+  if (refined.summary.converged()) return std::nullopt;
   char text[160];
   std::snprintf(text, sizeof(text),
                 "the visual-inertial BA has not converged: its last step was %.2f standard "
                 "deviations long after %d iterations",
-                refined.last_step_sigmas, refined.iterations);
+                refined.last_step_sigmas, refined.summary.iterations);
   decision.reason = text;
   decision.value = refined.last_step_sigmas;
   return decision;

@@ -15,9 +15,9 @@ using ::testing::HasSubstr;
 /** Passes every gate. */
 VisualInertialBaResult good() {
   VisualInertialBaResult result;
-  result.converged = true;
+  result.summary.termination = Termination::kConverged;
   result.last_step_sigmas = 0.02;
-  result.iterations = 7;
+  result.summary.iterations = 7;
   result.states.resize(2);
   result.measurements = 1000;
   result.inlier_measurements = 950;
@@ -28,9 +28,9 @@ VisualInertialBaResult good() {
 TEST(Acceptance, TakesWhatConvergedAndRefusesWhatDidNot) {
   EXPECT_TRUE(judge(good(), {}).accepted);
   VisualInertialBaResult stopped = good();
-  stopped.converged = false;
+  stopped.summary.termination = Termination::kMaxIterations;
   stopped.last_step_sigmas = 0.87;
-  stopped.iterations = 100;
+  stopped.summary.iterations = 100;
   const AcceptanceDecision decision = judge(stopped, {});
   EXPECT_FALSE(decision.accepted);
   EXPECT_EQ(decision.status, InitializationStatus::kNotConverged);

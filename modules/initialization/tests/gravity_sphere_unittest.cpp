@@ -60,15 +60,15 @@ TEST(MinimizeOnSphere, AgreesWithBruteForceOnDefiniteAndIndefiniteMatrices) {
     if (trial % 3 == 1) A = M + M.transpose();
     const double size = trial % 2 == 0 ? 1.0 : 100.0;
     const Vector3d b = size * randomMatrix(&rng).col(0);
-    const SphereMinimum minimum = minimizeOnSphere(A, b, kGravity);
-    ASSERT_TRUE(minimum.ok);
-    EXPECT_NEAR(minimum.g.norm(), kGravity, 1e-12);
+    const std::optional<SphereMinimum> minimum = minimizeOnSphere(A, b, kGravity);
+    ASSERT_TRUE(minimum);
+    EXPECT_NEAR(minimum->g.norm(), kGravity, 1e-12);
     // The gradient steps stop within 1e-9 of the least value, and never below it but for rounding.
     const double best = bruteForce(A, b, kGravity), scale = A.norm() * 96.0 + b.norm() * 10.0;
-    EXPECT_NEAR(minimum.cost, best, 1e-9 * scale) << trial;
-    EXPECT_LE(minimum.cost, best + 1e-13 * scale) << trial;
-    EXPECT_LT((A * minimum.g + minimum.multiplier * minimum.g - b).norm(), 1e-11 * scale);
-    EXPECT_FALSE(minimum.ambiguous);
+    EXPECT_NEAR(minimum->cost, best, 1e-9 * scale) << trial;
+    EXPECT_LE(minimum->cost, best + 1e-13 * scale) << trial;
+    EXPECT_LT((A * minimum->g + minimum->multiplier * minimum->g - b).norm(), 1e-11 * scale);
+    EXPECT_FALSE(minimum->ambiguous);
   }
 }
 
@@ -76,44 +76,48 @@ TEST(MinimizeOnSphere, LaysTheMissingLengthAlongTheWeakestAxisInTheHardCase) {
   const Matrix3d R = expSO3(Vector3d(0.3, -0.8, 0.5));
   const Matrix3d A = R * Vector3d(1.0, 3.0, 7.0).asDiagonal() * R.transpose();
   const Vector3d b = R * Vector3d(0.0, 4.0, 6.0);  // x = (., 2, 1) at mu = -1
-  const SphereMinimum minimum = minimizeOnSphere(A, b, 3.0);
-  ASSERT_TRUE(minimum.ok);
-  EXPECT_TRUE(minimum.ambiguous);
-  EXPECT_NEAR(minimum.multiplier, -1.0, 1e-12);
-  EXPECT_NEAR(std::abs((R.transpose() * minimum.g).x()), 2.0, 1e-9);  // 9 - 4 - 1
-  EXPECT_NEAR(minimum.cost, bruteForce(A, b, 3.0), 1e-9);
+  const std::optional<SphereMinimum> minimum = minimizeOnSphere(A, b, 3.0);
+  ASSERT_TRUE(minimum);
+  EXPECT_TRUE(minimum->ambiguous);
+  EXPECT_NEAR(minimum->multiplier, -1.0, 1e-12);
+  EXPECT_NEAR(std::abs((R.transpose() * minimum->g).x()), 2.0, 1e-9);  // 9 - 4 - 1
+  EXPECT_NEAR(minimum->cost, bruteForce(A, b, 3.0), 1e-9);
 }
 
 TEST(MinimizeOnSphere, IsContinuousAtTheHardCase) {
   const Matrix3d A = Vector3d(1.0, 3.0, 7.0).asDiagonal();
   for (const double small : {1e-3, 1e-6, 1e-9, 1e-12}) {
-    const SphereMinimum minimum = minimizeOnSphere(A, Vector3d(small, 4.0, 6.0), 3.0);
-    ASSERT_TRUE(minimum.ok);
-    EXPECT_NEAR(minimum.g.x(), 2.0, 10.0 * small + 1e-9);  // on the side that b points to
-    EXPECT_FALSE(minimum.ambiguous);
+    const std::optional<SphereMinimum> minimum =
+        minimizeOnSphere(A, Vector3d(small, 4.0, 6.0), 3.0);
+    ASSERT_TRUE(minimum);
+    EXPECT_NEAR(minimum->g.x(), 2.0, 10.0 * small + 1e-9);  // on the side that b points to
+    EXPECT_FALSE(minimum->ambiguous);
   }
 }
 
 TEST(MinimizeOnSphere, HandlesEqualEigenvaluesAndNoLinearTerm) {
-  const SphereMinimum plain = minimizeOnSphere(Matrix3d::Identity(), Vector3d(0, 0, -2), kGravity);
-  ASSERT_TRUE(plain.ok);
-  EXPECT_LT((plain.g - Vector3d(0, 0, -kGravity)).norm(), 1e-12);
-  EXPECT_FALSE(plain.ambiguous);
+  const std::optional<SphereMinimum> plain =
+      minimizeOnSphere(Matrix3d::Identity(), Vector3d(0, 0, -2), kGravity);
+  ASSERT_TRUE(plain);
+  EXPECT_LT((plain->g - Vector3d(0, 0, -kGravity)).norm(), 1e-12);
+  EXPECT_FALSE(plain->ambiguous);
   // Linear in g alone.
-  const SphereMinimum linear = minimizeOnSphere(Matrix3d::Zero(), Vector3d(3, 0, 4), 5.0);
-  ASSERT_TRUE(linear.ok);
-  EXPECT_LT((linear.g - Vector3d(3, 0, 4)).norm(), 1e-12);
-  const SphereMinimum nothing = minimizeOnSphere(Matrix3d::Zero(), Vector3d::Zero(), kGravity);
-  ASSERT_TRUE(nothing.ok);
-  EXPECT_TRUE(nothing.ambiguous);
-  EXPECT_NEAR(nothing.g.norm(), kGravity, 1e-12);
+  const std::optional<SphereMinimum> linear =
+      minimizeOnSphere(Matrix3d::Zero(), Vector3d(3, 0, 4), 5.0);
+  ASSERT_TRUE(linear);
+  EXPECT_LT((linear->g - Vector3d(3, 0, 4)).norm(), 1e-12);
+  const std::optional<SphereMinimum> nothing =
+      minimizeOnSphere(Matrix3d::Zero(), Vector3d::Zero(), kGravity);
+  ASSERT_TRUE(nothing);
+  EXPECT_TRUE(nothing->ambiguous);
+  EXPECT_NEAR(nothing->g.norm(), kGravity, 1e-12);
 }
 
 TEST(MinimizeOnSphere, RefusesWhatIsNotFiniteAndANegativeRadius) {
   Matrix3d A = Matrix3d::Identity();
-  EXPECT_FALSE(minimizeOnSphere(A, Vector3d::UnitX(), 0.0).ok);
+  EXPECT_FALSE(minimizeOnSphere(A, Vector3d::UnitX(), 0.0));
   A(0, 0) = std::nan("");
-  EXPECT_FALSE(minimizeOnSphere(A, Vector3d::UnitX(), 1.0).ok);
+  EXPECT_FALSE(minimizeOnSphere(A, Vector3d::UnitX(), 1.0));
 }
 
 /** A tall random system whose solution has |g| = kGravity up to noise. */
@@ -139,27 +143,30 @@ struct System {
 TEST(NormConstrained, FindsTheTrueSolutionWithoutNoise) {
   const System s(3, 0.0);
   const NormConstrainedSolution solution = solveNormConstrained(s.A, s.b, kGravity);
-  ASSERT_TRUE(solution.ok);
+  ASSERT_TRUE(solution.summary.usable());
   EXPECT_LT((solution.x - s.x).norm(), 1e-10);
 }
 
 TEST(NormConstrained, IsStationaryAndAgreesWithTheTangentPlane) {
   const System s(4, 1.0);
   const NormConstrainedSolution solution = solveNormConstrained(s.A, s.b, kGravity);
-  ASSERT_TRUE(solution.ok);
+  ASSERT_TRUE(solution.summary.usable());
   const VectorXd gradient = s.A * solution.x - s.b;
   const Vector3d g = solution.x.tail<3>();
   EXPECT_LT(gradient.head(12).norm(), 1e-9);                       // free in y
   EXPECT_LT(gradient.tail<3>().cross(g).norm() / kGravity, 1e-9);  // along g alone
-  EXPECT_NEAR(solution.cost, solution.x.dot(s.A * solution.x) - 2.0 * s.b.dot(solution.x), 1e-9);
+  EXPECT_NEAR(solution.summary.final_cost,
+              0.5 * solution.x.dot(s.A * solution.x) - s.b.dot(solution.x), 1e-9);
 
   const Vector3d seed = expSO3(Vector3d(0.1, -0.1, 0.05)) * g;
   const NormConstrainedSolution refined = refineOnTangentPlane(s.A, s.b, kGravity, seed);
-  ASSERT_TRUE(refined.ok);
+  ASSERT_TRUE(refined.summary.usable());
   // Each iteration forgets the multiplier: linear convergence with a ratio of about
   // |multiplier| / smallest eigenvalue, here some hundredths.
   EXPECT_LT((refined.x - solution.x).norm(), 1e-4);
-  EXPECT_GE(refined.cost, solution.cost - 1e-9);
+  EXPECT_GE(refined.summary.final_cost, solution.summary.final_cost - 1e-9);
+  EXPECT_GE(refined.summary.initial_cost, refined.summary.final_cost - 1e-9);
+  EXPECT_EQ(refined.summary.iterations, 4);
 }
 
 TEST(NormConstrained, RefusesUnknownsThatAreNotDetermined) {
@@ -167,7 +174,7 @@ TEST(NormConstrained, RefusesUnknownsThatAreNotDetermined) {
   s.A.row(2).setZero();
   s.A.col(2).setZero();
   s.b(2) = 0.0;
-  EXPECT_FALSE(solveNormConstrained(s.A, s.b, kGravity).ok);
+  EXPECT_EQ(solveNormConstrained(s.A, s.b, kGravity).summary.termination, Termination::kSingular);
 }
 
 TEST(TangentBasis, SpansTheOrthogonalPlane) {

@@ -54,7 +54,7 @@ TEST(LinearAlignment, IsExactOnExactPosesFromASeed) {
   const Vector3d seed = expSO3(Vector3d(0.2, 0.1, 0.0)) * c.g_V;  // 13 degrees off
   const LinearAlignmentResult result =
       alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravity, seed);
-  ASSERT_TRUE(result.ok);
+  ASSERT_TRUE(result.summary.usable());
   EXPECT_LT(angleBetween(result.g_V, c.g_V), 1e-8);
   EXPECT_LT(c.velocityError(result), 1e-8);
 }
@@ -73,11 +73,11 @@ TEST(LinearAlignment, IsExactOnExactPosesWithEveryWeightAndConstraint) {
       if (variant > 2) options.tangent_iterations = 0;
       const LinearAlignmentResult result =
           alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
-      ASSERT_TRUE(result.ok);
+      ASSERT_TRUE(result.summary.usable());
       EXPECT_LT(angleBetween(result.g_V, c.g_V), 1e-8);
       EXPECT_LT(c.velocityError(result), 1e-8);
       EXPECT_NEAR(result.free_gravity_mps2, kGravity, 1e-7);
-      EXPECT_NEAR(result.cost, 0.0, 1e-6);
+      EXPECT_NEAR(result.summary.final_cost, 0.0, 1e-6);
     }
   }
 }
@@ -98,7 +98,7 @@ TEST(LinearAlignment, WeightsByThePosesCovariancePayWhereOnePoseIsBad) {
   const LinearAlignmentResult exact_poses = alignLinearly(T_VB, c.preintegrations, c.bias, options);
   options.pose_covariance = covariance;
   const LinearAlignmentResult weighted = alignLinearly(T_VB, c.preintegrations, c.bias, options);
-  ASSERT_TRUE(exact_poses.ok && weighted.ok);
+  ASSERT_TRUE(exact_poses.summary.usable() && weighted.summary.usable());
   EXPECT_LT(angleBetween(weighted.g_V, c.g_V), 0.2 * angleBetween(exact_poses.g_V, c.g_V));
 }
 
@@ -132,16 +132,16 @@ TEST(LinearAlignment, ItsCostIsThatOfThePreintegrationResidualAndLeast) {
   LinearAlignmentOptions options;
   options.tangent_iterations = 0;
   const LinearAlignmentResult best = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
-  ASSERT_TRUE(best.ok);
-  EXPECT_GT(best.cost, 100.0);  // it is misled
-  EXPECT_NEAR(best.cost, inertialCost(c, best), 1e-6 * best.cost);
+  ASSERT_TRUE(best.summary.usable());
+  EXPECT_GT(best.summary.final_cost, 100.0);  // it is misled
+  EXPECT_NEAR(best.summary.final_cost, inertialCost(c, best), 1e-6 * best.summary.final_cost);
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 100; ++trial) {
     LinearAlignmentResult other = best;
     for (Vector3d& v : other.v_VB) v += 1e-3 * Vector3d(normal(random), normal(random), 0.0);
     other.g_V = expSO3(1e-3 * Vector3d(normal(random), normal(random), 0.0)) * other.g_V;
-    EXPECT_GT(inertialCost(c, other), best.cost);
+    EXPECT_GT(inertialCost(c, other), best.summary.final_cost);
   }
 }
 
@@ -151,10 +151,10 @@ TEST(LinearAlignment, AgreesWithTheInertialOnlyMapThatHoldsTheBiases) {
   held.prior_mean = c.bias;
   held.prior_gyro_information = held.prior_accel_information = 1e12;
   const InertialOnlyResult map = solveInertialOnlyMap(c.T_VB, c.preintegrations, held);
-  ASSERT_TRUE(map.converged);
+  ASSERT_TRUE(map.summary.converged());
   const LinearAlignmentResult result =
       alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravity, map.g_V);
-  ASSERT_TRUE(result.ok);
+  ASSERT_TRUE(result.summary.usable());
   // They differ by the rotation rows alone, which the MAP has and exact rotations leave at zero.
   EXPECT_LT(angleBetween(result.g_V, map.g_V), 1e-4);
   for (size_t k = 0; k < map.v_VB.size(); ++k)
@@ -169,8 +169,8 @@ TEST(LinearAlignment, ExactPosesHaveNoPartInTheWeights) {
   const LinearAlignmentResult pairs = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
   options.pose_covariance = 1e-18 * Eigen::MatrixXd::Identity(n, n);
   const LinearAlignmentResult joint = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
-  ASSERT_TRUE(pairs.ok && joint.ok);
-  EXPECT_NEAR(joint.cost, pairs.cost, 1e-4 * pairs.cost);
+  ASSERT_TRUE(pairs.summary.usable() && joint.summary.usable());
+  EXPECT_NEAR(joint.summary.final_cost, pairs.summary.final_cost, 1e-4 * pairs.summary.final_cost);
   for (size_t k = 0; k < pairs.v_VB.size(); ++k)
     EXPECT_LT((joint.v_VB[k] - pairs.v_VB[k]).norm(), 1e-5);
 }
@@ -179,7 +179,8 @@ TEST(LinearAlignment, RefusesAWindowThatDoesNotDetermineGravity) {
   SyntheticWindowOptions window;
   window.keyframes = 2;  // 6 rows for 9 unknowns
   const Case c(window);
-  EXPECT_FALSE(alignLinearly(c.T_VB, c.preintegrations, c.bias, {}).ok);
+  EXPECT_EQ(alignLinearly(c.T_VB, c.preintegrations, c.bias, {}).summary.termination,
+            Termination::kSingular);
 }
 
 }  // namespace

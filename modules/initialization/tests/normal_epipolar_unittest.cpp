@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "etalon/core/so3.h"
+#include "etalon/testing/expect_jacobian.h"
 
 namespace etalon {
 namespace {
@@ -83,18 +84,6 @@ TEST(NormalEpipolar, VanishesAtTheTrueRotationAndFindsTheDirection) {
 
 using CostFunction = EpipolarCost (*)(const EpipolarMoments&, const Matrix3d&, const Matrix3d&);
 
-Vector3d numericalGradient(CostFunction cost, const EpipolarMoments& moments, const Matrix3d& R,
-                           const Matrix3d& N) {
-  constexpr double kStep = 1e-5;
-  Vector3d gradient;
-  for (int a = 0; a < 3; ++a) {
-    const Vector3d d = kStep * Vector3d::Unit(a);
-    gradient[a] = (cost(moments, R * expSO3(d), N).value - cost(moments, R * expSO3(-d), N).value) /
-                  (2.0 * kStep);
-  }
-  return gradient;
-}
-
 TEST(NormalEpipolar, GradientAgreesWithDifferences) {
   const Vector3d translations[] = {{0.3, 0.1, -0.2}, {0, 0, 0.4}, {0.02, 0, 0}, {0, 0, 0}};
   for (const CostFunction cost : {&smallestEigenvalueCost, &rotationOnlyCost})
@@ -105,29 +94,24 @@ TEST(NormalEpipolar, GradientAgreesWithDifferences) {
         const Matrix3d R = views.R * expSO3(Vector3d(0.02, -0.01, 0.03));
         for (const Matrix3d& N : {Matrix3d(Matrix3d::Identity()), moments.normalCovariance(R)}) {
           const EpipolarCost at = cost(moments, R, N);
-          const Vector3d numerical = numericalGradient(cost, moments, R, N);
-          // The quotient of values of order 0.01 to 1 has rounding of 1e-16 / 1e-5.
-          EXPECT_LT((at.gradient - numerical).norm(), 1e-6 * at.gradient.norm() + 1e-8)
-              << at.gradient.transpose() << " / " << numerical.transpose();
+          // Values of order 0.01 to 1: truncation of 1e-12 at this step, rounding of 1e-13.
+          testing::expectJacobian(
+              at.gradient.transpose(),
+              [&](const Matrix3d& turned) { return cost(moments, turned, N).value; }, R,
+              {1e-3, 1e-8});
         }
       }
 }
 
 TEST(NormalEpipolar, HessianIsExactWhereTheResidualsVanish) {
-  constexpr double kStep = 1e-4;
   for (const CostFunction cost : {&smallestEigenvalueCost, &rotationOnlyCost})
     for (const Vector3d& rotation : kRotations) {
       const Vector3d t = cost == &rotationOnlyCost ? Vector3d::Zero() : Vector3d(0.3, 0.1, -0.2);
       const Views views = makeViews(rotation, t, 0.0);
       const EpipolarMoments moments = momentsOf(views);
       const Matrix3d N = moments.normalCovariance(views.R);
-      Matrix3d numerical;
-      for (int a = 0; a < 3; ++a) {
-        const Vector3d d = kStep * Vector3d::Unit(a);
-        numerical.col(a) = (cost(moments, views.R * expSO3(d), N).gradient -
-                            cost(moments, views.R * expSO3(-d), N).gradient) /
-                           (2.0 * kStep);
-      }
+      const Eigen::MatrixXd numerical = testing::numericalJacobian(
+          [&](const Matrix3d& R) { return cost(moments, R, N).gradient; }, views.R, 1e-4);
       const Matrix3d analytic = cost(moments, views.R, N).hessian;
       // The difference quotient's own error is of order step^2 times the fourth derivative.
       EXPECT_LT((analytic - numerical).norm(), 1e-4 * analytic.norm());

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include "etalon/core/so3.h"
+#include "etalon/testing/expect_jacobian.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -157,29 +158,26 @@ TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
   const VectorXd r = residuals(c, tracks, T, l);
   MatrixXd J(r.size(), poses);
   constexpr double kStep = 1e-5;
-  for (Index i = 0; i < poses; ++i) {
-    const auto moved = [&](double by) {
-      std::vector<SE3> result = T;
-      SE3& pose = result[static_cast<size_t>(i / 6) + 1];
-      if (i % 6 < 3)
-        pose.R = pose.R * expSO3(by * Vector3d::Unit(i % 3));
-      else
-        pose.t[i % 3] += by;
-      return residuals(c, tracks, result, l);
-    };
-    J.col(i) = (moved(kStep) - moved(-kStep)) / (2.0 * kStep);
-  }
+  for (size_t k = 1; k < T.size(); ++k)
+    J.middleCols<6>(6 * (static_cast<Index>(k) - 1)) = testing::numericalJacobian(
+        [&](const SE3& pose) {
+          std::vector<SE3> moved = T;
+          moved[k] = pose;
+          return residuals(c, tracks, moved, l);
+        },
+        T[k], kStep);
   MatrixXd A(r.size(), 3 * static_cast<Index>(tracks.validCount()));
   Index column = 0;
   for (size_t landmark = 0; landmark < l.size(); ++landmark) {
     if (!tracks.valid()[landmark]) continue;
-    for (int axis = 0; axis < 3; ++axis, ++column) {
-      std::vector<Vector3d> after = l, before = l;
-      after[landmark][axis] += kStep;
-      before[landmark][axis] -= kStep;
-      A.col(column) =
-          (residuals(c, tracks, T, after) - residuals(c, tracks, T, before)) / (2.0 * kStep);
-    }
+    A.middleCols<3>(column) = testing::numericalJacobian(
+        [&](const Vector3d& position) {
+          std::vector<Vector3d> moved = l;
+          moved[landmark] = position;
+          return residuals(c, tracks, T, moved);
+        },
+        l[landmark], kStep);
+    column += 3;
   }
   const Eigen::LDLT<MatrixXd> landmarks(A.transpose() * A);
   const MatrixXd S = J.transpose() * J - J.transpose() * A * landmarks.solve(A.transpose() * J);

@@ -4,7 +4,6 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/pose_only.h"
-#include "etalon/optimization/bundle/starting_landmarks.h"
 
 namespace etalon {
 
@@ -61,7 +60,7 @@ StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
     pose_options.chi2_threshold = options_.pose_chi2;
     const PoseOnlyResult pose = solvePoseOnly(T_CB_, measurements, predicted, pose_options);
     result.inliers = pose.inliers;
-    result.located = pose.converged && pose.inliers >= options_.min_pose_inliers;
+    result.located = pose.summary.usable() && pose.inliers >= options_.min_pose_inliers;
     const SE3 T_VB = result.located ? pose.T_WB : predicted;
     const double dt = secondsBetween(t_, frame.t);
     if (result.located && dt > 0) v_VB_ = (T_VB.t - T_VB_.t) / dt;
@@ -104,22 +103,16 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
     frames.push_back(&k.frame);
     poses.push_back(k.T_VB);
   }
-  window_ = buildVisualWindow(calibration_, frames, options_.sigma_px);
-  StartingLandmarks start = startingLandmarks(window_, landmarks_);
-  triangulateMissing(window_, poses, &start);
-  StereoBaResult result = solveStereoBa(window_, poses, start.positions, start.valid, options);
+  BundleProblem bundle(buildVisualWindow(calibration_, frames, options_.sigma_px), landmarks_);
+  bundle.triangulateMissing(poses);
+  StereoBaResult result = solveStereoBa(std::move(bundle), poses, options);
   for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
   T_VB_ = keyframes_.back().T_VB;
   // Keep the landmarks of the window only: what it no longer sees cannot be observed again.
-  std::map<LandmarkId, Eigen::Vector3d> kept;
-  for (const Observation& o : keyframes_.back().frame.observations)
-    if (const auto known = landmarks_.find(o.id); known != landmarks_.end()) kept.insert(*known);
-  for (size_t l = 0; l < window_.landmark_ids.size(); ++l) {
-    const LandmarkId id = window_.landmark_ids[l];
-    if (result.landmark_valid[l])
-      kept[id] = result.landmarks[l];
-    else
-      kept.erase(id);
+  std::map<LandmarkId, Eigen::Vector3d> kept = result.bundle.validLandmarks();
+  for (const Observation& o : keyframes_.back().frame.observations) {
+    const auto known = landmarks_.find(o.id);
+    if (known != landmarks_.end() && !result.bundle.window.contains(o.id)) kept.insert(*known);
   }
   landmarks_ = std::move(kept);
   return result;

@@ -30,10 +30,9 @@ VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
   solution.T_VB = result.T_VB;
   solution.covariance = result.covariance;
   solution.rms_px = result.rms_px_over_sigma * options.sigma_px;
-  for (const char inlier : result.inlier) ++(inlier ? solution.inliers : solution.outliers);
-  for (size_t l = 0; l < result.landmarks.size(); ++l)
-    if (result.landmark_valid[l])
-      solution.landmarks[odometry.windowLandmarkIds()[l]] = result.landmarks[l];
+  solution.inliers = result.bundle.inlierCount();
+  solution.outliers = static_cast<int>(result.bundle.window.measurements.size()) - solution.inliers;
+  solution.landmarks = result.bundle.validLandmarks();
   return solution;
 }
 

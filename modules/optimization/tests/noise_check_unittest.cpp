@@ -9,6 +9,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
+#include "etalon/testing/known_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -28,15 +29,15 @@ constexpr double kNoSharedError = 1e-4;
 
 VisualInertialBaOptions robust() {
   VisualInertialBaOptions ba;
+  ba.check_noise = true;
   ba.sigma_shared_deg = kNoSharedError;
   return ba;
 }
 
 VisualInertialBaOptions leastSquares() {
-  VisualInertialBaOptions ba;
+  VisualInertialBaOptions ba = robust();
   ba.iterations_per_round = 30;
-  ba.huber_pixel = ba.huber_inertial = 1e9;
-  ba.prior_sigma_accel_mps2 = ba.prior_sigma_gyro_rps = 10.0;
+  ba.chi2_pixel = ba.chi2_inertial = 1e9;
   ba.sigma_shared_deg = kNoSharedError;
   return ba;
 }
@@ -62,6 +63,9 @@ void turnKeyframes(double sigma_deg, unsigned seed, VisualWindow* window) {
 
 VisualInertialBaResult solve(const SyntheticWindowOptions& options, const Belief& belief,
                              const VisualInertialBaOptions& ba) {
+  VisualInertialProblem problem;
+  // Least squares are judged without priors.
+  if (ba.chi2_pixel > 1e8) problem.priors.sigma_accel_mps2 = problem.priors.sigma_gyro_rps = 10.0;
   const SyntheticWindow synthetic = testing::makeSyntheticWindow(options);
   VisualWindow window = buildVisualWindow(synthetic.calibration, synthetic.keyframes(),
                                           options.sigma_px * belief.pixel);
@@ -71,17 +75,13 @@ VisualInertialBaResult solve(const SyntheticWindowOptions& options, const Belief
   noise.gyro_random_walk = noise.accel_random_walk = 1e-12;
   noise.gyro_noise_density *= options.gyro_noise_factor * belief.gyro;
   noise.accel_noise_density *= options.accel_noise_factor * belief.accel;
-  std::vector<VisualInertialState> states;
-  for (const KeyframeState& s : synthetic.truth) states.push_back({s.T_WB, s.v_WB});
-  std::vector<Eigen::Vector3d> landmarks;
-  for (const LandmarkId id : window.landmark_ids)
-    landmarks.push_back(synthetic.landmarks[static_cast<size_t>(id)]);
-  std::vector<Preintegration> preintegrations;
-  for (size_t k = 1; k < states.size(); ++k)
-    preintegrations.emplace_back(
+  for (const KeyframeState& s : synthetic.truth) problem.states.push_back({s.T_WB, s.v_WB});
+  for (size_t k = 1; k < problem.states.size(); ++k)
+    problem.preintegrations.emplace_back(
         synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias, noise);
-  return solveVisualInertialBa(window, preintegrations, states, synthetic.bias, landmarks,
-                               std::vector<char>(landmarks.size(), 1), ba);
+  problem.bias = synthetic.bias;
+  problem.bundle = BundleProblem(std::move(window), testing::knownLandmarks(synthetic.landmarks));
+  return solveVisualInertialBa(std::move(problem), ba);
 }
 
 NoiseCheck monteCarlo(SyntheticWindowOptions options, const Belief& belief,
@@ -91,7 +91,7 @@ NoiseCheck monteCarlo(SyntheticWindowOptions options, const Belief& belief,
     options.seed = static_cast<unsigned>(9000 + run);
     options.motion = run % 2 == 0 ? testing::Motion::kAggressive : testing::Motion::kGentle;
     const VisualInertialBaResult result = solve(options, belief, ba);
-    EXPECT_GT(result.covariance.rows(), 0) << result.message;
+    EXPECT_GT(result.covariance.rows(), 0) << result.summary.message;
     sum += result.noise;
   }
   return sum;
@@ -167,8 +167,7 @@ TEST(NoiseCheck, AnErrorThatTheFrameSharesIsNotTheGyros) {
   options.landmarks = 400;
   Belief truth;
   truth.shared_deg = 0.03;
-  VisualInertialBaOptions ba;
-  ba.sigma_shared_deg = kNoSharedError;
+  VisualInertialBaOptions ba = robust();
   const NoiseCheck white = monteCarlo(options, truth, ba, 4);
   EXPECT_GT(white.gyro.chi2, 2.0 * white.gyro.dof);
   ba.sigma_shared_deg = truth.shared_deg;
@@ -188,12 +187,16 @@ TEST(NoiseCheck, OutliersDoNotBlowItUp) {
   expectRatio(check.vision, 1.0 + 0.05 * (5.991 / 1.9 - 1.0), 0.06);
 }
 
-TEST(NoiseCheck, IsEmptyWithoutCovariance) {
-  VisualInertialBaOptions ba;
-  ba.compute_covariance = false;
-  const VisualInertialBaResult result = solve(noisy(), {}, ba);
-  EXPECT_EQ(result.noise.gyro.dof, 0.0);
-  EXPECT_EQ(result.noise.vision.dof, 0.0);
+TEST(NoiseCheck, IsEmptyWithoutCovarianceAndWhereNobodyAsks) {
+  for (const bool covariance : {false, true}) {
+    VisualInertialBaOptions ba;
+    ba.compute_covariance = covariance;
+    ba.check_noise = !covariance;
+    const VisualInertialBaResult result = solve(noisy(), {}, ba);
+    EXPECT_EQ(result.covariance.size() > 0, covariance);
+    EXPECT_EQ(result.noise.gyro.dof, 0.0);
+    EXPECT_EQ(result.noise.vision.dof, 0.0);
+  }
 }
 
 }  // namespace

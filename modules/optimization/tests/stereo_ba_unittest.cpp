@@ -7,6 +7,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/pose_only.h"
+#include "etalon/testing/known_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -23,15 +24,13 @@ struct BaCase {
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
     for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
-    for (const LandmarkId id : window.landmark_ids)
-      landmarks.push_back(T_VW * synthetic.landmarks[static_cast<size_t>(id)]);
-    valid.assign(landmarks.size(), 1);
+    for (const Vector3d& p_W : synthetic.landmarks) landmarks.push_back(T_VW * p_W);
   }
+  BundleProblem bundle() const { return BundleProblem(window, testing::knownLandmarks(landmarks)); }
   SyntheticWindow synthetic;
   VisualWindow window;
   std::vector<SE3> T_VB;
-  std::vector<Vector3d> landmarks;
-  std::vector<char> valid;
+  std::vector<Vector3d> landmarks;  ///< p_V by id
 };
 
 /** [rotation, position] errors of keyframes 1.. in the order of the covariance. */
@@ -57,7 +56,7 @@ TEST(StereoBa, RecoversThePosesOfExactTracksFromAWrongStart) {
   StereoBaOptions ba;
   ba.rounds = 4;
   ba.iterations_per_round = 20;
-  const StereoBaResult result = solveStereoBa(c.window, start, c.landmarks, c.valid, ba);
+  const StereoBaResult result = solveStereoBa(c.bundle(), start, ba);
   // Ceres stops at a relative cost change of 1e-5 a round; four rounds from 10 px bring it to
   // rounding.
   EXPECT_LT(poseErrors(result.T_VB, c.T_VB).norm(), 1e-8);
@@ -82,7 +81,7 @@ void expectConsistentCovariance(double distance_m) {
   for (int run = 0; run < runs; ++run) {
     options.seed = static_cast<unsigned>(100 + run);
     const BaCase c(options, options.sigma_px);
-    const StereoBaResult result = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, ba);
+    const StereoBaResult result = solveStereoBa(c.bundle(), c.T_VB, ba);
     const Eigen::VectorXd e = poseErrors(result.T_VB, c.T_VB);
     ASSERT_EQ(result.covariance.rows(), e.size());
     nees += e.dot(result.covariance.ldlt().solve(e));
@@ -103,7 +102,7 @@ TEST(StereoBa, ThrowsOutOutliers) {
   options.sigma_px = 0.5;
   options.outlier_share = 0.1;
   const BaCase c(options, 0.5);
-  const StereoBaResult result = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, {});
+  const StereoBaResult result = solveStereoBa(c.bundle(), c.T_VB, {});
   // Without outliers the error is 1.6 mm and 0.5 mrad at worst over ten keyframes; twice that is
   // allowed.
   const Eigen::VectorXd e = poseErrors(result.T_VB, c.T_VB);
@@ -112,12 +111,30 @@ TEST(StereoBa, ThrowsOutOutliers) {
               0.1);  // truncated at chi2 5.991, less the landmarks' freedom
 }
 
+TEST(StereoBa, SaysHowItEnded) {
+  SyntheticWindowOptions options;
+  options.sigma_px = 0.5;
+  const BaCase c(options, 0.5);
+  StereoBaOptions ba;
+  const SolverSummary solved = solveStereoBa(c.bundle(), c.T_VB, ba).summary;
+  EXPECT_TRUE(solved.converged()) << solved.message;
+  EXPECT_LT(solved.final_cost, solved.initial_cost);
+  ba.iterations_per_round = 1;
+  ba.rounds = 1;
+  std::vector<SE3> start = c.T_VB;
+  for (size_t k = 1; k < start.size(); ++k) start[k].t += Vector3d(0.03, 0.02, -0.04);
+  EXPECT_EQ(solveStereoBa(c.bundle(), start, ba).summary.termination, Termination::kMaxIterations);
+  const StereoBaResult nothing = solveStereoBa(BundleProblem(c.window), c.T_VB, ba);
+  EXPECT_EQ(nothing.summary.termination, Termination::kNotStarted);
+  EXPECT_FALSE(nothing.summary.message.empty());
+}
+
 TEST(StereoBa, IsBitIdentical) {
   SyntheticWindowOptions options;
   options.sigma_px = 0.5;
   const BaCase c(options, 0.5);
-  const StereoBaResult a = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, {});
-  const StereoBaResult b = solveStereoBa(c.window, c.T_VB, c.landmarks, c.valid, {});
+  const StereoBaResult a = solveStereoBa(c.bundle(), c.T_VB, {});
+  const StereoBaResult b = solveStereoBa(c.bundle(), c.T_VB, {});
   for (size_t k = 0; k < a.T_VB.size(); ++k) {
     EXPECT_EQ(a.T_VB[k].R, b.T_VB[k].R);
     EXPECT_EQ(a.T_VB[k].t, b.T_VB[k].t);
@@ -133,12 +150,14 @@ TEST(PoseOnly, FindsThePoseDespiteOutliersAndAWrongStart) {
   for (const VisualMeasurement& m : c.window.measurements)
     if (m.keyframe == 3)
       measurements.push_back(
-          {c.landmarks[static_cast<size_t>(m.landmark)], m.camera, m.measurement});
+          {c.landmarks[static_cast<size_t>(c.window.landmark_ids[static_cast<size_t>(m.landmark)])],
+           m.camera, m.measurement});
   SE3 start = c.T_VB[3];
   start.R = start.R * expSO3(Vector3d(0.02, 0.02, -0.03));
   start.t += Vector3d(0.05, -0.05, 0.05);
   const PoseOnlyResult result = solvePoseOnly(c.window.T_CB, measurements, start);
-  EXPECT_TRUE(result.converged);
+  EXPECT_TRUE(result.summary.converged()) << result.summary.message;
+  EXPECT_LT(result.summary.final_cost, result.summary.initial_cost);
   // About 400 measurements of 0.5 px at 3 to 5 m: 0.2 mrad and 1 mm; five sigmas.
   EXPECT_LT(logSO3(result.T_WB.R.transpose() * c.T_VB[3].R).norm(), 1e-3);
   EXPECT_LT((result.T_WB.t - c.T_VB[3].t).norm(), 5e-3);
@@ -146,7 +165,7 @@ TEST(PoseOnly, FindsThePoseDespiteOutliersAndAWrongStart) {
 
 TEST(PoseOnly, SaysSoWhenThereIsTooLittle) {
   const PoseOnlyResult result = solvePoseOnly({SE3(), SE3()}, {}, SE3());
-  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.summary.termination, Termination::kSingular);
   EXPECT_EQ(result.inliers, 0);
 }
 

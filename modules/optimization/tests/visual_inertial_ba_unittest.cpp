@@ -6,7 +6,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
-#include "etalon/optimization/bundle/starting_landmarks.h"
+#include "etalon/testing/known_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -21,16 +21,16 @@ struct ViCase {
       : synthetic(testing::makeSyntheticWindow(options)),
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
     for (const KeyframeState& s : synthetic.truth) states.push_back({s.T_WB, s.v_WB});
-    for (const LandmarkId id : window.landmark_ids)
-      landmarks.push_back(synthetic.landmarks[static_cast<size_t>(id)]);
+    landmarks = synthetic.landmarks;
     for (size_t k = 1; k < states.size(); ++k)
       preintegrations.emplace_back(
           synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias,
           synthetic.calibration.imu.noise);
   }
   VisualInertialBaResult solve(const VisualInertialBaOptions& options) const {
-    return solveVisualInertialBa(window, preintegrations, states, synthetic.bias, landmarks,
-                                 std::vector<char>(landmarks.size(), 1), options);
+    return solveVisualInertialBa({BundleProblem(window, testing::knownLandmarks(landmarks)),
+                                  preintegrations, states, synthetic.bias, priors, 9.81},
+                                 options);
   }
   std::vector<KeyframeState> stamped(const VisualInertialBaResult& result) const {
     std::vector<KeyframeState> out;
@@ -41,8 +41,9 @@ struct ViCase {
   SyntheticWindow synthetic;
   VisualWindow window;
   std::vector<VisualInertialState> states;
-  std::vector<Vector3d> landmarks;
+  std::vector<Vector3d> landmarks;  ///< p_W by id
   std::vector<Preintegration> preintegrations;
+  BiasPriors priors;
 };
 
 TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
@@ -63,7 +64,7 @@ TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
     VisualInertialBaOptions ba;
     ba.rounds = 8;
     ba.iterations_per_round = 30;
-    ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 1e4;
+    c.priors.sigma_gyro_rps = c.priors.sigma_accel_mps2 = 1e4;
     ba.reintegrate_gyro_rps = ba.reintegrate_accel_mps2 = 0.0;
     const VisualInertialBaResult result = c.solve(ba);
     c.synthetic.bias = options.bias;
@@ -90,14 +91,14 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
   VisualInertialBaOptions ba;
   ba.rounds = 1;
   ba.iterations_per_round = 30;
-  ba.huber_pixel = ba.huber_inertial = 1e6;  // plain least squares
-  ba.prior_sigma_accel_mps2 = ba.prior_sigma_gyro_rps = 10.0;
-  ba.sigma_shared_deg = 1e-4;  // the synthetic pixels of a frame err each for itself
+  ba.chi2_pixel = ba.chi2_inertial = 1e6;  // plain least squares
+  ba.sigma_shared_deg = 1e-4;              // the synthetic pixels of a frame err each for itself
   const int runs = 60;
   double nees = 0.0;
   for (int run = 0; run < runs; ++run) {
     options.seed = static_cast<unsigned>(500 + run);
-    const ViCase c(options, options.sigma_px);
+    ViCase c(options, options.sigma_px);
+    c.priors.sigma_accel_mps2 = c.priors.sigma_gyro_rps = 10.0;
     const VisualInertialBaResult result = c.solve(ba);
     ASSERT_GT(result.covariance.rows(), 0);
     const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
@@ -139,43 +140,43 @@ TEST(VisualInertialBa, AtRestThePriorDecidesOnTheLevelPartOfTheAccelerometerBias
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kStandstill;
   const ImuBias truth{{0.0, 0.0, 0.0}, {0.2, -0.1, 0.15}};
-  const ViCase c = unaware(options, truth);
+  ViCase c = unaware(options, truth);
   VisualInertialBaOptions ba = patient();
-  ba.prior_mean.accel = Vector3d(-0.1, 0.25, 0.1);
+  c.priors.mean.accel = Vector3d(-0.1, 0.25, 0.1);
   const VisualInertialBaResult result = c.solve(ba);
   // What is measured, f, is b_a and gravity of known size in any direction: of all b_a with
   // |f - b_a| = g the one next to the prior's mean.
   const Vector3d f =
       c.synthetic.imu.between(c.synthetic.truth[0].t, c.synthetic.truth[1].t)[0].accel;
-  const Vector3d d = f - ba.prior_mean.accel;
+  const Vector3d d = f - c.priors.mean.accel;
   const Vector3d expected = f - options.gravity_mps2 * d.normalized();
   EXPECT_GT((expected - truth.accel).norm(), 0.3);  // neither the truth nor the start
   EXPECT_GT(expected.norm(), 0.2);
   // The vertical is known to 1 mm/s^2 by the accelerometer's noise, the prior to 100: 1e-4 of 0.1.
   EXPECT_LT((result.bias.accel - expected).norm(), 1e-3);
-  EXPECT_NEAR(result.sigmaTilt(), ba.prior_sigma_accel_mps2 / options.gravity_mps2, 1e-4);
+  EXPECT_NEAR(result.sigmaTilt(), c.priors.sigma_accel_mps2 / options.gravity_mps2, 1e-4);
 }
 
 TEST(VisualInertialBa, PriorWeighsAgainstTheDataByItsSigmas) {
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kAggressive;
   options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
-  const ViCase c(options, 1.0);
+  ViCase c(options, 1.0);
   VisualInertialBaOptions ba = patient();
-  ba.huber_pixel = ba.huber_inertial = 1e6;
-  ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 1e4;
+  ba.chi2_pixel = ba.chi2_inertial = 1e6;
+  c.priors.sigma_gyro_rps = c.priors.sigma_accel_mps2 = 1e4;
   const VisualInertialBaResult data = c.solve(ba);
   const Eigen::Matrix<double, 6, 6> information =
       data.covariance.bottomRightCorner<6, 6>().ldlt().solve(Eigen::MatrixXd::Identity(6, 6));
   // About as certain as the data.
-  ba.prior_sigma_gyro_rps = std::sqrt(data.covariance.diagonal().tail<6>()[0]);
-  ba.prior_sigma_accel_mps2 = std::sqrt(data.covariance.diagonal().tail<6>()[4]);
+  c.priors.sigma_gyro_rps = std::sqrt(data.covariance.diagonal().tail<6>()[0]);
+  c.priors.sigma_accel_mps2 = std::sqrt(data.covariance.diagonal().tail<6>()[4]);
   Eigen::Matrix<double, 6, 1> off, sigma;
-  sigma << Vector3d::Constant(ba.prior_sigma_gyro_rps),
-      Vector3d::Constant(ba.prior_sigma_accel_mps2);
+  sigma << Vector3d::Constant(c.priors.sigma_gyro_rps),
+      Vector3d::Constant(c.priors.sigma_accel_mps2);
   off << 1.0, -2.0, 1.5, -1.0, 2.0, 1.0;
   off = off.cwiseProduct(sigma).eval();
-  ba.prior_mean = {options.bias.gyro + off.head<3>(), options.bias.accel + off.tail<3>()};
+  c.priors.mean = {options.bias.gyro + off.head<3>(), options.bias.accel + off.tail<3>()};
   const VisualInertialBaResult both = c.solve(ba);
   Eigen::Matrix<double, 6, 1> moved;
   moved << both.bias.gyro - options.bias.gyro, both.bias.accel - options.bias.accel;
@@ -191,10 +192,10 @@ TEST(VisualInertialBa, IntegratesAnewWhereTheBiasesMovedFar) {
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kAggressive;
   const ImuBias truth{{0.2, -0.2, 0.2}, {0.1, -0.08, 0.12}};
-  const ViCase c = unaware(options, truth);
+  ViCase c = unaware(options, truth);
   VisualInertialBaOptions ba = patient();
-  ba.prior_sigma_gyro_rps = ba.prior_sigma_accel_mps2 = 1e4;
-  ba.huber_inertial = 1e9;  // the first-order correction is far off in the first round
+  c.priors.sigma_gyro_rps = c.priors.sigma_accel_mps2 = 1e4;
+  ba.chi2_inertial = 1e9;  // the first-order correction is far off in the first round
   const auto errors = [&] {
     const VisualInertialBaResult result = c.solve(ba);
     testing::SyntheticWindow synthetic = c.synthetic;
@@ -225,11 +226,11 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
     for (ImuSample& s : samples) s.accel += blow * Vector3d(0.8, -0.5, 0.3);
     c.preintegrations[4] = Preintegration(samples, options.bias, c.synthetic.calibration.imu.noise);
     VisualInertialBaOptions ba = patient();
-    ba.huber_inertial = huber_inertial;
+    ba.chi2_inertial = huber_inertial;
     const VisualInertialBaResult result = c.solve(ba);
     return errorsOf(c.stamped(result), result.bias, c.synthetic).velocity_mps;
   };
-  const double huber = VisualInertialBaOptions().huber_inertial;
+  const double huber = VisualInertialBaOptions().chi2_inertial;
   const double small = velocityError(huber, 2.0), large = velocityError(huber, 4.0);
   const double squares = velocityError(1e12, 4.0);
   EXPECT_LT(large, 0.25 * squares);
@@ -262,21 +263,21 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
     for (Vector3d& p_W : c.landmarks) p_W = tilt * p_W;
     VisualInertialBaOptions ba;
     ba.rounds = 1;
-    ba.huber_pixel = ba.huber_inertial = 1e6;  // one minimum for all
+    ba.chi2_pixel = ba.chi2_inertial = 1e6;  // one minimum for all
     ba.reintegrate_gyro_rps = ba.reintegrate_accel_mps2 = 1e9;
     const VisualInertialBaResult usual = c.solve(ba);
     ba.converged_sigmas = 1e-3;
     const VisualInertialBaResult patient = c.solve(ba);
-    ASSERT_TRUE(patient.converged);
-    EXPECT_TRUE(usual.converged);
+    ASSERT_TRUE(patient.summary.converged());
+    EXPECT_TRUE(usual.summary.converged());
     EXPECT_LT(usual.last_step_sigmas, 0.1);
     EXPECT_LT(sigmasBetween(patient, usual), 0.1);
     ba.iterations_per_round = 2;
     const VisualInertialBaResult hasty = c.solve(ba);
-    EXPECT_FALSE(hasty.converged);
+    EXPECT_FALSE(hasty.summary.converged());
     EXPECT_GT(hasty.last_step_sigmas, 1.0);
     EXPECT_GT(sigmasBetween(patient, hasty), 0.1);
-    EXPECT_TRUE(hasty.message.empty()) << hasty.message;  // it did not fail
+    EXPECT_TRUE(hasty.summary.message.empty()) << hasty.summary.message;  // it did not fail
   }
 }
 
@@ -302,18 +303,20 @@ VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
     options.sigma_px = 0.5;
     options.gyro_noise_factor = options.accel_noise_factor = 1.0;
     const VisualInertialBaOptions ba;
-    const Vector3d gyro = 0.1 * ba.prior_sigma_gyro_rps * drawn();
-    options.bias = {gyro, ba.prior_sigma_accel_mps2 * drawn()};
-    const ViCase c(options, options.sigma_px);
+    const BiasPriors priors;
+    const Vector3d gyro = 0.1 * priors.sigma_gyro_rps * drawn();
+    options.bias = {gyro, priors.sigma_accel_mps2 * drawn()};
+    ViCase c(options, options.sigma_px);
     std::vector<SE3> T_WB;
     for (const VisualInertialState& s : c.states) T_WB.push_back(s.T_WB);
-    StartingLandmarks start = startingLandmarks(c.window, {});
-    triangulateMissing(c.window, T_WB, &start);
-    const VisualInertialBaResult result = solveVisualInertialBa(
-        c.window, c.preintegrations, c.states, options.bias, start.positions, start.valid, ba);
-    EXPECT_TRUE(result.message.empty()) << result.message;
-    for (const Vector3d& p_W : result.landmarks)
-      sum.far_at_all += (p_W - T_WB[0].t).norm() > 0.99 * kFarthestLandmark;
+    VisualInertialProblem problem{
+        BundleProblem(c.window), c.preintegrations, c.states, options.bias, c.priors,
+        options.gravity_mps2};
+    problem.bundle.triangulateMissing(T_WB);
+    const VisualInertialBaResult result = solveVisualInertialBa(std::move(problem), ba);
+    EXPECT_TRUE(result.summary.message.empty()) << result.summary.message;
+    for (const BundleLandmark& landmark : result.bundle.landmarks)
+      sum.far_at_all += (landmark.position - T_WB[0].t).norm() > 0.99 * kFarthestLandmark;
     if (!(result.sigmaVelocity() <= 0.1)) continue;  // as the acceptance has it
     const Eigen::Index v = 9 * (static_cast<Eigen::Index>(result.states.size()) - 1) + 6;
     const Vector3d e = result.states.back().v_WB - c.states.back().v_WB;
@@ -347,8 +350,8 @@ TEST(VisualInertialBa, SaysWhyWhenNothingAgrees) {
   ViCase c(options, 1.0);
   for (Vector3d& p : c.landmarks) p += Vector3d(50, 0, 0);
   const VisualInertialBaResult result = c.solve({});
-  EXPECT_FALSE(result.converged);
-  EXPECT_FALSE(result.message.empty());
+  EXPECT_EQ(result.summary.termination, Termination::kNotStarted);
+  EXPECT_FALSE(result.summary.message.empty());
 }
 
 }  // namespace

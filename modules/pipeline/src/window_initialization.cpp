@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "etalon/core/stopwatch.h"
-#include "etalon/optimization/bundle/starting_landmarks.h"
 
 namespace etalon {
 
@@ -57,27 +56,25 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
 VisualInertialBaResult refine(const InitializationProblem& problem,
                               const InitializationResult& result, const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
-  const VisualWindow window =
-      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
-  std::vector<VisualInertialState> states;
+  VisualInertialProblem vi;
   std::vector<SE3> poses;
   for (const KeyframeState& s : result.states) {
-    states.push_back({s.T_WB, s.v_WB});
+    vi.states.push_back({s.T_WB, s.v_WB});
     poses.push_back(s.T_WB);
   }
-  StartingLandmarks start = startingLandmarks(window, result.landmarks);
-  triangulateMissing(window, poses, &start);
-  VisualInertialBaOptions vi_ba = options.vi_ba;
-  vi_ba.prior_mean = options.priors.mean;
-  vi_ba.prior_sigma_gyro_rps = options.priors.sigma_gyro_rps;
-  vi_ba.prior_sigma_accel_mps2 = options.priors.sigma_accel_mps2;
-  vi_ba.gravity_mps2 = options.gravity_mps2;
-  VisualInertialBaResult refined =
-      solveVisualInertialBa(window, problem.preintegrate(result.bias), states, result.bias,
-                            start.positions, start.valid, vi_ba);
+  vi.bundle = BundleProblem(
+      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
+      result.landmarks);
+  vi.bundle.triangulateMissing(poses);
+  vi.preintegrations = problem.preintegrate(result.bias);
+  vi.bias = result.bias;
+  vi.priors = options.priors;
+  vi.gravity_mps2 = options.gravity_mps2;
+  VisualInertialBaOptions vi_options = options.vi_ba;
+  vi_options.check_noise = options.check_noise || options.acceptance.false_alarm_rate > 0.0;
+  VisualInertialBaResult refined = solveVisualInertialBa(std::move(vi), vi_options);
   if (landmarks)
-    for (size_t l = 0; l < window.landmark_ids.size(); ++l)
-      if (refined.landmark_valid[l]) (*landmarks)[window.landmark_ids[l]] = refined.landmarks[l];
+    for (const auto& [id, position] : refined.bundle.validLandmarks()) (*landmarks)[id] = position;
   return refined;
 }
 

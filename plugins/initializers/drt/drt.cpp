@@ -91,17 +91,27 @@ class Drt : public Initializer {
                            problem.priors().mean.accel,
                            accel_bias_ == "prior" ? problem.priors().sigma_accel_mps2 : 0.0);
     LinearState state = imu.start();
-    InitializationResult refusal = solvePasses(imu, &constraint, &state);
-    if (!refusal.reason.empty()) return refusal;
+    const SolverSummary linear = solvePasses(imu, &constraint, &state);
+    if (!linear.usable())
+      return InitializationResult::refusal(
+          InitializationStatus::kIllConditioned,
+          "the tracks do not determine the translations (pass %.0f of %.0f)", linear.iterations,
+          passes_);
+    if (!(constraint.noise() <= max_noise_))
+      return InitializationResult::refusal(
+          InitializationStatus::kNotConverged,
+          "the translation residuals are %.1f times what sigma_px promises, at most "
+          "%.1f is wanted",
+          constraint.noise(), max_noise_);
     ReprojectionRefinement refinement(problem, R_VB);
     const bool tight = variant_ == "tight";
-    if (refine_ && !refinement.refine(tight ? &imu : nullptr, 3 * passes_, &state))
+    if (refine_ && !refinement.refine(tight ? &imu : nullptr, 3 * passes_, &state).converged())
       return InitializationResult::refusal(
           InitializationStatus::kNotConverged,
           "the reprojection errors of %.0f landmarks did not come to rest (in %.0f passes)",
           refinement.landmarks(), passes_);
     if (!tight) {
-      refusal = align(problem, preintegrations, bias, R_VB, &state);
+      InitializationResult refusal = align(problem, preintegrations, bias, R_VB, &state);
       if (!refusal.reason.empty()) return refusal;
     }
     InitializationResult result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
@@ -138,13 +148,17 @@ class Drt : public Initializer {
     return estimate;
   }
 
-  /** Positions, and in the tight variant all else; the refusal's reason is empty on success. */
-  InitializationResult solvePasses(const ImuAlignment& imu, TranslationConstraint* constraint,
-                                   LinearState* state) const {
+  /** Positions, and in the tight variant all else, then weights without robustness. Costs are not
+   * computed. */
+  SolverSummary solvePasses(const ImuAlignment& imu, TranslationConstraint* constraint,
+                            LinearState* state) const {
     const Eigen::Index n = 3 * static_cast<Eigen::Index>(state->p.size());
     constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
     constexpr int kWithStereoBases = 4;
+    SolverSummary summary;
+    summary.termination = Termination::kMaxIterations;
     for (int pass = 0; pass < passes_; ++pass) {
+      ++summary.iterations;
       if (pass == kWithStereoBases) constraint->chooseWidestBases();
       constraint->reweight(state->p, pass > 1 && weighting_ == "robust");
       Eigen::MatrixXd H = Eigen::MatrixXd::Zero(imu.size(), imu.size());
@@ -156,21 +170,18 @@ class Drt : public Initializer {
       const Eigen::LDLT<Eigen::MatrixXd> factor(H.block(3, 3, size, size));
       Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
       step.segment(3, size) = factor.solve(-gradient.segment(3, size));
-      if (!factor.isPositive() || !step.allFinite())
-        return InitializationResult::refusal(
-            InitializationStatus::kIllConditioned,
-            "the tracks do not determine the translations (pass %.0f of %.0f)", pass + 1, passes_);
+      if (!factor.isPositive() || !step.allFinite()) {
+        summary.stop(Termination::kSingular, "the tracks do not determine the translations");
+        return summary;
+      }
       *state = imu.moved(*state, step);
-      if (pass > kWithStereoBases && step.head(n).lpNorm<Eigen::Infinity>() < kConverged) break;
+      if (pass <= kWithStereoBases || step.head(n).lpNorm<Eigen::Infinity>() >= kConverged)
+        continue;
+      summary.termination = Termination::kConverged;
+      break;
     }
     constraint->reweight(state->p, false);
-    if (!(constraint->noise() <= max_noise_))
-      return InitializationResult::refusal(
-          InitializationStatus::kNotConverged,
-          "the translation residuals are %.1f times what sigma_px promises, at most "
-          "%.1f is wanted",
-          constraint->noise(), max_noise_);
-    return {};
+    return summary;
   }
 
   /** Velocities and gravity of the loose variant from its positions. */
@@ -181,7 +192,7 @@ class Drt : public Initializer {
     const VisualFrameEstimate poses = estimateOf(R_VB, *state, bias.gyro);
     const LinearAlignmentResult aligned = alignVelocitiesAndGravity(
         poses.T_VB, preintegrations, bias, problem.gravityMagnitude(), state->g_V);
-    if (!aligned.ok)
+    if (!aligned.summary.usable())
       return InitializationResult::refusal(
           InitializationStatus::kIllConditioned,
           "velocities and gravity are not determined by %.0f positions (at least %.0f)",

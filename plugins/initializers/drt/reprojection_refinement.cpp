@@ -42,11 +42,15 @@ void ReprojectionRefinement::addTo(double factor, MatrixXd* H, VectorXd* gradien
   }
 }
 
-bool ReprojectionRefinement::refine(const ImuAlignment* imu, int passes, LinearState* state) {
+SolverSummary ReprojectionRefinement::refine(const ImuAlignment* imu, int passes,
+                                             LinearState* state) {
   const Index n = 3 * static_cast<Index>(R_VB_.size()), all = 2 * n + 5;
   const Index size = (imu ? all : n) - 3;  // the first position is the gauge
   tracks_.start(points_, poses(*state));
+  SolverSummary summary;
+  summary.termination = Termination::kMaxIterations;
   for (int pass = 0; pass < passes; ++pass) {
+    ++summary.iterations;
     for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks_.triangulate(poses(*state));
     tracks_.linearize(poses(*state));
     MatrixXd H = MatrixXd::Zero(all, all);
@@ -55,17 +59,23 @@ bool ReprojectionRefinement::refine(const ImuAlignment* imu, int passes, LinearS
     if (imu) imu->addTo(*state, &H, &gradient);
     const Eigen::LDLT<MatrixXd> factor(H.block(3, 3, size, size));
     step.segment(3, size) = factor.solve(-gradient.segment(3, size));
-    if (!factor.isPositive() || !step.allFinite()) return false;
+    if (!factor.isPositive() || !step.allFinite()) {
+      summary.stop(Termination::kSingular, "the tracks do not determine the positions");
+      return summary;
+    }
     if (imu) {
       *state = imu->moved(*state, step);
     } else {
       for (size_t k = 0; k < R_VB_.size(); ++k)
         state->p[k] += step.segment<3>(3 * static_cast<Index>(k));
     }
-    if (pass > 0 && tracks_.nearFinalScale() && step.head(n).lpNorm<Eigen::Infinity>() < kConverged)
-      return true;
+    if (pass > 0 && tracks_.nearFinalScale() &&
+        step.head(n).lpNorm<Eigen::Infinity>() < kConverged) {
+      summary.termination = Termination::kConverged;
+      return summary;
+    }
   }
-  return false;
+  return summary;
 }
 
 MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const LinearState& state,

@@ -5,6 +5,7 @@
 
 #include "etalon/initialization/initialization_problem.h"
 #include "etalon/initialization/steps/track_information.h"
+#include "etalon/optimization/solver_summary.h"
 #include "imu_alignment.h"
 
 namespace etalon::plugins {
@@ -23,9 +24,9 @@ class ReprojectionRefinement {
 
   /**
    * @param imu nothing: positions alone
-   * @return false if the system is singular, or does not come to rest
+   * Converged is what comes to rest; its costs are not computed.
    */
-  bool refine(const ImuAlignment* imu, int passes, LinearState* state);
+  SolverSummary refine(const ImuAlignment* imu, int passes, LinearState* state);
 
   /** Landmarks that both cameras have seen at once. */
   int landmarks() const { return tracks_.validCount(); }

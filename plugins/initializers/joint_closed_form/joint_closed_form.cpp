@@ -8,6 +8,7 @@
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/track_information.h"
+#include "etalon/optimization/solver_summary.h"
 #include "joint_system.h"
 
 namespace etalon::plugins {
@@ -103,23 +104,14 @@ class JointClosedForm : public Initializer {
           force, least_force);
     const double start_ms = watch.lapMilliseconds();
 
-    bool converged = false;
-    for (int pass = 0; pass < max_passes_ && !converged; ++pass) {
-      // From the medians the landmarks have farther to go.
-      for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks.triangulate(estimate.T_VB);
-      tracks.linearize(estimate.T_VB);
-      const ImuBias before = estimate.bias;
-      if (!system(problem, motion, tracks, 1.0, estimate).solve(&estimate))
-        return InitializationResult::refusal(
-            InitializationStatus::kIllConditioned,
-            "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
-            tracks.validCount(), 0.0);
-      const double moved = (estimate.bias.gyro - before.gyro).norm();
-      converged = moved < converged_ && tracks.nearFinalScale() && pass > 0;
-      for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
-      motion = composeMotion(preintegrations);
-    }
-    if (!converged)
+    const SolverSummary summary =
+        solvePasses(problem, &tracks, &preintegrations, &motion, &estimate);
+    if (summary.termination == Termination::kSingular)
+      return InitializationResult::refusal(
+          InitializationStatus::kIllConditioned,
+          "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
+          tracks.validCount(), 0.0);
+    if (!summary.converged())
       return InitializationResult::refusal(
           InitializationStatus::kNotConverged,
           "%.0f linear solutions did not come to rest (at most %.0f)", max_passes_, max_passes_);
@@ -157,6 +149,31 @@ class JointClosedForm : public Initializer {
       result.emplace_back(problem.imu().between(nodes.frames[k - 1]->t, nodes.frames[k]->t), bias,
                           problem.imuNoise());
     return result;
+  }
+
+  /** Linear solutions until the gyro bias stands still. Costs are not computed. */
+  SolverSummary solvePasses(const InitializationProblem& problem, TrackInformation* tracks,
+                            std::vector<Preintegration>* preintegrations, ClosedFormMotion* motion,
+                            JointEstimate* estimate) const {
+    SolverSummary summary;
+    summary.termination = Termination::kMaxIterations;
+    for (int pass = 0; pass < max_passes_ && !summary.converged(); ++pass) {
+      ++summary.iterations;
+      // From the medians the landmarks have farther to go.
+      for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_VB);
+      tracks->linearize(estimate->T_VB);
+      const ImuBias before = estimate->bias;
+      if (!system(problem, *motion, *tracks, 1.0, *estimate).solve(estimate)) {
+        summary.stop(Termination::kSingular, "the tracks do not determine velocity and gravity");
+        return summary;
+      }
+      const double moved = (estimate->bias.gyro - before.gyro).norm();
+      if (moved < converged_ && tracks->nearFinalScale() && pass > 0)
+        summary.termination = Termination::kConverged;
+      for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
+      *motion = composeMotion(*preintegrations);
+    }
+    return summary;
   }
 
   static std::vector<Matrix3d> rotations(const ClosedFormMotion& motion) {

@@ -107,7 +107,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
 
 bool JointSystem::solve(JointEstimate* estimate) const {
   const NormConstrainedSolution solution = solveNormConstrained(H_, b_, gravity_mps2_);
-  if (!solution.ok) return false;
+  if (!solution.summary.usable()) return false;
   VectorXd y9 = J9_ * solution.x + c9_;
   if (imu_noise_) {
     const VectorXd y = poseRows(y9);

@@ -184,7 +184,7 @@ class VinsAlignment : public Initializer {
     options.tangent_iterations = gravity_iterations_;
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);
-    if (!alignment.ok)
+    if (!alignment.summary.usable())
       return InitializationResult::refusal(
           InitializationStatus::kIllConditioned,
           "%.0f keyframes do not determine velocities and gravity (%.0f)", problem.keyframeCount(),

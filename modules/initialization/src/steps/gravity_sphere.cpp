@@ -78,20 +78,26 @@ struct Reduced {
   NormConstrainedSolution solution(const Vector3d& g) const {
     NormConstrainedSolution result;
     result.A_g = A_g;
-    result.cost = cost_y + g.dot(A_g * g) - 2.0 * b_g.dot(g);
+    result.summary.initial_cost = result.summary.final_cost = cost(g);
     result.x.resize(b_y.size() + 3);
     if (b_y.size() > 0) result.x.head(b_y.size()) = factor_y.solve(b_y - A_yg * g);
     result.x.tail<3>() = g;
-    result.ok = result.x.allFinite();
+    result.summary.termination =
+        result.x.allFinite() ? Termination::kConverged : Termination::kFailed;
     return result;
+  }
+
+  /** (x^T A x) / 2 - b^T x with y at its best. */
+  double cost(const Vector3d& g) const {
+    return 0.5 * (cost_y + g.dot(A_g * g) - 2.0 * b_g.dot(g));
   }
 };
 
 }  // namespace
 
-SphereMinimum minimizeOnSphere(const Matrix3d& A, const Vector3d& b, double radius) {
+std::optional<SphereMinimum> minimizeOnSphere(const Matrix3d& A, const Vector3d& b, double radius) {
+  if (!A.allFinite() || !b.allFinite() || !(radius > 0.0)) return std::nullopt;
   SphereMinimum result;
-  if (!A.allFinite() || !b.allFinite() || !(radius > 0.0)) return result;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(A);
   const Vector3d& lambda = eigen.eigenvalues();  // increasing
   const Vector3d gap = lambda.array() - lambda(0);
@@ -120,34 +126,48 @@ SphereMinimum minimizeOnSphere(const Matrix3d& A, const Vector3d& b, double radi
   result.multiplier = s - lambda(0);
   result.g = radius * (eigen.eigenvectors() * x).normalized();
   result.cost = result.g.dot(A * result.g) - 2.0 * b.dot(result.g);
-  result.ok = result.g.allFinite();
+  if (!result.g.allFinite()) return std::nullopt;
   return result;
 }
 
+namespace {
+
+NormConstrainedSolution notDetermined() {
+  NormConstrainedSolution result;
+  result.summary.stop(Termination::kSingular, "the unknowns besides gravity are not determined");
+  return result;
+}
+
+}  // namespace
+
 NormConstrainedSolution solveNormConstrained(const MatrixXd& A, const VectorXd& b, double radius) {
   const Reduced reduced(A, b);
-  if (!reduced.ok) return {};
-  const SphereMinimum minimum = minimizeOnSphere(reduced.A_g, reduced.b_g, radius);
-  if (!minimum.ok) return {};
-  NormConstrainedSolution result = reduced.solution(minimum.g);
-  result.ambiguous = minimum.ambiguous;
+  if (!reduced.ok) return notDetermined();
+  const std::optional<SphereMinimum> minimum = minimizeOnSphere(reduced.A_g, reduced.b_g, radius);
+  if (!minimum) return notDetermined();
+  NormConstrainedSolution result = reduced.solution(minimum->g);
+  result.ambiguous = minimum->ambiguous;
   return result;
 }
 
 NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& b, double radius,
                                              const Vector3d& g_seed, int iterations) {
   const Reduced reduced(A, b);
-  if (!reduced.ok) return {};
+  if (!reduced.ok) return notDetermined();
   Vector3d g = radius * g_seed.normalized();
+  const double initial_cost = reduced.cost(g);
   for (int iteration = 0; iteration < iterations; ++iteration) {
     const Eigen::Matrix<double, 3, 2> B = tangentBasis(g);
     const Eigen::Matrix2d H = B.transpose() * reduced.A_g * B;
     const Eigen::LDLT<Eigen::Matrix2d> factor(H);
     const Eigen::Vector2d w = factor.solve(B.transpose() * (reduced.b_g - reduced.A_g * g));
-    if (!factor.isPositive() || !w.allFinite()) return {};
+    if (!factor.isPositive() || !w.allFinite()) return notDetermined();
     g = radius * (g + B * w).normalized();
   }
-  return reduced.solution(g);
+  NormConstrainedSolution result = reduced.solution(g);
+  result.summary.iterations = iterations;
+  result.summary.initial_cost = initial_cost;
+  return result;
 }
 
 }  // namespace etalon

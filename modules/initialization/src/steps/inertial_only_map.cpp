@@ -198,10 +198,13 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
   Eigen::MatrixXd H;
   Eigen::VectorXd b;
   InertialOnlyResult result;
-  double cost = problem.evaluate(state, &H, &b);
+  SolverSummary& summary = result.summary;
+  double cost = summary.initial_cost = problem.evaluate(state, &H, &b);
   double lambda = 1e-6;
-  while (result.iterations < options.max_iterations && std::isfinite(cost)) {
-    ++result.iterations;
+  summary.termination = Termination::kMaxIterations;
+  if (!std::isfinite(cost)) summary.stop(Termination::kFailed, "the cost is not finite");
+  while (summary.usable() && summary.iterations < options.max_iterations) {
+    ++summary.iterations;
     Eigen::MatrixXd damped = H;
     damped.diagonal() *= 1.0 + lambda;
     const Eigen::VectorXd step = damped.ldlt().solve(-b);
@@ -212,7 +215,10 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
     // taken or not.
     const double decrease = cost - candidate_cost;
     if (std::abs(decrease) <= 1e-11 * cost + 1e-16 || step.norm() < 1e-12) {
-      result.converged = step.allFinite();
+      if (step.allFinite())
+        summary.termination = Termination::kConverged;
+      else
+        summary.stop(Termination::kSingular, "the poses do not determine the state");
       if (decrease > 0) state = candidate;
       break;
     }
@@ -222,10 +228,12 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
       lambda = std::max(lambda * 0.1, 1e-12);
     } else {
       lambda *= 10.0;
-      if (lambda > 1e8) break;
+      if (lambda <= 1e8) continue;
+      summary.stop(Termination::kFailed, "no step lowers the cost");
+      break;
     }
   }
-  result.cost = problem.evaluate(state, &H, &b);
+  summary.final_cost = problem.evaluate(state, &H, &b);
   result.g_V = state.g_V;
   result.v_VB = state.v_VB;
   result.bias = state.bias;

@@ -65,12 +65,12 @@ InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
     const double moved =
         (step.map.bias.gyro - bias.gyro).norm() + (step.map.bias.accel - bias.accel).norm();
     bias = step.map.bias;
-    if (!step.map.converged || moved < kStandsStill) break;
+    if (!step.map.summary.converged() || moved < kStandsStill) break;
   }
-  if (!step.map.converged)
+  if (!step.map.summary.converged())
     return refused(InitializationStatus::kNotConverged,
                    "the inertial-only MAP did not converge in %.0f iterations (at most %.0f)",
-                   step.map.iterations, options.max_iterations);
+                   step.map.summary.iterations, options.max_iterations);
   if (step.map.covariance.size() == 0)
     return refused(InitializationStatus::kIllConditioned,
                    "the inertial-only MAP is singular: smallest information of gravity %g (%.0f)",

@@ -158,15 +158,22 @@ bool fill(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& prein
   return true;
 }
 
+LinearAlignmentResult notDetermined() {
+  LinearAlignmentResult result;
+  result.summary.stop(Termination::kSingular, "velocities and gravity are not determined");
+  return result;
+}
+
 LinearAlignmentResult unpack(const NormConstrainedSolution& solution,
                              const NormalEquations& equations) {
   LinearAlignmentResult result;
-  if (!solution.ok) return result;
+  result.summary = solution.summary;
+  result.summary.initial_cost += 0.5 * equations.yy;
+  result.summary.final_cost += 0.5 * equations.yy;
+  if (!solution.summary.usable()) return result;
   for (Index k = 0; k + 3 < solution.x.size(); k += 3)
     result.v_VB.emplace_back(solution.x.segment<3>(k));
   result.g_V = solution.x.tail<3>();
-  result.cost = 0.5 * (equations.yy + solution.cost);
-  result.ok = true;
   return result;
 }
 
@@ -176,10 +183,10 @@ LinearAlignmentResult alignLinearly(const std::vector<SE3>& T_VB,
                                     const std::vector<Preintegration>& preintegrations,
                                     const ImuBias& bias, const LinearAlignmentOptions& options) {
   NormalEquations equations(T_VB.size());
-  if (!fill(T_VB, preintegrations, bias, options, &equations)) return {};
+  if (!fill(T_VB, preintegrations, bias, options, &equations)) return notDetermined();
   const Eigen::LDLT<MatrixXd> factor(equations.H);
   const Vector3d free = factor.solve(equations.b).tail<3>();
-  if (!factor.isPositive() || !(free.norm() > 0.0) || !free.allFinite()) return {};
+  if (!factor.isPositive() || !(free.norm() > 0.0) || !free.allFinite()) return notDetermined();
   LinearAlignmentResult result =
       unpack(options.tangent_iterations > 0
                  ? refineOnTangentPlane(equations.H, equations.b, options.gravity_mps2, free,
@@ -195,7 +202,7 @@ LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
                                                 const ImuBias& bias, double gravity_mps2,
                                                 const Vector3d& g_seed) {
   NormalEquations equations(T_VB.size());
-  if (!fill(T_VB, preintegrations, bias, {}, &equations)) return {};
+  if (!fill(T_VB, preintegrations, bias, {}, &equations)) return notDetermined();
   return unpack(refineOnTangentPlane(equations.H, equations.b, gravity_mps2, g_seed), equations);
 }
 

@@ -164,7 +164,7 @@ class Estimator {
   bool rotation_only_ = false;
   int fewest_matches_ = 0;
   int observations_ = 0;
-  int iterations_ = 0;
+  SolverSummary summary_;  ///< of the last solve(); iterations of all
 };
 
 void Estimator::collectPairs(const StereoInertialCalibration& calibration,
@@ -313,9 +313,10 @@ Vector3d Estimator::round(const Vector3d& start, int span, Weights weights) {
   reweight(start, span, weights);
   Vector3d b_g = start;
   Linearization at = linearize(b_g, span);
+  if (weights == Weights::kStart) summary_.initial_cost = at.cost;
   double lambda = 1e-4;
   for (int k = 0; k < options_.iterations; ++k) {
-    ++iterations_;
+    ++summary_.iterations;
     Matrix3d H = at.hessian;
     H.diagonal() *= 1.0 + lambda;
     const Vector3d step = H.ldlt().solve(-at.gradient);
@@ -335,6 +336,8 @@ Vector3d Estimator::round(const Vector3d& start, int span, Weights weights) {
 
 Vector3d Estimator::solve(const Vector3d& seed) {
   const int longest = longestSpan();
+  summary_.initial_cost = 0.0;
+  summary_.termination = Termination::kMaxIterations;
   Vector3d b_g = round(seed, 1, Weights::kStart);
   for (const int span : {1, 1, 3}) b_g = round(b_g, std::min(span, longest), Weights::kCauchy);
   if (longest > 1) {
@@ -347,7 +350,9 @@ Vector3d Estimator::solve(const Vector3d& seed) {
   for (int k = 0; k < options_.rounds; ++k) {
     const Vector3d before = b_g;
     b_g = round(b_g, longest, Weights::kTukey);
-    if (k > 0 && (b_g - before).norm() < kConverged) break;
+    if (k == 0 || (b_g - before).norm() >= kConverged) continue;
+    summary_.termination = Termination::kConverged;
+    break;
   }
   reweight(b_g, longest, Weights::kTukey);
   return b_g;
@@ -361,6 +366,7 @@ double Estimator::noise(int span) const {
 }
 
 void Estimator::describe(NormalEpipolarBias* result) const {
+  result->summary = summary_;
   int inliers = 0;
   for (const EpipolarPair& pair : pairs_) {
     result->matches += static_cast<int>(pair.matches.size());
@@ -370,11 +376,10 @@ void Estimator::describe(NormalEpipolarBias* result) const {
   result->pairs = static_cast<int>(pairs_.size());
   result->inlier_share = static_cast<double>(inliers) / std::max(1, result->matches);
   result->rotation_only = rotation_only_;
-  result->iterations = iterations_;
 }
 
 void Estimator::fillCovariance(const Vector3d& b_g, Matrix3d* information, Matrix3d* covariance) {
-  linearize(b_g, longestSpan());
+  summary_.final_cost = linearize(b_g, longestSpan()).cost;
   const double sigma_px = options_.sigma_px * std::max(1.0, noise(longestSpan()));
   EpipolarBiasCovariance sum(calibration_, sigma_px, preintegrations_.size(),
                              static_cast<size_t>(observations_));
@@ -393,16 +398,19 @@ void Estimator::fillCovariance(const Vector3d& b_g, Matrix3d* information, Matri
   *covariance = sum.covariance(gyro_noise);
 }
 
-NormalEpipolarStatus fillCovariance(Estimator* estimator, NormalEpipolarBias* result) {
+/** Covariance and summary; where the bias is of no use the latter says so. */
+void fillCovariance(Estimator* estimator, NormalEpipolarBias* result) {
   Matrix3d information;
   estimator->fillCovariance(result->gyro, &information, &result->covariance);
-  if (!result->gyro.allFinite() || !information.allFinite())
-    return NormalEpipolarStatus::kNotConverged;
+  estimator->describe(result);
+  if (!result->gyro.allFinite() || !information.allFinite()) {
+    result->summary.stop(Termination::kFailed, "the gyro bias is not finite");
+    return;
+  }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(information, Eigen::EigenvaluesOnly);
   constexpr double kLeastInformation = 1e-12;  // relative
   if (!(eigen.eigenvalues()(0) > kLeastInformation * eigen.eigenvalues()(2)))
-    return NormalEpipolarStatus::kIllConditioned;
-  return NormalEpipolarStatus::kOk;
+    result->summary.stop(Termination::kSingular, "the normals do not determine the gyro bias");
 }
 
 }  // namespace
@@ -415,7 +423,10 @@ NormalEpipolarBias estimateGyroBias(const StereoInertialCalibration& calibration
   NormalEpipolarBias result;
   Estimator estimator(calibration, keyframes, preintegrations, options);
   result.fewest_matches = estimator.fewestMatches();
-  if (result.fewest_matches < options.min_matches) return result;
+  if (result.fewest_matches < options.min_matches) {
+    result.summary.stop(Termination::kNotStarted, "neighbouring keyframes share too few landmarks");
+    return result;
+  }
   if (estimator.atRest()) estimator.useRotationOnly();
   constexpr double kNoise = 1.5;  // larger residuals are not what sigma_px promises
   constexpr double kShare = 0.5;
@@ -428,14 +439,12 @@ NormalEpipolarBias estimateGyroBias(const StereoInertialCalibration& calibration
     found.restart = start;
     found.fewest_matches = estimator.fewestMatches();
     found.noise = estimator.noise(estimator.longestSpan());
-    estimator.describe(&found);
-    found.status = fillCovariance(&estimator, &found);
-    const bool better =
-        start == 0 || (found.status == NormalEpipolarStatus::kOk &&
-                       (result.status != NormalEpipolarStatus::kOk || found.noise < result.noise));
+    fillCovariance(&estimator, &found);
+    const bool better = start == 0 || (found.summary.usable() &&
+                                       (!result.summary.usable() || found.noise < result.noise));
     if (better) result = found;
-    if (!(options.restart_rps > 0.0) || (result.status == NormalEpipolarStatus::kOk &&
-                                         result.noise < kNoise && result.inlier_share > kShare))
+    if (!(options.restart_rps > 0.0) ||
+        (result.summary.usable() && result.noise < kNoise && result.inlier_share > kShare))
       break;
   }
   return result;

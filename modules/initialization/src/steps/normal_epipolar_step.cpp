@@ -62,20 +62,19 @@ NormalEpipolarStep solveNormalEpipolarStep(const InitializationProblem& problem,
   step.bias =
       estimateGyroBias(problem.calibration(), problem.keyframes(), preintegrations, seed, solver);
   const NormalEpipolarBias& bias = step.bias;
-  if (bias.status == NormalEpipolarStatus::kTooFewMatches)
+  if (bias.summary.termination == Termination::kNotStarted)
     return refused(InitializationStatus::kTooFewTracks,
                    "some neighbouring keyframes share %.0f landmarks in a camera, at least %.0f "
                    "are wanted",
                    bias.fewest_matches, solver.min_matches);
-  if (bias.status == NormalEpipolarStatus::kNotConverged)
+  if (bias.summary.termination == Termination::kFailed)
     return refused(InitializationStatus::kNotConverged,
                    "the gyro bias of the normal epipolar constraints is not finite after %.0f "
                    "iterations in rounds of %.0f",
-                   bias.iterations, solver.iterations);
+                   bias.summary.iterations, solver.iterations);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(bias.covariance);
   const double sigma = std::sqrt(eigen.eigenvalues()(2));
-  if (bias.status == NormalEpipolarStatus::kIllConditioned ||
-      !(sigma <= options.max_sigma_gyro_rps))
+  if (bias.summary.termination == Termination::kSingular || !(sigma <= options.max_sigma_gyro_rps))
     return refused(InitializationStatus::kIllConditioned,
                    "the normal epipolar constraints know the gyro bias to %.4f rad/s (1 sigma, "
                    "worst direction), at most %.4f is wanted: too little parallax",

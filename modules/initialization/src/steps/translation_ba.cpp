@@ -4,6 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "etalon/optimization/residuals/huber.h"
 
 namespace etalon {
 
@@ -21,9 +24,8 @@ struct Contribution {
 /** Gauss-Newton on the translations; the landmarks, if free, are eliminated. */
 class TranslationSolver {
  public:
-  TranslationSolver(const VisualWindow& window, const TranslationBaOptions& options,
-                    const std::vector<char>& landmark_valid, TranslationBaResult* result)
-      : window_(window), options_(options), valid_(landmark_valid), result_(*result) {}
+  TranslationSolver(const TranslationBaOptions& options, TranslationBaResult* result)
+      : window_(result->bundle.window), options_(options), result_(*result) {}
 
   /** One step; false if the system is singular. `*step_norm` receives the largest translation step,
    * m. */
@@ -73,54 +75,56 @@ class TranslationSolver {
     double sum = 0.0;
     result_.inliers = 0;
     std::vector<int> per_keyframe(static_cast<size_t>(window_.keyframe_count), 0);
-    for (size_t i = 0; i < window_.measurements.size(); ++i) {
-      const VisualMeasurement& m = window_.measurements[i];
+    for (VisualMeasurement& m : window_.measurements) {
       Eigen::Vector2d r;
-      const bool inlier = valid_[static_cast<size_t>(m.landmark)] && residual(m, &r, nullptr) &&
-                          r.squaredNorm() < options_.chi2_threshold;
-      result_.inlier[i] = inlier;
-      if (!inlier) continue;
+      m.inlier = landmark(m).known && residual(m, &r, nullptr) &&
+                 r.squaredNorm() < options_.chi2_threshold;
+      if (!m.inlier) continue;
       sum += r.squaredNorm();
       ++result_.inliers;
       ++per_keyframe[static_cast<size_t>(m.keyframe)];
     }
+    result_.summary.final_cost = 0.5 * sum;
     result_.rms_px_over_sigma = result_.inliers ? std::sqrt(sum / (2.0 * result_.inliers)) : 0.0;
     result_.fewest_inliers = *std::min_element(per_keyframe.begin() + 1, per_keyframe.end());
   }
 
  private:
+  const BundleLandmark& landmark(const VisualMeasurement& m) const {
+    return result_.bundle.landmarks[static_cast<size_t>(m.landmark)];
+  }
+
   bool residual(const VisualMeasurement& m, Eigen::Vector2d* r, Eigen::Matrix<double, 2, 3>* J,
                 Eigen::Matrix<double, 2, 6>* J_pose = nullptr) const {
-    return reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                result_.T_VB[static_cast<size_t>(m.keyframe)],
-                                result_.landmarks[static_cast<size_t>(m.landmark)], r, J_pose, J);
+    return window_.residual(m, result_.T_VB, landmark(m).position, r, J_pose, J);
   }
 
   void linearize(bool robust) {
-    const double huber = std::sqrt(options_.chi2_threshold);
+    const double huber =
+        robust ? std::sqrt(options_.chi2_threshold) : std::numeric_limits<double>::infinity();
+    double cost = 0.0;
     contributions_.clear();
     first_.assign(1, 0);
     for (int l = 0; l < window_.landmarkCount(); ++l) {
       int current = -1;
-      for (int i = window_.first[static_cast<size_t>(l)];
-           i < window_.first[static_cast<size_t>(l) + 1]; ++i) {
-        const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+      for (const VisualMeasurement& m : window_.measurementsOf(static_cast<size_t>(l))) {
         Eigen::Vector2d r;
         Eigen::Matrix<double, 2, 3> J;
         Eigen::Matrix<double, 2, 6> J_pose;
-        if (!result_.inlier[static_cast<size_t>(i)] || !residual(m, &r, &J, &J_pose)) continue;
+        if (!m.inlier || !residual(m, &r, &J, &J_pose)) continue;
         if (m.keyframe != current) {
           contributions_.push_back({});
           contributions_.back().keyframe = current = m.keyframe;
         }
-        const double norm = r.norm();
-        const double weight = robust && norm > huber ? huber / norm : 1.0;
+        const double norm = r.norm(), weight = huberWeight(norm, huber);
+        cost += huberLoss(norm, huber);
         contributions_.back().A.noalias() += weight * J.transpose() * J;
         contributions_.back().a.noalias() += weight * J.transpose() * r;
         contributions_.back().B.noalias() += weight * J.transpose() * J_pose.leftCols<3>();
       }
       first_.push_back(contributions_.size());
     }
+    if (result_.summary.iterations++ == 0) result_.summary.initial_cost = cost;
   }
 
   /** Information of landmark `l`, inverted; slightly damped so that one at great distance stays
@@ -167,13 +171,12 @@ class TranslationSolver {
       Eigen::Vector3d rhs = -e;
       for (size_t i = first_[l]; i < first_[l + 1]; ++i)
         rhs += contributions_[i].A * dt.segment<3>(3 * contributions_[i].keyframe);
-      result_.landmarks[l] += V_inv * rhs;
+      result_.bundle.landmarks[l].position += V_inv * rhs;
     }
   }
 
-  const VisualWindow& window_;
+  VisualWindow& window_;
   const TranslationBaOptions& options_;
-  const std::vector<char>& valid_;
   TranslationBaResult& result_;
   std::vector<Contribution> contributions_;
   std::vector<size_t> first_;  ///< contributions of landmark l: [first_[l], first_[l + 1])
@@ -181,32 +184,37 @@ class TranslationSolver {
 
 }  // namespace
 
-TranslationBaResult solveTranslationBa(const VisualWindow& window, const std::vector<SE3>& T_VB,
-                                       const std::vector<Eigen::Vector3d>& landmarks,
-                                       const std::vector<char>& landmark_valid,
+TranslationBaResult solveTranslationBa(BundleProblem bundle, const std::vector<SE3>& T_VB,
                                        const TranslationBaOptions& options) {
   TranslationBaResult result;
+  result.bundle = std::move(bundle);
   result.T_VB = T_VB;
-  result.landmarks = landmarks;
-  result.inlier.assign(window.measurements.size(), 0);
-  for (size_t i = 0; i < window.measurements.size(); ++i)
-    result.inlier[i] = landmark_valid[static_cast<size_t>(window.measurements[i].landmark)];
-  if (window.keyframe_count < 2) return result;
+  for (VisualMeasurement& m : result.bundle.window.measurements)
+    m.inlier = result.bundle.landmarks[static_cast<size_t>(m.landmark)].known;
+  if (result.bundle.window.keyframe_count < 2) {
+    result.summary.stop(Termination::kNotStarted, "one keyframe has nothing to translate");
+    return result;
+  }
 
-  TranslationSolver solver(window, options, landmark_valid, &result);
+  TranslationSolver solver(options, &result);
   constexpr double kConvergedStep = 1e-7;  // m
   for (int round = 0; round < options.rounds; ++round) {
     const bool robust = round + 1 < options.rounds;
+    result.summary.termination = Termination::kMaxIterations;
     for (int iteration = 0; iteration < options.iterations_per_round; ++iteration) {
       double step_norm = 0.0;
-      if (!solver.step(robust, &step_norm)) return result;
-      ++result.iterations;
-      if (step_norm < kConvergedStep) break;
+      if (!solver.step(robust, &step_norm)) {
+        result.summary.stop(Termination::kSingular,
+                            "the landmarks do not determine the translations");
+        return result;
+      }
+      if (step_norm >= kConvergedStep) continue;
+      result.summary.termination = Termination::kConverged;
+      break;
     }
     if (!robust) solver.fillResponse();
     solver.relabel();
   }
-  result.ok = true;
   return result;
 }
 

@@ -4,7 +4,6 @@
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/steps/linear_alignment.h"
-#include "etalon/optimization/bundle/starting_landmarks.h"
 
 namespace etalon {
 
@@ -39,14 +38,13 @@ namespace {
 bool estimateTranslations(const InitializationProblem& problem, const std::vector<SE3>& T_VB,
                           const TranslationStepOptions& options, TranslationStep* step,
                           Eigen::MatrixXd* position_by_rotation) {
-  const VisualWindow window =
-      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx());
-  const StartingLandmarks start = startingLandmarks(window, problem.visualSolution().landmarks);
+  BundleProblem start(
+      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
+      problem.visualSolution().landmarks);
   TranslationBaOptions ba_options = options.ba;
   ba_options.landmarks_free = options.landmarks == "free";
-  const TranslationBaResult ba =
-      solveTranslationBa(window, T_VB, start.positions, start.valid, ba_options);
-  if (!ba.ok || ba.fewest_inliers < options.min_inliers) {
+  const TranslationBaResult ba = solveTranslationBa(std::move(start), T_VB, ba_options);
+  if (!ba.summary.usable() || ba.fewest_inliers < options.min_inliers) {
     char text[160];
     std::snprintf(text, sizeof(text),
                   "%d measurements agree with the translation of the weakest keyframe, at least "
@@ -58,8 +56,9 @@ bool estimateTranslations(const InitializationProblem& problem, const std::vecto
   }
   *position_by_rotation = ba.position_by_rotation;
   step->estimate.T_VB = ba.T_VB;
-  for (size_t l = 0; l < window.landmark_ids.size(); ++l)
-    if (start.valid[l]) step->estimate.landmarks[window.landmark_ids[l]] = ba.landmarks[l];
+  for (size_t l = 0; l < ba.bundle.landmarks.size(); ++l)
+    if (ba.bundle.landmarks[l].known)
+      step->estimate.landmarks[ba.bundle.window.landmark_ids[l]] = ba.bundle.landmarks[l].position;
   return true;
 }
 
@@ -110,7 +109,7 @@ TranslationStep solveTranslationStep(const InitializationProblem& problem,
 
   const LinearAlignmentResult alignment = alignVelocitiesAndGravity(
       step.estimate.T_VB, preintegrations, bias, problem.gravityMagnitude(), g_V_seed);
-  if (!alignment.ok) {
+  if (!alignment.summary.usable()) {
     step.refusal = InitializationResult::refusal(
         InitializationStatus::kIllConditioned,
         "velocities and gravity are not determined by the translations found", 0.0);

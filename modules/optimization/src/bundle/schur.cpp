@@ -3,7 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <cmath>
+
+#include "etalon/optimization/residuals/huber.h"
 
 namespace etalon {
 
@@ -23,24 +24,17 @@ struct PoseContribution {
 
 /** Sums over the inliers of landmark l; returns its own information. */
 Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                        const InverseDepthLandmark& landmark, bool held, size_t l,
-                        const std::vector<char>& inlier, double huber,
+                        const InverseDepthLandmark& landmark, bool held, size_t l, double huber,
                         std::vector<PoseContribution>* poses) {
   const double rho = landmark.parameters.z();
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
-  for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
-    if (!inlier[static_cast<size_t>(i)]) continue;
-    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+  for (const VisualMeasurement& m : window.measurementsOf(l)) {
     Eigen::Vector2d r;
     Eigen::Matrix<double, 2, 6> J_pose;
     Eigen::Matrix<double, 2, 3> J_landmark;
-    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                              T_WB[static_cast<size_t>(m.keyframe)], landmark, &r, &J_pose,
-                              &J_landmark))
-      continue;
+    if (!m.inlier || !window.residual(m, T_WB, landmark, &r, &J_pose, &J_landmark)) continue;
     if (held) J_landmark.col(2).setZero();
-    const double norm = r.norm();
-    const double weight = norm > huber ? huber / norm : 1.0;
+    const double weight = huberWeight(r.norm(), huber);
     if (poses->empty() || poses->back().keyframe != m.keyframe) poses->emplace_back(m.keyframe);
     PoseContribution& pose = poses->back();
     pose.H_pp.noalias() += weight * J_pose.transpose() * J_pose;
@@ -85,15 +79,13 @@ void bend(const std::vector<SE3>& T_WB, const InverseDepthLandmark& landmark,
 }  // namespace
 
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                                 const LandmarkEstimates& estimates,
-                                 const std::vector<char>& inlier, double chi2_huber, int stride,
+                                 const LandmarkEstimates& estimates, double huber, int stride,
                                  NormalEquations* equations) {
-  const double huber = std::sqrt(chi2_huber);
   std::vector<PoseContribution> poses;
   for (size_t l = 0; l < estimates.landmarks.size(); ++l) {
     poses.clear();
-    const Eigen::Matrix3d V = collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0,
-                                      l, inlier, huber, &poses);
+    const Eigen::Matrix3d V =
+        collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0, l, huber, &poses);
     if (poses.empty()) continue;
     const Eigen::Matrix3d V_inv = V.inverse();
     if (!estimates.held[l]) bend(T_WB, estimates.landmarks[l], V_inv, &poses);
@@ -132,58 +124,6 @@ void eliminateErrors(const Eigen::VectorXd& information, NormalEquations* equati
   equations->curvature = back.asDiagonal() * (0.5 * (KC + KC.transpose())) * back.asDiagonal();
   equations->score =
       back.asDiagonal() * (K * S * K.transpose() + KC.transpose() * KC) * back.asDiagonal();
-}
-
-Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information) {
-  // Scaled to a unit diagonal first: the blocks' units differ by many orders of magnitude.
-  const Eigen::VectorXd diagonal = information.diagonal();
-  if (!(diagonal.minCoeff() > 0.0)) return {};
-  const Eigen::VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * information * scale.asDiagonal());
-  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15)) return {};
-  Eigen::MatrixXd inverse =
-      factor.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
-  inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
-  if (!inverse.allFinite()) return {};
-  return 0.5 * (inverse + inverse.transpose());
-}
-
-Eigen::MatrixXd covarianceOrEmpty(const Eigen::MatrixXd& curvature, const Eigen::MatrixXd& score) {
-  const Eigen::MatrixXd inverse = inverseOrEmpty(curvature);
-  if (inverse.size() == 0) return {};
-  const Eigen::MatrixXd covariance = inverse * score * inverse;
-  return 0.5 * (covariance + covariance.transpose());
-}
-
-double relabelMeasurements(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                           const std::vector<Eigen::Vector3d>& landmarks, double chi2_threshold,
-                           std::vector<char>* landmark_valid, std::vector<char>* inlier) {
-  double sum = 0.0;
-  inlier->assign(window.measurements.size(), 0);
-  for (size_t l = 0; l < landmarks.size(); ++l) {
-    if (!(*landmark_valid)[l]) continue;
-    int count = 0;
-    double landmark_sum = 0.0;
-    for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
-      const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
-      Eigen::Vector2d r;
-      if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                T_WB[static_cast<size_t>(m.keyframe)], landmarks[l], &r) ||
-          r.squaredNorm() >= chi2_threshold)
-        continue;
-      (*inlier)[static_cast<size_t>(i)] = 1;
-      landmark_sum += r.squaredNorm();
-      ++count;
-    }
-    if (count >= 2) {
-      sum += landmark_sum;
-      continue;
-    }
-    (*landmark_valid)[l] = 0;
-    for (int i = window.first[l]; i < window.first[l + 1]; ++i)
-      (*inlier)[static_cast<size_t>(i)] = 0;
-  }
-  return sum;
 }
 
 }  // namespace etalon

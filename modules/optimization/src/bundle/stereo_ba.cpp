@@ -1,6 +1,5 @@
 #include "etalon/optimization/bundle/stereo_ba.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "bundle/schur.h"
@@ -35,41 +34,42 @@ double truncationFactor(double chi2, int rounds) {
 
 }  // namespace
 
-StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>& T_VB,
-                             const std::vector<Eigen::Vector3d>& landmarks,
-                             const std::vector<char>& landmark_valid,
+StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE3>& T_VB,
                              const StereoBaOptions& options) {
   StereoBaResult result;
-  result.landmark_valid = landmark_valid;
+  result.bundle = std::move(bundle_to_solve);
   result.T_VB = T_VB;
-  result.landmarks = landmarks;
+  BundleProblem& bundle = result.bundle;
+  const double huber = std::sqrt(options.chi2_threshold);
   // First round: all but gross outliers (30 sigma), the kernel does the rest.
-  double sum = relabelMeasurements(window, T_VB, landmarks, kGrossOutlier * kGrossOutlier,
-                                   &result.landmark_valid, &result.inlier);
-  if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) return result;
-  VisualProblem visual(window, T_VB, landmarks);
-  for (int round = 0; round < options.rounds; ++round) {
-    const auto problem = visual.makeProblem(result.inlier, options.chi2_threshold);
-    problem->SetParameterBlockConstant(visual.pose(0));
-    ceres::Solver::Summary summary;
-    ceres::Solve(visual.solverOptions(*problem, {}, options.iterations_per_round), problem.get(),
-                 &summary);
-    result.iterations += static_cast<int>(summary.iterations.size());
-    result.T_VB = visual.poses();
-    result.landmarks = visual.positions();
-    result.landmark_valid = landmark_valid;
-    sum = relabelMeasurements(window, result.T_VB, result.landmarks, options.chi2_threshold,
-                              &result.landmark_valid, &result.inlier);
-    if (std::count(result.inlier.begin(), result.inlier.end(), 1) == 0) return result;
+  double sum = bundle.relabel(T_VB, kGrossOutlier * kGrossOutlier);
+  if (bundle.inlierCount() == 0) {
+    result.summary.stop(Termination::kNotStarted, "no landmark agrees with the initial poses");
+    return result;
   }
-  const auto inliers = std::count(result.inlier.begin(), result.inlier.end(), 1);
-  result.rms_px_over_sigma = std::sqrt(sum / (2.0 * static_cast<double>(inliers)));
-  if (options.compute_covariance && window.keyframe_count > 1) {
-    const Eigen::Index n = 6 * window.keyframe_count;
+  VisualProblem visual(bundle, T_VB);
+  for (int round = 0; round < options.rounds; ++round) {
+    const auto problem = visual.makeProblem(huber);
+    problem->SetParameterBlockConstant(visual.pose(0));
+    ceres::Solver::Summary run;
+    ceres::Solve(visual.solverOptions(*problem, {}, options.iterations_per_round), problem.get(),
+                 &run);
+    addRun(run, &result.summary);
+    result.T_VB = visual.poses();
+    visual.storeLandmarks(&bundle);
+    sum = bundle.relabel(result.T_VB, options.chi2_threshold);
+    if (bundle.inlierCount() == 0) {
+      result.summary.stop(Termination::kFailed, "every measurement became an outlier");
+      return result;
+    }
+  }
+  result.rms_px_over_sigma = std::sqrt(sum / (2.0 * bundle.inlierCount()));
+  if (options.compute_covariance && bundle.window.keyframe_count > 1) {
+    const Eigen::Index n = 6 * bundle.window.keyframe_count;
     NormalEquations equations(n);
-    visual.holdAtInfinity(result.inlier);
-    addReducedVisualInformation(window, result.T_VB, {visual.landmarks(), visual.held()},
-                                result.inlier, options.chi2_threshold, 6, &equations);
+    visual.holdAtInfinity();
+    addReducedVisualInformation(bundle.window, result.T_VB, {visual.landmarks(), visual.held()},
+                                huber, 6, &equations);
     result.covariance = truncationFactor(options.chi2_threshold, options.rounds) *
                         covarianceOrEmpty(equations.curvature.bottomRightCorner(n - 6, n - 6),
                                           equations.score.bottomRightCorner(n - 6, n - 6));

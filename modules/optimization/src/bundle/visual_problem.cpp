@@ -1,28 +1,28 @@
 #include "bundle/visual_problem.h"
 
-#include <cmath>
+#include <ceres/loss_function.h>
+#include <ceres/ordered_groups.h>
 
 namespace etalon {
 
-VisualProblem::VisualProblem(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                             const std::vector<Eigen::Vector3d>& landmarks)
-    : window_(window), held_(landmarks.size(), 0) {
+VisualProblem::VisualProblem(const BundleProblem& bundle, const std::vector<SE3>& T_WB)
+    : window_(bundle.window), held_(bundle.landmarks.size(), 0) {
   for (const SE3& T : T_WB) poses_.push_back(toBlock(T));
-  landmarks_.reserve(landmarks.size());
-  for (size_t l = 0; l < landmarks.size(); ++l) {
-    const VisualMeasurement& m = window.measurements[static_cast<size_t>(window.first[l])];
+  landmarks_.reserve(bundle.landmarks.size());
+  for (size_t l = 0; l < bundle.landmarks.size(); ++l) {
+    const VisualMeasurement& m = *window_.measurementsOf(l).begin();
     const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
-                     window.T_CB[static_cast<size_t>(m.camera)].inverse();
-    landmarks_.emplace_back(landmarks[l], T_WC.t);
+                     window_.T_CB[static_cast<size_t>(m.camera)].inverse();
+    landmarks_.emplace_back(bundle.landmarks[l].position, T_WC.t);
   }
-  for (const VisualMeasurement& m : window.measurements) {
+  for (const VisualMeasurement& m : window_.measurements) {
     const auto l = static_cast<size_t>(m.landmark);
-    costs_.emplace_back(window.T_CB[static_cast<size_t>(m.camera)], m.measurement, landmarks_[l],
+    costs_.emplace_back(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement, landmarks_[l],
                         held_[l]);
   }
 }
 
-void VisualProblem::holdAtInfinity(const std::vector<char>& inlier) {
+void VisualProblem::holdAtInfinity() {
   const std::vector<SE3> T_WB = poses();
   for (size_t l = 0; l < landmarks_.size(); ++l) {
     double& rho = landmarks_[l].parameters.z();
@@ -30,34 +30,29 @@ void VisualProblem::holdAtInfinity(const std::vector<char>& inlier) {
     if (rho > 0.0) continue;
     rho = 0.0;
     double slope = 0.0;  // of half the sum of squares by rho
-    for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
-      const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+    for (const VisualMeasurement& m : window_.measurementsOf(l)) {
       Eigen::Vector2d r;
       Eigen::Matrix<double, 2, 3> J;
-      if (inlier[static_cast<size_t>(i)] &&
-          reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                               T_WB[static_cast<size_t>(m.keyframe)], landmarks_[l], &r, nullptr,
-                               &J))
+      if (m.inlier && window_.residual(m, T_WB, landmarks_[l], &r, nullptr, &J))
         slope += J.col(2).dot(r);
     }
     held_[l] = slope >= 0.0;
   }
 }
 
-std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(const std::vector<char>& inlier,
-                                                           double chi2_huber) {
-  holdAtInfinity(inlier);
+std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(double huber) {
+  holdAtInfinity();
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.disable_all_safety_checks = true;
   auto problem = std::make_unique<ceres::Problem>(options);
-  loss_ = std::make_unique<ceres::HuberLoss>(std::sqrt(chi2_huber));
+  loss_ = std::make_unique<ceres::HuberLoss>(huber);
   for (PoseBlock& pose : poses_) problem->AddParameterBlock(pose.data(), 7, &manifold_);
   for (size_t i = 0; i < window_.measurements.size(); ++i) {
-    if (!inlier[i]) continue;
     const VisualMeasurement& m = window_.measurements[i];
+    if (!m.inlier) continue;
     problem->AddResidualBlock(&costs_[i], loss_.get(),
                               poses_[static_cast<size_t>(m.keyframe)].data(),
                               landmarks_[static_cast<size_t>(m.landmark)].parameters.data());
@@ -89,16 +84,33 @@ ceres::Solver::Options VisualProblem::solverOptions(const ceres::Problem& proble
   return options;
 }
 
-std::vector<Eigen::Vector3d> VisualProblem::positions() const {
-  std::vector<Eigen::Vector3d> p_W;
-  for (const InverseDepthLandmark& landmark : landmarks_) p_W.push_back(landmark.position());
-  return p_W;
+void VisualProblem::storeLandmarks(BundleProblem* bundle) const {
+  for (size_t l = 0; l < landmarks_.size(); ++l)
+    bundle->landmarks[l].position = landmarks_[l].position();
 }
 
 std::vector<SE3> VisualProblem::poses() const {
   std::vector<SE3> T_WB;
   for (const PoseBlock& pose : poses_) T_WB.push_back(fromBlock(pose.data()));
   return T_WB;
+}
+
+void addRun(const ceres::Solver::Summary& run, SolverSummary* summary) {
+  if (summary->iterations == 0) summary->initial_cost = run.initial_cost;
+  summary->iterations += static_cast<int>(run.iterations.size());
+  summary->final_cost = run.final_cost;
+  summary->message.clear();
+  switch (run.termination_type) {
+    case ceres::CONVERGENCE:
+    case ceres::USER_SUCCESS:
+      summary->termination = Termination::kConverged;
+      break;
+    case ceres::NO_CONVERGENCE:
+      summary->termination = Termination::kMaxIterations;
+      break;
+    default:
+      summary->stop(Termination::kFailed, run.message);
+  }
 }
 
 }  // namespace etalon

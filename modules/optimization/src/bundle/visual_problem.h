@@ -3,17 +3,23 @@
 // The visual part of a Ceres problem: pose blocks, landmark blocks, reprojection costs. Private to
 // the module.
 
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
 #include <deque>
 #include <memory>
 #include <vector>
 
-#include "etalon/optimization/bundle/visual_window.h"
-#include "residuals/ceres_blocks.h"
+#include "etalon/optimization/bundle/bundle_problem.h"
+#include "etalon/optimization/solver_summary.h"
+#include "residuals/reprojection_cost.h"
 
 namespace etalon {
 
 /**
- * Parameter blocks of a window and the costs between them. The window must outlive it.
+ * Parameter blocks of a bundle problem and the costs between them. The problem must outlive it; its
+ * inliers are read anew for every run.
  *
  * Landmarks are (a, b, rho) of InverseDepthLandmark about the place of the camera that saw them
  * first, as given. rho may become negative while Ceres runs; between runs such a landmark is set to
@@ -21,16 +27,16 @@ namespace etalon {
  */
 class VisualProblem {
  public:
-  VisualProblem(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                const std::vector<Eigen::Vector3d>& landmarks);
+  VisualProblem(const BundleProblem& bundle, const std::vector<SE3>& T_WB);
   VisualProblem(const VisualProblem&) = delete;  // Ceres and the costs hold addresses
   VisualProblem& operator=(const VisualProblem&) = delete;
 
   /** Sets rho >= 0 and decides which landmarks are held at infinity. */
-  void holdAtInfinity(const std::vector<char>& inlier);
+  void holdAtInfinity();
 
-  /** A fresh problem with the poses' manifolds and the costs of all inlier measurements. */
-  std::unique_ptr<ceres::Problem> makeProblem(const std::vector<char>& inlier, double chi2_huber);
+  /** A fresh problem with the poses' manifolds and the costs of all inlier measurements.
+   * @param huber its width in sigmas */
+  std::unique_ptr<ceres::Problem> makeProblem(double huber);
 
   /**
    * Solver options of every BA here: Levenberg-Marquardt, dense Schur complement, one thread.
@@ -40,10 +46,12 @@ class VisualProblem {
   ceres::Solver::Options solverOptions(const ceres::Problem& problem,
                                        const std::vector<double*>& others, int max_iterations);
 
-  double* pose(int k) { return poses_[static_cast<size_t>(k)].data(); }
+  double* pose(size_t k) { return poses_[k].data(); }
+  Eigen::Index poseCount() const { return static_cast<Eigen::Index>(poses_.size()); }
   std::vector<SE3> poses() const;
   const std::vector<InverseDepthLandmark>& landmarks() const { return landmarks_; }
-  std::vector<Eigen::Vector3d> positions() const;
+  /** Stores the landmarks' positions in a bundle problem of the same window. */
+  void storeLandmarks(BundleProblem* bundle) const;
   /** Where true, rho is zero and no unknown. */
   const std::vector<char>& held() const { return held_; }
 
@@ -56,5 +64,8 @@ class VisualProblem {
   PoseManifold manifold_;
   std::unique_ptr<ceres::LossFunction> loss_;
 };
+
+/** Adds a run of Ceres to the summary of all rounds. */
+void addRun(const ceres::Solver::Summary& run, SolverSummary* summary);
 
 }  // namespace etalon

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "etalon/core/so3.h"
+#include "etalon/optimization/residuals/huber.h"
 
 namespace etalon {
 
@@ -36,7 +37,7 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
         const auto m =
             makeMeasurement(calibration.cameras[static_cast<size_t>(camera)].model,
                             camera == 0 ? s.observation->left : s.observation->right, sigma_px);
-        if (m) window.measurements.push_back({s.keyframe, landmark, camera, *m});
+        if (m) window.measurements.push_back({s.keyframe, landmark, camera, *m, false});
       }
     }
     if (window.measurements.size() < static_cast<size_t>(first) + 2) {
@@ -87,11 +88,8 @@ bool refineLandmark(const VisualWindow& window, int begin, int end, const std::v
       const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
       Eigen::Vector2d r;
       Eigen::Matrix<double, 2, 3> J;
-      if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                T_WB[static_cast<size_t>(m.keyframe)], *landmark, &r, nullptr, &J))
-        return false;
-      const double norm = r.norm();
-      const double weight = norm > 3.0 ? 3.0 / norm : 1.0;  // Huber at three sigmas
+      if (!window.residual(m, T_WB, *landmark, &r, nullptr, &J)) return false;
+      const double weight = huberWeight(r.norm(), 3.0);
       H.noalias() += weight * J.transpose() * J;
       b.noalias() += weight * J.transpose() * r;
     }
@@ -122,9 +120,7 @@ std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
   Eigen::Vector2d r;
   for (int i = begin; i < end; ++i) {
     const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
-    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                              T_WB[static_cast<size_t>(m.keyframe)], p_W, &r))
-      return std::nullopt;
+    if (!window.residual(m, T_WB, p_W, &r)) return std::nullopt;
   }
   return p_W;
 }

@@ -73,15 +73,13 @@ Eigen::Matrix<double, 9, 1> preintegrationResidual(const Preintegration& preinte
 }
 
 Matrix9d sqrtInformation(const Preintegration& preintegration) {
-  // Cholesky from the last row up, covariance = U U^T with U upper triangular; then L = U^-1.
-  const Eigen::LLT<Matrix9d> reversed(preintegration.covariance9().reverse());
-  const Matrix9d C = reversed.matrixL();
-  if (reversed.info() != Eigen::Success || !C.allFinite())  // NaN passes LLT unnoticed
+  const Eigen::LLT<Matrix9d> factor(preintegration.covariance9());
+  const Matrix9d C = factor.matrixL();
+  if (factor.info() != Eigen::Success || !C.allFinite())  // NaN passes LLT unnoticed
     throw DataError("", 0,
                     "the preintegration's covariance is not positive definite; expected at least "
                     "two IMU samples and white-noise densities above zero");
-  const Matrix9d U = C.reverse();
-  return U.triangularView<Eigen::Upper>().solve(Matrix9d::Identity());
+  return C.triangularView<Eigen::Lower>().solve(Matrix9d::Identity());
 }
 
 }  // namespace etalon

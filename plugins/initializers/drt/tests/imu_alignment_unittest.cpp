@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "etalon/core/so3.h"
+#include "etalon/testing/expect_jacobian.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon::plugins {
@@ -92,14 +93,10 @@ TEST(DrtImuAlignment, HessianAndGradientAreThoseOfTheEquationsByNumericalDerivat
     alignment.addTo(state, &H, &gradient);
 
     const VectorXd r = residuals(c, state, mean, 0.1);
-    MatrixXd J(r.size(), alignment.size());
-    constexpr double kStep = 1e-5;
-    for (Index i = 0; i < alignment.size(); ++i) {
-      const VectorXd step = kStep * VectorXd::Unit(alignment.size(), i);
-      J.col(i) = (residuals(c, alignment.moved(state, step), mean, 0.1) -
-                  residuals(c, alignment.moved(state, -step), mean, 0.1)) /
-                 (2.0 * kStep);
-    }
+    const VectorXd here = VectorXd::Zero(alignment.size());
+    const MatrixXd J = testing::numericalJacobian(
+        [&](const VectorXd& d) { return residuals(c, alignment.moved(state, d), mean, 0.1); }, here,
+        1e-5);
     // The step leaves 1e-10 of curvature (gravity) and 1e-11 of rounding, times residuals of 1e3.
     EXPECT_LT((H - J.transpose() * J).norm(), 1e-6 * H.norm());
     EXPECT_LT((gradient - J.transpose() * r).norm(), 1e-6 * gradient.norm());

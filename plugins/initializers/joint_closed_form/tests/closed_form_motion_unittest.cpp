@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "etalon/core/so3.h"
+#include "etalon/testing/expect_jacobian.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon::plugins {
@@ -85,20 +86,19 @@ TEST(ClosedFormMotion, IsOneLongPreintegration) {
 TEST(ClosedFormMotion, BiasJacobiansAreThoseByNumericalDerivatives) {
   const Case c;
   const ClosedFormMotion motion = composeMotion(c.preintegrations(c.bias));
-  constexpr double kStep = 1e-4;
-  for (int i = 0; i < 6; ++i) {
-    ImuBias before = c.bias, after = c.bias;
-    (i < 3 ? before.gyro : before.accel)[i % 3] -= kStep;
-    (i < 3 ? after.gyro : after.accel)[i % 3] += kStep;
-    const ClosedFormMotion a = composeMotion(c.preintegrations(before));
-    const ClosedFormMotion b = composeMotion(c.preintegrations(after));
-    for (size_t k = 1; k < motion.nodes.size(); ++k) {
-      const Vector9 numerical =
-          (difference(motion.nodes[k], b.nodes[k]) - difference(motion.nodes[k], a.nodes[k])) /
-          (2.0 * kStep);
-      // The Jacobians are those of the continuous motion, the samples 5 ms apart.
-      EXPECT_LT((motion.nodes[k].bias.col(i) - numerical).norm(), 1e-3 * numerical.norm());
-    }
+  Eigen::Matrix<double, 6, 1> bias;
+  bias << c.bias.gyro, c.bias.accel;
+  for (size_t k = 1; k < motion.nodes.size(); ++k) {
+    const MatrixXd numerical = testing::numericalJacobian(
+        [&](const Eigen::Matrix<double, 6, 1>& b) {
+          const ImuBias moved{b.head<3>(), b.tail<3>()};
+          return difference(motion.nodes[k], composeMotion(c.preintegrations(moved)).nodes[k]);
+        },
+        bias, 1e-4);
+    // The Jacobians are those of the continuous motion, the samples 5 ms apart.
+    for (int i = 0; i < 6; ++i)
+      EXPECT_LT((motion.nodes[k].bias.col(i) - numerical.col(i)).norm(),
+                1e-3 * numerical.col(i).norm());
   }
 }
 
@@ -126,13 +126,11 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
     }
     return difference(motion.nodes[to], node);
   };
-  constexpr double kStep = 1e-5;
   const Matrix9 at_2 = motion.covariance.block<9, 9>(9, 9);
   for (size_t k = 3; k < motion.nodes.size(); ++k) {
-    Matrix9 F;
-    for (int i = 0; i < 9; ++i)
-      F.col(i) = (carried(kStep * Vector9::Unit(i), k) - carried(-kStep * Vector9::Unit(i), k)) /
-                 (2.0 * kStep);
+    const Vector9 none = Vector9::Zero();
+    const MatrixXd F = testing::numericalJacobian(
+        [&](const Vector9& error) { return carried(error, k); }, none, 1e-5);
     const Matrix9 across =
         motion.covariance.block<9, 9>(9 * (static_cast<Index>(k) - 1), 9);  // node k, node 2
     EXPECT_LT((across - F * at_2).norm(), 1e-7 * across.norm());

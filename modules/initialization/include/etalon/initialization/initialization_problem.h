@@ -6,18 +6,12 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
 #include "etalon/core/tracked_frame.h"
+#include "etalon/imu/bias_priors.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/odometry/visual_solution.h"
 
 namespace etalon {
-
-/** What is believed of the biases before any measurement: Gaussian, isotropic. Section [priors]. */
-struct BiasPriors {
-  ImuBias mean;
-  double sigma_gyro_rps = 0.1;    ///< rad/s
-  double sigma_accel_mps2 = 0.1;  ///< m/s^2
-};
 
 /**
  * Everything that an initializer may look at: a window of keyframes, the tracks of all frames in

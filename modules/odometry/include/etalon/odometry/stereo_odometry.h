@@ -67,8 +67,6 @@ class StereoOdometry {
   const SE3& pose() const { return T_VB_; }
   std::vector<SE3> keyframePoses() const;
   const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
-  /** Ids of the window's landmarks as bundleAdjust() orders them. */
-  const std::vector<LandmarkId>& windowLandmarkIds() const { return window_.landmark_ids; }
 
  private:
   struct WindowKeyframe {
@@ -87,7 +85,6 @@ class StereoOdometry {
   Eigen::Vector3d v_VB_ = Eigen::Vector3d::Zero();  ///< from the last two poses, for the prediction
   std::deque<WindowKeyframe> keyframes_;
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;
-  VisualWindow window_;
 };
 
 }  // namespace etalon

@@ -15,13 +15,15 @@ namespace etalon {
 struct WindowOptions {
   StereoOdometryOptions odometry;
   BiasPriors priors;
-  VisualInertialBaOptions
-      vi_ba;  ///< its priors and gravity are overwritten by `priors` and `gravity_mps2`
+  VisualInertialBaOptions vi_ba;
   AcceptanceOptions acceptance;
   double gravity_mps2 = 9.81;
   /** Without, an attempt ends with the initializer: what it calls a success is accepted. Not a
    * key. */
   bool refine = true;
+  /** VisualInertialBaResult::noise is wanted also where the acceptance does not judge by it. Not a
+   * key. */
+  bool check_noise = false;
 };
 
 /** What one attempt did, stage by stage. */

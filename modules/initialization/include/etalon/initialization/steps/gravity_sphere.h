@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
 /** The least value of a quadratic on a sphere, see minimizeOnSphere. */
 struct SphereMinimum {
-  bool ok = false;  ///< false: not finite, or a radius that is not positive
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   double multiplier = 0.0;  ///< mu of (A + mu I) g = b; A + mu I is positive semidefinite
   double cost = 0.0;        ///< g^T A g - 2 b^T g
@@ -25,15 +27,18 @@ struct SphereMinimum {
  * that is missing is laid along that eigenvector.
  *
  * @param A 3x3, symmetric; its lower triangle is read
+ * @return nothing if A or b is not finite, or the radius not positive
  */
-SphereMinimum minimizeOnSphere(const Eigen::Matrix3d& A, const Eigen::Vector3d& b, double radius);
+std::optional<SphereMinimum> minimizeOnSphere(const Eigen::Matrix3d& A, const Eigen::Vector3d& b,
+                                              double radius);
 
 /** Solution of a linear least-squares problem whose last three unknowns have a known norm. */
 struct NormConstrainedSolution {
-  bool ok = false;         ///< false: the other unknowns are not determined
+  /** Singular: the other unknowns are not determined. Costs are (x^T A x) / 2 - b^T x, the initial
+   * one at the seed of gravity. */
+  SolverSummary summary;
   bool ambiguous = false;  ///< see SphereMinimum
   Eigen::VectorXd x;       ///< (y, g)
-  double cost = 0.0;       ///< x^T A x - 2 b^T x
   Eigen::Matrix3d A_g;     ///< what A says of g once y is eliminated (Schur complement)
 };
 

@@ -6,6 +6,7 @@
 
 #include "etalon/core/se3.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
@@ -25,9 +26,7 @@ struct InertialOnlyOptions {
 };
 
 struct InertialOnlyResult {
-  bool converged = false;
-  int iterations = 0;
-  double cost = 0.0;                  ///< half the sum of squared whitened residuals and priors
+  SolverSummary summary;
   Eigen::Vector3d g_V;                ///< gravity in the poses' frame, m/s^2
   std::vector<Eigen::Vector3d> v_VB;  ///< one a keyframe, in V, m/s
   ImuBias bias;

@@ -19,6 +19,7 @@
 
 #include "etalon/core/se3.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
@@ -37,10 +38,9 @@ struct LinearAlignmentOptions {
 
 /** What a linear re-estimation of velocities and gravity returns. */
 struct LinearAlignmentResult {
-  bool ok = false;  ///< false: velocities or gravity are not determined
+  SolverSummary summary;  ///< singular: velocities or gravity are not determined
   Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> v_VB;
-  double cost = 0.0;  ///< half the sum of squared residuals, as weighted
   /** Norm of gravity where it is left free, m/s^2: far from the true one, the poses or biases are
    * wrong. */
   double free_gravity_mps2 = 0.0;

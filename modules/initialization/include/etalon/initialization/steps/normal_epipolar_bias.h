@@ -6,6 +6,7 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
@@ -23,15 +24,11 @@ struct NormalEpipolarBiasOptions {
   double restart_rps = 0.1;
 };
 
-enum class NormalEpipolarStatus {
-  kOk,
-  kTooFewMatches,   ///< some neighbours share fewer than min_matches landmarks in a camera
-  kIllConditioned,  ///< the normals do not determine the bias
-  kNotConverged     ///< or not finite
-};
-
 struct NormalEpipolarBias {
-  NormalEpipolarStatus status = NormalEpipolarStatus::kTooFewMatches;
+  /** Not started: some neighbours share fewer than min_matches landmarks in a camera. Singular: the
+   * normals do not determine the bias. Failed: it is not finite. Costs are at the weights of the
+   * first and of the last round. */
+  SolverSummary summary;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();  ///< b_g, rad/s
   /** Of b_g: the noise of every pixel (sigma_px, times `noise` where that is above 1) and of the
    * gyro, followed through all pairs in which it takes part. Too small without parallax (pure
@@ -45,8 +42,7 @@ struct NormalEpipolarBias {
   int pairs = 0;               ///< of views, a camera each
   int matches = 0;             ///< summed over them
   int fewest_matches = 0;      ///< of a pair of neighbours in their better camera
-  int iterations = 0;
-  int restart = 0;  ///< 0: found from the seed; else the number of the restart
+  int restart = 0;             ///< 0: found from the seed; else the number of the restart
 };
 
 /**

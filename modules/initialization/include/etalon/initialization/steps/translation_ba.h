@@ -2,7 +2,8 @@
 
 #include <vector>
 
-#include "etalon/optimization/bundle/visual_window.h"
+#include "etalon/optimization/bundle/bundle_problem.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
@@ -14,13 +15,12 @@ struct TranslationBaOptions {
 };
 
 struct TranslationBaResult {
-  bool ok = false;
-  std::vector<SE3> T_VB;                   ///< rotations as given
-  std::vector<Eigen::Vector3d> landmarks;  ///< moved where landmarks_free
-  std::vector<char> inlier;                ///< one a measurement
+  SolverSummary summary;
+  std::vector<SE3> T_VB;  ///< rotations as given
+  /** As given; landmarks moved where landmarks_free, inliers of all known ones, `valid` untouched. */
+  BundleProblem bundle;
   int inliers = 0;
   int fewest_inliers = 0;  ///< of a keyframe's measurements, the first apart
-  int iterations = 0;
   double rms_px_over_sigma = 0.0;
   /** d(positions)/d(rotations) of keyframes 1.., at the pixels that the last round kept:
    * 3(N-1) x 3(N-1), right perturbation of the rotations, m/rad. */
@@ -34,9 +34,7 @@ struct TranslationBaResult {
  * last. With known rotations a residual depends on p_W - p_WB alone, so the derivative with respect
  * to a landmark is minus that of the translation, and the landmarks are eliminated in closed form.
  */
-TranslationBaResult solveTranslationBa(const VisualWindow& window, const std::vector<SE3>& T_VB,
-                                       const std::vector<Eigen::Vector3d>& landmarks,
-                                       const std::vector<char>& landmark_valid,
+TranslationBaResult solveTranslationBa(BundleProblem bundle, const std::vector<SE3>& T_VB,
                                        const TranslationBaOptions& options = {});
 
 }  // namespace etalon

@@ -6,6 +6,7 @@
 
 #include "etalon/core/se3.h"
 #include "etalon/optimization/residuals/reprojection_residual.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
@@ -23,10 +24,10 @@ struct PoseOnlyOptions {
 };
 
 struct PoseOnlyResult {
+  SolverSummary summary;
   SE3 T_WB;
   std::vector<char> inlier;  ///< one a measurement
   int inliers = 0;
-  bool converged = false;
 };
 
 /**

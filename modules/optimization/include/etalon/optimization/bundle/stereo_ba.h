@@ -2,7 +2,8 @@
 
 #include <vector>
 
-#include "etalon/optimization/bundle/visual_window.h"
+#include "etalon/optimization/bundle/bundle_problem.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
@@ -14,24 +15,18 @@ struct StereoBaOptions {
 };
 
 struct StereoBaResult {
+  SolverSummary summary;
   std::vector<SE3> T_VB;
-  std::vector<Eigen::Vector3d> landmarks;  ///< p_V, in the window's order
-  std::vector<char> landmark_valid;        ///< has at least two inlier measurements
-  std::vector<char> inlier;                ///< one a measurement
-  double rms_px_over_sigma = 0.0;          ///< whitened RMS of the inliers, per coordinate
-  int iterations = 0;
-  Eigen::MatrixXd covariance;  ///< as VisualSolution::covariance
+  BundleProblem bundle;            ///< as given, landmarks and inliers solved
+  double rms_px_over_sigma = 0.0;  ///< whitened RMS of the inliers, per coordinate
+  Eigen::MatrixXd covariance;      ///< as VisualSolution::covariance
 };
 
 /**
- * Bundle adjustment of all poses but the first (fixed) and all landmarks: step 1 of every disjoint
- * initializer. Ceres, Levenberg-Marquardt with a dense Schur complement, one thread, bit-identical
- * from run to run.
- * @param landmark_valid which landmarks have a starting value; the others are left out
+ * Bundle adjustment of all poses but the first (fixed) and all known landmarks. Ceres,
+ * Levenberg-Marquardt with a dense Schur complement, one thread, bit-identical from run to run.
  */
-StereoBaResult solveStereoBa(const VisualWindow& window, const std::vector<SE3>& T_VB,
-                             const std::vector<Eigen::Vector3d>& landmarks,
-                             const std::vector<char>& landmark_valid,
+StereoBaResult solveStereoBa(BundleProblem bundle, const std::vector<SE3>& T_VB,
                              const StereoBaOptions& options = {});
 
 }  // namespace etalon

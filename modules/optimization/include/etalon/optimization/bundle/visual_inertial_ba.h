@@ -1,33 +1,32 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "etalon/core/parameters.h"
+#include "etalon/imu/bias_priors.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/optimization/bundle/bundle_problem.h"
 #include "etalon/optimization/bundle/noise_check.h"
-#include "etalon/optimization/bundle/visual_window.h"
+#include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
 
-/** Section [vi_ba]. */
+/** How to solve it. Section [vi_ba]. */
 struct VisualInertialBaOptions {
   int rounds = 2;  ///< optimise, relabel outliers and re-integrate, optimise again
   int iterations_per_round = 50;
   /** Converged is what stopped by a Gauss-Newton step shorter than this in its own sigmas. */
   double converged_sigmas = 0.1;
-  double huber_inertial = 16.92;  ///< chi-square, 9 degrees of freedom; its root is the Huber width
-  double huber_pixel = kChi2Pixel;
-  ImuBias prior_mean;
-  double prior_sigma_gyro_rps = 0.1;
-  double prior_sigma_accel_mps2 = 0.1;
+  double chi2_inertial = 16.92;    ///< 95 %, 9 degrees of freedom; its root is the Huber width
+  double chi2_pixel = kChi2Pixel;  ///< the same of a pixel; those above it are outliers
   /** Of the error that all pixels of a keyframe share, as a rotation an axis. Without it any number
    * of pixels would average out to nothing, and overrule the gyro. */
   double sigma_shared_deg = 0.012;
-  double gravity_mps2 = 9.81;
   double reintegrate_gyro_rps = 0.01;   ///< re-integrate the raw samples if b_g moved farther
   double reintegrate_accel_mps2 = 0.1;  ///< the same for b_a
   bool compute_covariance = true;
+  /** Whether VisualInertialBaResult::noise is wanted; it needs the covariance. */
+  bool check_noise = false;
 
   void declare(ParameterSet& parameters);
 };
@@ -37,24 +36,32 @@ struct VisualInertialState {
   Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();
 };
 
+/** What it is solved on. W is gravity-aligned. */
+struct VisualInertialProblem {
+  BundleProblem bundle;                         ///< landmarks in W
+  std::vector<Preintegration> preintegrations;  ///< between neighbouring keyframes
+  std::vector<VisualInertialState> states;      ///< the start, one a keyframe
+  ImuBias bias;                                 ///< the start
+  BiasPriors priors;
+  double gravity_mps2 = 9.81;
+};
+
 struct VisualInertialBaResult {
-  bool converged = false;  ///< last_step_sigmas is below VisualInertialBaOptions::converged_sigmas
+  /** Converged is a last_step_sigmas below VisualInertialBaOptions::converged_sigmas. */
+  SolverSummary summary;
   /** Length of the last step of all states together by the inverse covariance, that is the root of
    * twice the decrease that it promised. */
   double last_step_sigmas = 0.0;
-  std::string message;  ///< why it failed; empty otherwise
   std::vector<VisualInertialState> states;
   ImuBias bias;
-  std::vector<Eigen::Vector3d> landmarks;  ///< p_W; at kFarthestLandmark those at infinity
-  std::vector<char> landmark_valid;
-  std::vector<char> inlier;
-  int iterations = 0;
+  BundleProblem bundle;      ///< as given, landmarks and inliers solved
   double chi2_visual = 0.0;  ///< over the inliers
   int dof_visual = 0;        ///< their number less the landmarks' unknowns
   int inlier_measurements = 0, measurements = 0;
   /** Distance of a bias from its prior's mean in the prior's standard deviations. */
   double gyro_bias_sigmas = 0.0, accel_bias_sigmas = 0.0;
-  NoiseCheck noise;  ///< residuals against their expectation; zero without covariance
+  /** Residuals against their expectation; zero without covariance or if it was not asked for. */
+  NoiseCheck noise;
   /**
    * Covariance of every keyframe's [rotation, position, velocity] and then [b_g, b_a]: (9N+6)
    * square, gauge (position and yaw of the first keyframe) fixed. Far landmarks count for what they
@@ -72,16 +79,11 @@ struct VisualInertialBaResult {
 };
 
 /**
- * Visual-inertial bundle adjustment over a window, step 4: keyframe poses, velocities, one b_g, one
- * b_a, landmarks. W is gravity-aligned; gauge: position and yaw of the first keyframe. Ceres,
- * Levenberg-Marquardt, dense Schur complement, one thread, bit-identical from run to run.
+ * Visual-inertial bundle adjustment over a window: keyframe poses, velocities, one b_g, one b_a,
+ * landmarks. Gauge: position and yaw of the first keyframe. Ceres, Levenberg-Marquardt, dense Schur
+ * complement, one thread, bit-identical from run to run.
  */
-VisualInertialBaResult solveVisualInertialBa(const VisualWindow& window,
-                                             const std::vector<Preintegration>& preintegrations,
-                                             const std::vector<VisualInertialState>& states,
-                                             const ImuBias& bias,
-                                             const std::vector<Eigen::Vector3d>& landmarks,
-                                             const std::vector<char>& landmark_valid,
+VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
                                              const VisualInertialBaOptions& options = {});
 
 }  // namespace etalon

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
@@ -16,6 +17,7 @@ struct VisualMeasurement {
   int landmark = 0;
   int camera = 0;
   ReprojectionMeasurement measurement;
+  bool inlier = false;  ///< BundleProblem::relabel() says which
 };
 
 /** The visual measurements of a window of keyframes, landmark by landmark. */
@@ -28,6 +30,38 @@ struct VisualWindow {
   std::vector<int> first;
 
   int landmarkCount() const { return static_cast<int>(landmark_ids.size()); }
+  bool contains(LandmarkId id) const {
+    return std::binary_search(landmark_ids.begin(), landmark_ids.end(), id);
+  }
+
+  /** Those of a landmark, for a range-based loop. */
+  template <typename Iterator>
+  struct Range {
+    Iterator first, last;
+    Iterator begin() const { return first; }
+    Iterator end() const { return last; }
+  };
+  using Measurements = std::vector<VisualMeasurement>;
+  Range<Measurements::const_iterator> measurementsOf(size_t l) const {
+    return {measurements.begin() + first[l], measurements.begin() + first[l + 1]};
+  }
+  Range<Measurements::iterator> measurementsOf(size_t l) {
+    return {measurements.begin() + first[l], measurements.begin() + first[l + 1]};
+  }
+
+  /**
+   * reprojectionResidual() of a measurement of this window.
+   * @param T_WB poses of the keyframes
+   * @param landmark p_W or an InverseDepthLandmark
+   */
+  template <typename Landmark>
+  bool residual(const VisualMeasurement& m, const std::vector<SE3>& T_WB, const Landmark& landmark,
+                Eigen::Vector2d* r, Eigen::Matrix<double, 2, 6>* J_pose = nullptr,
+                Eigen::Matrix<double, 2, 3>* J_landmark = nullptr) const {
+    return reprojectionResidual(T_CB[static_cast<size_t>(m.camera)], m.measurement,
+                                T_WB[static_cast<size_t>(m.keyframe)], landmark, r, J_pose,
+                                J_landmark);
+  }
 };
 
 /** chi-square thresholds at 95 % for 2 degrees of freedom: one camera's pixel. */

@@ -12,7 +12,9 @@
  *               r_p = R_WBi^T (p_j - p_i - v_i dt - g_W dt^2 / 2) - dp(b_g, b_a)
  *               r_v = R_WBi^T (v_j - v_i - g_W dt) - dv(b_g, b_a)
  *             with the deltas corrected to the biases to first order (Preintegration::corrected).
- * Whitening   the caller's: sqrtInformation() gives L with L^T L = covariance9^-1.
+ * Whitening   the caller's: sqrtInformation() gives L with L^T L = covariance9^-1, by which the first
+ *             three rows are the rotation's alone, that is the gyro's, and the others are position
+ *             and velocity given the rotation.
  * Jacobians   right perturbation of the rotations; everything else additive. They are exact for
  *             this residual, also far from the solution; r_R is singular at an angle of pi.
  * Leaves out  the bias random walk between keyframes (part of covariance9), robust loss (the
@@ -43,7 +45,7 @@ Eigen::Matrix<double, 9, 1> preintegrationResidual(const Preintegration& preinte
                                                    PreintegrationJacobians* J = nullptr);
 
 /**
- * L, upper triangular, with L^T L the inverse of Preintegration::covariance9().
+ * L, lower triangular, with L^T L the inverse of Preintegration::covariance9().
  * @throws DataError if that is not positive definite (a default-constructed preintegration, or
  *         noise densities that are zero or not finite)
  */

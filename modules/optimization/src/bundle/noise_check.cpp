@@ -1,4 +1,4 @@
-#include "bundle/residual_redundancy.h"
+#include "bundle/noise_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,32 +9,37 @@ namespace {
 
 enum Group : Eigen::Index { kGyro, kAccel, kVision };
 
-/** Columns of state k, state k+1 and the biases. */
-Eigen::Matrix<double, 9, 24> columns(const Eigen::Matrix<double, 9, Eigen::Dynamic>& M,
-                                     Eigen::Index k) {
-  Eigen::Matrix<double, 9, 24> picked;
-  picked << M.middleCols<18>(9 * k), M.rightCols<6>();
-  return picked;
+/** J P, all columns. */
+Eigen::MatrixXd timesCovariance(const LinearizedResidual& a, const Eigen::MatrixXd& P) {
+  Eigen::MatrixXd JP = Eigen::MatrixXd::Zero(a.r.size(), P.cols());
+  for (const LinearizedResidual::Part& part : a.parts)
+    JP.noalias() += part.J * P.middleRows(part.column, part.J.cols());
+  return JP;
 }
 
-/** Leverage of the inertial residuals, and their part of the check as if no pixel were truncated.
- */
-double addInertial(const std::vector<InertialResidual>& inertial, const Eigen::MatrixXd& P,
-                   NoiseCheck* check) {
+/** J P J_b^T of `JP`. */
+Eigen::MatrixXd timesTransposed(const Eigen::MatrixXd& JP, const LinearizedResidual& b) {
+  Eigen::MatrixXd JPJ = Eigen::MatrixXd::Zero(JP.rows(), b.r.size());
+  for (const LinearizedResidual::Part& part : b.parts)
+    JPJ.noalias() += JP.middleCols(part.column, part.J.cols()) * part.J.transpose();
+  return JPJ;
+}
+
+/** Leverage of the residuals; adds the inertial ones' part of the check as if no pixel were
+ * truncated. */
+double addResiduals(const std::vector<LinearizedResidual>& residuals, const Eigen::MatrixXd& P,
+                    NoiseCheck* check) {
   double leverage = 0.0;
-  for (size_t k = 0; k < inertial.size(); ++k) {
-    const InertialResidual& a = inertial[k];
-    const Eigen::Index i = 9 * static_cast<Eigen::Index>(k);
-    const Eigen::Matrix<double, 9, Eigen::Dynamic> JP =
-        a.J.leftCols<18>() * P.middleRows<18>(i) + a.J.rightCols<6>() * P.bottomRows<6>();
+  for (const LinearizedResidual& a : residuals) {
+    const Eigen::MatrixXd JP = timesCovariance(a, P);
+    leverage += a.weight * timesTransposed(JP, a).trace();
+    if (a.kind != ResidualKind::kImu) continue;
     const double w2 = a.weight * a.weight;
-    for (size_t l = 0; l < inertial.size(); ++l) {
-      const InertialResidual& b = inertial[l];
+    for (const LinearizedResidual& b : residuals) {
+      if (b.kind != ResidualKind::kImu) continue;
       Eigen::Matrix<double, 9, 9> R =  // block of I - H
-          -std::sqrt(a.weight * b.weight) * columns(JP, static_cast<Eigen::Index>(l)) *
-          b.J.transpose();
-      if (k == l) {
-        leverage -= R.trace();
+          -std::sqrt(a.weight * b.weight) * timesTransposed(JP, b);
+      if (&a == &b) {
         R.diagonal().array() += 1.0;
         check->gyro += {w2 * a.r.head<3>().squaredNorm(), w2 * R.diagonal().head<3>().sum()};
         check->accel += {w2 * a.r.tail<6>().squaredNorm(), w2 * R.diagonal().tail<6>().sum()};
@@ -55,25 +60,18 @@ struct VisualResiduals {
 };
 
 /** Of every landmark that has inliers. */
-VisualResiduals collectVisual(const SolvedWindow& solved) {
+VisualResiduals collectVisual(const SolvedPixels& pixels) {
   VisualResiduals visual;
-  for (size_t l = 0; l < solved.landmarks.size(); ++l) {
-    const auto first = static_cast<size_t>(solved.window.first[l]);
-    const auto last = static_cast<size_t>(solved.window.first[l + 1]);
-    int inliers = 0;
-    for (size_t i = first; i < last; ++i) inliers += solved.inlier[i] != 0;
-    if (inliers == 0) continue;
-    for (size_t i = first; i < last; ++i) {
-      const VisualMeasurement& m = solved.window.measurements[i];
+  for (size_t l = 0; l < pixels.landmarks.size(); ++l) {
+    if (!pixels.landmarks[l].valid) continue;
+    for (const VisualMeasurement& m : pixels.window.measurementsOf(l)) {
       Eigen::Vector2d r;
-      const bool seen = solved.inlier[i] &&
-                        reprojectionResidual(
-                            solved.window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                            solved.T_WB[static_cast<size_t>(m.keyframe)], solved.landmarks[l], &r);
-      visual.clipped += seen ? std::min(r.squaredNorm(), solved.chi2_pixel) : solved.chi2_pixel;
+      const bool seen =
+          m.inlier && pixels.window.residual(m, pixels.T_WB, pixels.landmarks[l].position, &r);
+      visual.clipped += seen ? std::min(r.squaredNorm(), pixels.chi2_pixel) : pixels.chi2_pixel;
+      ++visual.all;
+      visual.inliers += m.inlier;
     }
-    visual.all += static_cast<int>(last - first);
-    visual.inliers += inliers;
   }
   return visual;
 }
@@ -103,26 +101,20 @@ double varianceOfClippedPairs(double mean, double bound) {
   return low;
 }
 
-NoiseCheck checkNoise(const SolvedWindow& solved, const std::vector<InertialResidual>& inertial,
+NoiseCheck checkNoise(const SolvedPixels& pixels, const std::vector<LinearizedResidual>& residuals,
                       const Eigen::MatrixXd& covariance) {
   NoiseCheck check;
-  double leverage = addInertial(inertial, covariance, &check);  // of everything but vision
-  const Eigen::Index bias = covariance.rows() - 6;
-  leverage +=
-      covariance.diagonal().segment<3>(bias).sum() / std::pow(solved.prior_sigma_gyro_rps, 2) +
-      covariance.diagonal().segment<3>(bias + 3).sum() / std::pow(solved.prior_sigma_accel_mps2, 2);
-  constexpr double kGauge = 4.0;  // its pseudo-measurements fit exactly
-  leverage += kGauge;
+  const double leverage = addResiduals(residuals, covariance, &check);  // of all but vision
 
   // The leverages sum to the number of parameters.
-  const VisualResiduals visual = collectVisual(solved);
-  const double parameters = static_cast<double>(covariance.rows() + solved.landmark_unknowns);
+  const VisualResiduals visual = collectVisual(pixels);
+  const double parameters = static_cast<double>(covariance.rows() + pixels.landmark_unknowns);
   const double dof = 2.0 * visual.inliers - (parameters - leverage);
   if (!(dof > 0.0)) return {};
   // Of a pair's two numbers the fit leaves the same share everywhere, to good approximation.
   const double redundancy = dof / (2.0 * visual.inliers);
   const double variance =
-      varianceOfClippedPairs(visual.clipped / visual.all, solved.chi2_pixel) / redundancy;
+      varianceOfClippedPairs(visual.clipped / visual.all, pixels.chi2_pixel) / redundancy;
   check.vision = {variance * dof, dof};
 
   // (I - H) is a projection: a row of the coupling sums to the group's dof.
@@ -131,7 +123,7 @@ NoiseCheck checkNoise(const SolvedWindow& solved, const std::vector<InertialResi
   C(kAccel, kVision) = std::max(0.0, check.accel.dof - C.row(kAccel).sum());
   C.row(kVision).head<2>() = C.col(kVision).head<2>().transpose();
   C(kVision, kVision) = dof - C.row(kVision).sum();
-  C.col(kVision).head<2>() *= 0.5 * meanOfTruncatedPair(1.0, solved.chi2_pixel);
+  C.col(kVision).head<2>() *= 0.5 * meanOfTruncatedPair(1.0, pixels.chi2_pixel);
   check.gyro.dof = C.row(kGyro).sum();
   check.accel.dof = C.row(kAccel).sum();
   return check;

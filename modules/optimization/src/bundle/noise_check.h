@@ -1,0 +1,44 @@
+#pragma once
+
+// What is left of the residuals of a visual-inertial BA, and what should be left. Private to the
+// module.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "bundle/residual_list.h"
+#include "etalon/optimization/bundle/bundle_problem.h"
+#include "etalon/optimization/bundle/noise_check.h"
+
+namespace etalon {
+
+/** The pixels of a solution. */
+struct SolvedPixels {
+  const VisualWindow& window;
+  std::vector<SE3> T_WB;  ///< as the cameras see the body
+  const std::vector<BundleLandmark>& landmarks;
+  int landmark_unknowns;  ///< of the landmarks that have inliers
+  double chi2_pixel;      ///< those below it are the inliers
+};
+
+/**
+ * NoiseCheck of a solution; its header says what is counted.
+ * @param residuals all but the pixels and what is eliminated with them
+ * @param covariance the inverse of the normal equations with exactly these inliers and weights
+ */
+NoiseCheck checkNoise(const SolvedPixels& pixels, const std::vector<LinearizedResidual>& residuals,
+                      const Eigen::MatrixXd& covariance);
+
+/**
+ * Mean of the squared norm of a pair of independent N(0, variance) numbers, given that it is below
+ * `bound`.
+ */
+double meanOfTruncatedPair(double variance, double bound);
+
+/** Mean of its minimum with `bound`. */
+double meanOfClippedPair(double variance, double bound);
+
+/** The inverse of meanOfClippedPair in the variance; at most 100. */
+double varianceOfClippedPairs(double mean, double bound);
+
+}  // namespace etalon
