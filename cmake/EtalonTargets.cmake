@@ -21,7 +21,8 @@ endfunction()
 
 # etalon_add_tests(NAME [SOURCES ...] [LINK ...])
 # One GoogleTest executable etalon_<name>_tests; every TEST in it becomes the ctest <name>.<suite>.<test>. Without SOURCES
-# it is made of tests/*.cpp and finds the private headers of the module beside it.
+# it is made of tests/*.cpp and finds the private headers of the module beside it. All tests find the headers of
+# tests/support, of which temporary_folder.h needs no library.
 function(etalon_add_tests name)
   if(NOT ETALON_BUILD_TESTS)
     return()
@@ -36,6 +37,7 @@ function(etalon_add_tests name)
   if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/src")
     target_include_directories(${target} PRIVATE src)
   endif()
+  target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}/tests/support/include")
   target_link_libraries(${target} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main
                                           etalon_build_settings)
   gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${ETALON_TEST_TIMEOUT})

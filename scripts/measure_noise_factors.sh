@@ -3,7 +3,7 @@
 # as large as its errors (medians of the NEES a degree of freedom), and chi2/dof of gyro, accelerometer and pixels.
 #
 #   scripts/measure_noise_factors.sh OUT SRC...        -- OUT keeps tracks and results; EVERY=1 for a window a second
-#   BELIEFS="0.012,0.35,2,6 0.001,0.5,1.5,6"           -- sigma_shared_deg,sigma_px,gyro factor,accelerometer factor
+#   BELIEFS="0.012,0.35,2,6,3 0.001,0.5,1.5,6"         -- sigma_shared_deg,sigma_px,gyro factor,accelerometer factor[,its least]
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 [[ $# -ge 2 ]] || { sed -n '2,6p' "$0"; exit 2; }
@@ -13,11 +13,12 @@ shift
 mkdir -p "$out"
 printf '%-22s %-18s %7s %8s %7s %9s %8s %6s %6s   %s\n' "shared,px,gyro,accel" recording success "RRE deg" "ATE mm" "v m/s" gravity \
   tilt velocity "chi2/dof gyro, accelerometer, vision"
-for belief in ${BELIEFS:-0.001,0.5,1.5,6 0.012,0.4,1.5,3 0.012,0.4,2,3 0.012,0.4,2,3.3 0.012,0.4,2,4.5 0.012,0.4,2,6 0.012,0.35,2,3.3 0.012,0.35,2,6}; do
-  IFS=, read -r shared px gyro accel <<<"$belief"
+for belief in ${BELIEFS:-0.001,0.5,1.5,6 0.012,0.4,2,6 0.012,0.35,2,3.3 0.012,0.35,2,6 0.012,0.35,2,6,3}; do
+  IFS=, read -r shared px gyro accel least <<<"$belief"
   "$etalon" bench "$@" --initializers eta --every "${EVERY:-2.5}" --tracks "$out/tracks" --out "$out/$belief" --overwrite --format csv \
     --set "vi_ba.sigma_shared_deg=$shared" --set "odometry.sigma_px=$px" --set "imu_noise.gyro_noise_factor=$gyro" \
-    --set "imu_noise.accel_noise_factor=$accel" >"$out/$belief.csv" 2>"$out/$belief.log" || { cat "$out/$belief.log" >&2; exit 1; }
+    --set "imu_noise.accel_noise_factor=$accel" \
+    --set "imu_noise.min_accel_noise_factor=${least:-$accel}" >"$out/$belief.csv" 2>"$out/$belief.log" || { cat "$out/$belief.log" >&2; exit 1; }
   awk -F, -v belief="$belief" '
     $5 == "all" && $8 == "vi_ba" && ($2 == "median" || $1 == "success" || $1 ~ /^noise_.*chi2/) {
       value[$6, $1] = $10

@@ -11,7 +11,7 @@
 #include "commands.h"
 #include "configuration_options.h"
 #include "etalon/benchmark/benchmark.h"
-#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/benchmark_tables.h"
@@ -122,16 +122,16 @@ int bench(const Arguments& arguments) {
     std::fprintf(stderr,
                  "bench: interrupted; %zu results are on disk, %zu are missing; the same command "
                  "goes on from here\n",
-                 outcome.slots_found + outcome.slots_tried, outcome.slots_missing);
+                 outcome.results_found + outcome.results_tried, outcome.results_missing);
     return kInterrupted;
   }
   printBenchmarkTables(outcome.record, format);
   std::fprintf(stderr, "\n%zu results (%zu were there already); front end %s, slots %s\nwritten:\n",
-               outcome.slots_found + outcome.slots_tried, outcome.slots_found,
-               clockTime(outcome.frontend_s).c_str(), clockTime(outcome.slots_s).c_str());
+               outcome.results_found + outcome.results_tried, outcome.results_found,
+               clockTime(outcome.frontend_s).c_str(), clockTime(outcome.windows_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record, arguments.min_coverage);
-  const bool lost = printLostSlots(outcome.record);
+  const bool lost = printLostWindows(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;
 }

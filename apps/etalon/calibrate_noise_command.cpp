@@ -5,10 +5,10 @@
 #include "checks.h"
 #include "commands.h"
 #include "configuration_options.h"
-#include "etalon/benchmark/benchmark_slots.h"
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/benchmark/noise_calibration.h"
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/datasets/recorded_source.h"
@@ -48,24 +48,23 @@ SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
                      tracking, nullptr);
 }
 
-/** The slots of the recording `name`. */
+/** The windows of the recording `name`. */
 std::vector<NoiseWindow> windowsOf(const std::string& name,
                                    const std::shared_ptr<const SequenceTracks>& tracks,
                                    double every_s, const PipelineOptions& pipeline) {
   std::vector<NoiseWindow> windows;
   if (tracks->frames.empty()) return windows;
   checkLength(name, tracks->first_image, tracks->frames.back().t);
-  const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
-  const int slots = slotCount(tracks->first_image, tracks->frames.back().t, every_s, window);
-  for (int segment = 0; segment < slots; ++segment)
+  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const int count = windowCount(tracks->first_image, tracks->frames.back().t, every_s, shape);
+  for (int window = 0; window < count; ++window)
     windows.push_back([=, options = pipeline.window](const NoiseFactors& believed) mutable {
       options.priors = priorsForCalibration(options.priors);
       options.odometry.sigma_px = believed.sigma_px;
       ImuNoiseOptions noise;
       noise.gyro_noise_factor = believed.gyro;
-      noise.accel_noise_factor = believed.accel;
-      return slotProblem(*tracks, every_s, window, segment,
-                         noise.apply(tracks->calibration.imu.noise), options);
+      noise.accel_noise_factor = noise.min_accel_noise_factor = believed.accel;  // it alone
+      return windowProblem(*tracks, every_s, shape, window, noise, options);
     });
   return windows;
 }
@@ -126,7 +125,7 @@ void printWords(const std::string& name, const NoiseCalibration& calibration, do
   std::printf("\n%s\n", name.c_str());
   if (!calibration.message.empty()) std::printf("  %s\n", calibration.message.c_str());
   if (calibration.iterations.empty() || calibration.iterations.front().windows == 0) return;
-  std::printf("  with the noise as configured:\n");
+  std::printf("  with the factors as configured, alike in all windows:\n");
   for (const std::string& sentence : describe(calibration.iterations.front().check, overlap))
     std::printf("    %s\n", sentence.c_str());
   constexpr double kHardly = 0.25;

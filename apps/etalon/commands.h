@@ -8,7 +8,7 @@ namespace etalon::app {
 enum ExitCode : int {
   kOk = 0,              ///< done; for replay: initialised
   kNotInitialised = 1,  ///< replay: never initialised (reasons printed)
-  kIncomplete = 1,      ///< compare: of a benchmark that lacks slots or recordings
+  kIncomplete = 1,      ///< compare: of a benchmark that lacks windows or recordings
   kUsageError = 2,      ///< usage or configuration
   kDataErrorExit = 3,   ///< data
   kCannotBeLoaded = 3,  ///< plugins, check-plugin: the plugin named cannot be found or loaded

@@ -7,7 +7,7 @@
 
 #include "checks.h"
 #include "commands.h"
-#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/benchmark_comparison.h"

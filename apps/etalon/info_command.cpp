@@ -5,7 +5,7 @@
 
 #include "commands.h"
 #include "etalon/core/printable.h"
-#include "etalon/datasets/recording_info.h"
+#include "etalon/frontend/recording_inspection.h"
 
 namespace etalon::app {
 
@@ -34,11 +34,17 @@ Json streamJson(const StreamSummary& stream) {
 }
 
 Json cameraJson(const CameraCalibration& camera) {
-  const PinholeRadtan& m = camera.model;
+  const CameraModel& m = camera.model;
+  const auto keyOf = [](std::string key, const std::vector<std::string>& names) {
+    for (const std::string& name : names) key += "_" + name;
+    return key;
+  };
   Json json;
-  json["resolution"] = {m.width, m.height};
-  json["intrinsics_fu_fv_cu_cv"] = {m.fu, m.fv, m.cu, m.cv};
-  json["distortion_k1_k2_p1_p2"] = {m.k1, m.k2, m.p1, m.p2};
+  json["camera_model"] = m.kind()->camera_model;
+  json["distortion_model"] = m.kind()->distortion.front();
+  json["resolution"] = {m.width(), m.height()};
+  json[keyOf("intrinsics", m.kind()->intrinsics)] = m.intrinsics();
+  json[keyOf("distortion", m.kind()->coefficients)] = m.coefficients();
   const Eigen::Matrix4d T = camera.T_BC.matrix();
   json["T_BC"] = Json::array();
   for (int r = 0; r < 4; ++r) json["T_BC"].push_back({T(r, 0), T(r, 1), T(r, 2), T(r, 3)});
@@ -64,7 +70,8 @@ Json timeOffsetJson(const TimeOffsetEstimate& offset) {
   return json;
 }
 
-Json toJson(const RecordingInfo& info) {
+Json toJson(const RecordingInspection& inspection) {
+  const RecordingInfo& info = inspection.info;
   const ImuNoiseDensities& noise = info.calibration.imu.noise;
   Json json;
   json["source"] = info.name;
@@ -87,9 +94,9 @@ Json toJson(const RecordingInfo& info) {
                                 {"gyroscope_random_walk", noise.gyro_random_walk},
                                 {"accelerometer_noise_density", noise.accel_noise_density},
                                 {"accelerometer_random_walk", noise.accel_random_walk}};
-  json["time_offset"] = timeOffsetJson(info.time_offset);
-  if (info.rotation_disagreement_deg)
-    json["time_offset"]["R_BC0_disagreement_deg"] = *info.rotation_disagreement_deg;
+  json["time_offset"] = timeOffsetJson(inspection.time_offset);
+  if (inspection.rotation_disagreement_deg)
+    json["time_offset"]["R_BC0_disagreement_deg"] = *inspection.rotation_disagreement_deg;
   json["errors"] = info.errors;
   json["warnings"] = info.warnings;
   return json;
@@ -111,11 +118,14 @@ void printStream(const char* name, const StreamSummary& stream) {
 }
 
 void printCamera(size_t index, const CameraCalibration& camera) {
-  const PinholeRadtan& m = camera.model;
-  std::printf(
-      "camera %zu       %dx%d px, fu %.3f fv %.3f cu %.3f cv %.3f, radial-tangential k1 %g "
-      "k2 %g p1 %g p2 %g, %g Hz\n",
-      index, m.width, m.height, m.fu, m.fv, m.cu, m.cv, m.k1, m.k2, m.p1, m.p2, camera.rate_hz);
+  const CameraModel& m = camera.model;
+  std::printf("camera %zu       %dx%d px,", index, m.width(), m.height());
+  for (size_t i = 0; i < m.intrinsics().size(); ++i)
+    std::printf(" %s %.3f", m.kind()->intrinsics[i].c_str(), m.intrinsics()[i]);
+  std::printf(", %s", m.kind()->distortion.front().c_str());
+  for (size_t i = 0; i < m.coefficients().size(); ++i)
+    std::printf(" %s %g", m.kind()->coefficients[i].c_str(), m.coefficients()[i]);
+  std::printf(", %g Hz\n", camera.rate_hz);
   for (int r = 0; r < 3; ++r)
     std::printf("%-14s %s % .6f % .6f % .6f % .6f\n", "", r == 0 ? "T_BC" : "    ",
                 camera.T_BC.R(r, 0), camera.T_BC.R(r, 1), camera.T_BC.R(r, 2), camera.T_BC.t[r]);
@@ -134,7 +144,8 @@ void printTimeOffset(const TimeOffsetEstimate& offset) {
       offset.steps, offset.discernible() ? "" : judgement, offset.reason.c_str());
 }
 
-void print(const RecordingInfo& info) {
+void print(const RecordingInspection& inspection) {
+  const RecordingInfo& info = inspection.info;
   std::printf("%s (%s)\n", info.name.c_str(), info.kind.c_str());
   printStream("stereo frames", info.images);
   if (info.unpaired_left + info.unpaired_right + info.missing_images + info.unusable_images > 0)
@@ -154,10 +165,10 @@ void print(const RecordingInfo& info) {
       "%.5g m/s^2/sqrt(Hz), walk %.5g m/s^3/sqrt(Hz); %g Hz\n",
       noise.gyro_noise_density, noise.gyro_random_walk, noise.accel_noise_density,
       noise.accel_random_walk, info.calibration.imu.rate_hz);
-  printTimeOffset(info.time_offset);
-  if (info.rotation_disagreement_deg)
+  printTimeOffset(inspection.time_offset);
+  if (inspection.rotation_disagreement_deg)
     std::printf("%-14s R_BC0 agrees with the motion to %.1f deg\n", "",
-                *info.rotation_disagreement_deg);
+                *inspection.rotation_disagreement_deg);
   for (const std::string& error : info.errors) std::printf("error: %s\n", printable(error).c_str());
   if (info.warnings.empty() && info.errors.empty()) std::printf("warnings       none\n");
   for (const std::string& warning : info.warnings)
@@ -174,11 +185,11 @@ void addInfoCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--json", arguments->json, "Print JSON.");
   command->callback([arguments, exit_code] {
     const auto source = openRecording(arguments->source);
-    const RecordingInfo info = describeRecording(*source);
+    const RecordingInspection inspection = inspectRecording(*source);
     if (arguments->json)
-      std::printf("%s\n", toJson(info).dump(2).c_str());
+      std::printf("%s\n", toJson(inspection).dump(2).c_str());
     else
-      print(info);
+      print(inspection);
     *exit_code = kOk;
   });
 }

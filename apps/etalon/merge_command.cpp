@@ -24,11 +24,11 @@ int merge(const Arguments& arguments) {
       mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite, benchmarkReportHtml);
   printBenchmarkTables(outcome.record, format);
   const size_t parts = arguments.folders.size();
-  std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.slots_found, parts,
+  std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.results_found, parts,
                parts == 1 ? "part" : "parts");
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record, kMinCoverage);
-  const bool lost = printLostSlots(outcome.record);
+  const bool lost = printLostWindows(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/record.h"
 
 namespace etalon::app {
 

@@ -8,7 +8,7 @@ namespace etalon::app {
 
 void printStageErrors(const StageRecord& stage) {
   if (!stage.errors) return;
-  const SegmentErrors& e = *stage.errors;
+  const WindowErrors& e = *stage.errors;
   std::string text;
   const auto add = [&text](const char* name, double value, int decimals, const char* unit) {
     if (std::isnan(value)) return;  // the ground truth does not have it

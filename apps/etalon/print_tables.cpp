@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/printable.h"
 #include "read_summary.h"
 
@@ -51,11 +51,11 @@ void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
   std::fflush(stdout);  // what follows on stderr follows in a common log, too
 }
 
-bool printLostSlots(const BenchmarkRecord& record) {
+bool printLostWindows(const BenchmarkRecord& record) {
   std::map<std::pair<std::string, std::string>, size_t> lost;  // by initializer and status
-  for (const SlotRecord& slot : record.slots)
-    if (slot.attempt.status == kStatusCrashed || slot.attempt.status == kStatusTimeLimit)
-      ++lost[{slot.initializer, slot.attempt.status}];
+  for (const WindowResult& result : record.results)
+    if (result.attempt.status == kStatusCrashed || result.attempt.status == kStatusTimeLimit)
+      ++lost[{result.initializer, result.attempt.status}];
   for (const auto& [what, count] : lost)
     std::fprintf(stderr, "warning: %s: %s (%s)\n", what.first.c_str(),
                  counted(count, "result").c_str(), what.second.c_str());

@@ -17,9 +17,9 @@ TextStyle textStyle(bool bold = false);
  * document. */
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
 
-/** Says on stderr in how many slots an initializer crashed or used up its time; whether there are
+/** Says on stderr in how many windows an initializer crashed or used up its time; whether there are
  * any. */
-bool printLostSlots(const BenchmarkRecord& record);
+bool printLostWindows(const BenchmarkRecord& record);
 
 /** What a benchmark left out, to stderr: unreadable images, recordings too short for a window,
  * windows without enough ground truth. */

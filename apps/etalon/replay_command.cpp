@@ -12,8 +12,8 @@
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/datasets/recording_checks.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/frontend/recording_inspection.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/run_results.h"
 #include "print_stage_errors.h"
@@ -145,8 +145,8 @@ class Replay {
 /** Errors and times of an accepted attempt. */
 void printAccepted(const AttemptRecord& attempt) {
   for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
-  const double step1_ms = attempt.milliseconds(kTimingVisualOdometry);
-  if (!std::isnan(step1_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", step1_ms);
+  const double odometry_ms = attempt.milliseconds(kTimingStereoOdometry);
+  if (!std::isnan(odometry_ms)) std::printf("  step 1 (stereo odometry) %.1f ms\n", odometry_ms);
   std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
               attempt.milliseconds(kTimingViBa));
 }

@@ -6,6 +6,7 @@
 
 #include "checks.h"
 #include "commands.h"
+#include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/simulate_recording.h"
 #include "progress_line.h"
 
@@ -16,6 +17,7 @@ namespace {
 struct SimulateArguments {
   SimulationOptions options;
   std::string profile = "gentle";
+  std::string camera = "euroc";
   double duration_s = 0.0;
 };
 
@@ -43,6 +45,7 @@ class SimulationProgress {
 int runSimulate(SimulateArguments arguments, bool has_duration) {
   SimulationOptions& options = arguments.options;
   options.profile = motionProfileFromName(arguments.profile);
+  if (arguments.camera == "fisheye") options.calibration = fisheyeCalibration();
   if (has_duration) options.duration_s = arguments.duration_s;
   options.progress = SimulationProgress();
   const SimulationSummary summary = simulateRecording(options);
@@ -77,6 +80,12 @@ void addSimulateCommand(CLI::App& app, int* exit_code) {
       command->add_option("--profile", arguments->profile, "Motion of the flight")
           ->check(CLI::IsMember({"static", "gentle", "aggressive", "pure-rotation"}))
           ->capture_default_str();
+  command
+      ->add_option(
+          "--camera", arguments->camera,
+          "Lenses of the rig: EuRoC's (752x480, pinhole) or fisheyes (512x512, 218 degrees)")
+      ->check(CLI::IsMember({"euroc", "fisheye"}))
+      ->capture_default_str();
   CLI::Option* trajectory =
       command
           ->add_option("--trajectory", o.trajectory_file,

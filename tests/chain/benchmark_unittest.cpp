@@ -105,11 +105,11 @@ TEST_F(BenchmarkTest, ResumesAfterAnInterruption) {
     interrupted.push_back(argument);
   EXPECT_THAT(runProgram("/usr/bin/timeout", interrupted).exit_code, AnyOf(0, 130));
   // And as if it had been killed in the middle of a line.
-  const std::string slots = out("parts") + "/slots/flight.jsonl";
+  const std::string results = out("parts") + "/slots/flight.jsonl";
   fs::create_directories(out("parts") + "/slots");
-  std::string text = fs::exists(slots) ? readText(slots) : "";
+  std::string text = fs::exists(results) ? readText(results) : "";
   text = text.substr(0, text.size() / 2);
-  std::ofstream(slots, std::ios::binary) << text + "{\"sequence\": \"fli";
+  std::ofstream(results, std::ios::binary) << text + "{\"sequence\": \"fli";
 
   const CommandResult resumed = runEtalon(arguments("parts"));
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
@@ -301,7 +301,7 @@ TEST_F(BenchmarkTest, ChangedImagesAreTrackedAnew) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out("copies")), fs::directory_iterator()), 2);
 }
 
-TEST_F(BenchmarkTest, SlotsBeginAtTheSensorsStamps) {
+TEST_F(BenchmarkTest, WindowsBeginAtTheSensorsStamps) {
   const RecordingCopy copy(kStandstill);
   for (const char* camera : {"cam0/data.csv", "cam1/data.csv"}) copy.shiftStamps(camera, 37);
   ASSERT_EQ(runEtalon({"bench", copy.path(), "--initializers", "static", "--every", "1",

@@ -11,6 +11,7 @@ namespace etalon::testing {
 
 /** The recordings that the build renders for these tests. */
 inline const std::string kFlight = ETALON_RENDERED "/flight";
+inline const std::string kFisheye = ETALON_RENDERED "/fisheye";
 inline const std::string kStandstill = ETALON_RENDERED "/standstill";
 
 /** Where the flight is in motion, s; what follows holds one window of 10 keyframes and 0.7 s. */

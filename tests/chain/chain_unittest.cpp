@@ -112,6 +112,24 @@ TEST_P(ChainWith, InitialisesInMotionAndWritesItsResults) {
   EXPECT_GE(picture.rows, 200);
 }
 
+// The same flight in the same room as kFlight, with lenses of 218 degrees; the same bounds.
+TEST_P(ChainWith, InitialisesWithFisheyes) {
+  const std::vector<TumLine> trajectory = replayed(kFisheye, GetParam(), out("folder"));
+  const json run = readJson(out("folder") + "/initialization.json");
+  EXPECT_THAT(run.at("warnings"), IsEmpty());
+  const json attempt = acceptedAttempt(run);
+  ASSERT_FALSE(attempt.is_null());
+  const json errors = errorsAfterViBa(attempt);
+  EXPECT_LT(errors.at("gravity_deg").get<double>(), 2.0);
+  EXPECT_LT(errors.at("velocity_mps").get<double>(), 0.1);
+  EXPECT_EQ(trajectory.size(), 60U);  // 1 s to 3.95 s at 20 Hz
+  EXPECT_LT(run.at("trajectory_errors").at("position_m").at("rmse").get<double>(), 0.01);
+
+  ASSERT_EQ(runEtalon({"convert", kFisheye, out("fisheye.rawlog")}).exit_code, 0);
+  const std::vector<TumLine> of_log = replayed(out("fisheye.rawlog"), GetParam(), out("log"));
+  EXPECT_EQ(largestDistance(trajectory, of_log), 0.0);
+}
+
 TEST_P(ChainWith, FolderAndRawlogsGiveTheSameTrajectoryAndSoDoesASecondRun) {
   ASSERT_EQ(runEtalon({"convert", kFlight, out("external.rawlog")}).exit_code, 0);
   ASSERT_EQ(runEtalon({"convert", kFlight, out("embedded.rawlog"), "--embed"}).exit_code, 0);

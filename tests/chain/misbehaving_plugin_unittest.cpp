@@ -1,4 +1,4 @@
-// A plugin that crashes, exits or does not come back loses its own slot or attempt and nothing
+// A plugin that crashes, exits or does not come back loses its own window or attempt and nothing
 // else, and the user is told which.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ constexpr const char* kTracks = ETALON_RENDERED "/tracks";
 
 struct Misdeed {
   const char* how;     ///< [misbehaves] how
-  const char* status;  ///< of the slot
+  const char* status;  ///< of the window
   const char* words;   ///< what is said of it
 };
 constexpr Misdeed kMisdeeds[] = {
@@ -34,7 +34,8 @@ class MisbehavingPlugin : public ::testing::TestWithParam<Misdeed> {
  protected:
   std::string out(const std::string& name) const { return folder_.path() + "/" + name; }
 
-  /** Slots 2 and 3 of the flight, which begin 1.1 and 1.6 s after 1400000000 s, are misbehaved at.
+  /** Windows 2 and 3 of the flight, which begin 1.1 and 1.6 s after 1400000000 s, are misbehaved
+   * at.
    */
   CommandResult bench(const std::string& name, const std::string& how,
                       const std::string& jobs) const {
@@ -66,12 +67,12 @@ std::vector<std::string> rowsWith(const std::string& csv, const std::string& tex
   return rows;
 }
 
-TEST_P(MisbehavingPlugin, LosesItsSlotsInABenchmarkAndNothingElse) {
+TEST_P(MisbehavingPlugin, LosesItsWindowsInABenchmarkAndNothingElse) {
   const Misdeed& misdeed = GetParam();
   const CommandResult result = bench("bad", misdeed.how, "2");
   EXPECT_EQ(result.exit_code, 4) << result.err;
-  for (const char* slot : {"2", "3"})
-    EXPECT_THAT(result.err, HasSubstr(std::string("flight, 4 keyframes at 4 Hz, slot ") + slot +
+  for (const char* window : {"2", "3"})
+    EXPECT_THAT(result.err, HasSubstr(std::string("flight, 4 keyframes at 4 Hz, slot ") + window +
                                       ", misbehaves: " + misdeed.words));
   const std::string csv = readText(out("bad") + "/segments.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 7 * 3 * 2);

@@ -2,12 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "chain_files.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon::testing {
 namespace {
@@ -45,12 +45,6 @@ struct Errors {
     }
   }
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) throw std::runtime_error("no such stage");
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 TEST_P(RecordedFlightWith, InitialisesAtOnceAsAccuratelyAsThisFlightAllows) {
   const TemporaryFolder folder;

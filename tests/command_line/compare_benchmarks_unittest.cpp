@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "etalon/benchmark/benchmark_store.h"
+#include "etalon/benchmark/store.h"
 #include "etalon/testing/example_benchmark.h"
 #include "run_command.h"
 
@@ -23,8 +23,8 @@ using ::testing::Not;
 std::string writeExample(const TemporaryFolder& folder,
                          const BenchmarkRecord& record = exampleBenchmark()) {
   writeBenchmarkHead(folder.path(), record);
-  SlotStore store(folder.path());
-  for (const SlotRecord& slot : record.slots) store.append(slot);
+  ResultStore store(folder.path());
+  for (const WindowResult& result : record.results) store.append(result);
   return folder.path();
 }
 
@@ -131,7 +131,7 @@ TEST(CompareBenchmarks, PutsFoldersBesideEachOther) {
 TEST(CompareBenchmarks, SaysAtTheTopWhatIsMissing) {
   const TemporaryFolder folder, complete;
   BenchmarkRecord record = exampleBenchmark();
-  // 8 slots, of which the example has not all, for 2 initializers.
+  // 8 windows, of which the example has not all, for 2 initializers.
   record.sequences[0].last_image = record.sequences[0].first_image + 20'000'000'000;
   BenchmarkSequence broken;
   broken.name = "V9";
@@ -141,7 +141,7 @@ TEST(CompareBenchmarks, SaysAtTheTopWhatIsMissing) {
   record.shards = 8;
   const CommandResult result = runEtalon({"compare", writeExample(folder, record)});
   EXPECT_EQ(result.exit_code, 1);
-  const std::string count = std::to_string(missingSlots(record).size()) + " of 16 results";
+  const std::string count = std::to_string(missingResults(record).size()) + " of 16 results";
   EXPECT_EQ(result.out.rfind("INCOMPLETE: ", 0), 0u);
   EXPECT_THAT(result.out, AllOf(HasSubstr("unfinished: " + count + " are missing"),
                                 HasSubstr("shard 2 of 8"), HasSubstr("V1: " + count + " missing\n"),

@@ -93,6 +93,7 @@ TEST(SimulateCommand, RefusesWrongValues) {
   const std::string out = folder.path() + "/flight";
   const std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>> wrong = {
       {{"--profile", "wild"}, {"--profile", "wild", "aggressive"}},
+      {{"--camera", "mirror"}, {"--camera", "mirror", "fisheye"}},
       {{"--duration", "0"}, {"duration", "more than 0 s"}},
       {{"--duration", "-1"}, {"duration", "more than 0 s"}},
       {{"--duration", "nan"}, {"duration", "more than 0 s"}},

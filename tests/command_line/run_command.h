@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "etalon/testing/temporary_folder.h"
+
 namespace etalon::testing {
 
 /** What a run of the executable left. */
@@ -16,21 +18,5 @@ CommandResult runProgram(const std::string& program, const std::vector<std::stri
 
 /** The same with the built `etalon`. */
 CommandResult runEtalon(const std::vector<std::string>& arguments);
-
-/** A new empty folder, removed with everything in it at the end of its life. */
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::string& path() const { return path_; }
-  /** Writes a file in it and returns the file's path. */
-  std::string write(const std::string& name, const std::string& content) const;
-
- private:
-  std::string path_;
-};
 
 }  // namespace etalon::testing

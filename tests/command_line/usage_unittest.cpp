@@ -39,7 +39,7 @@ TEST(Usage, EveryCommandHasHelpThatNamesItsOptions) {
       {"convert", {"SRC", "DST", "--embed"}},
       {"simulate",
        {"--out", "--force", "--seed", "--duration", "--profile", "--trajectory", "--imu",
-        "--stamps", "--from", "--blur", "--noise-free", "--threads"}},
+        "--stamps", "--camera", "--from", "--blur", "--noise-free", "--threads"}},
       {"replay",
        {"SRC", "--config", "--initializer", "--from", "--to", "--set", "--plugin-path", "--out",
         "1 never initialised"}},

@@ -115,7 +115,7 @@ StereoOdometryOptions odometryOptions(double sigma_px) {
 VisualSolution visualSolution(const NoisyWindow& w, double sigma_px) {
   std::vector<Eigen::Matrix3d> R_prev_cur;
   for (const Preintegration& p : w.preintegrations) R_prev_cur.push_back(p.deltas().dR);
-  return solveVisualOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
+  return solveStereoOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
                              odometryOptions(sigma_px));
 }
 
@@ -253,10 +253,10 @@ TEST(Whitening, PoseOnlyCostsWhatItsFreedomSaysAndWhatTheRawPixelsSay) {
         Vector2d r;
         ASSERT_TRUE(reprojectionResidual(window.T_CB[c], p.measurement, result.T_WB, p.p_W, &r));
         sum += r.squaredNorm();
-        const PinholeRadtan& model = w.synthetic.calibration.cameras[c].model;
+        const CameraModel& model = w.synthetic.calibration.cameras[c].model;
         const auto predicted = model.project(window.T_CB[c] * (result.T_WB.inverse() * p.p_W));
         ASSERT_TRUE(predicted);
-        pixels += (*predicted - model.normalizedToPixel(p.measurement.xy)).squaredNorm() / 0.49;
+        pixels += (*predicted - model.project(p.measurement.ray()).value()).squaredNorm() / 0.49;
       }
       const double freedom = 2.0 * static_cast<double>(points.size()) - 6.0;
       whitened.add(sum, freedom);

@@ -21,11 +21,11 @@
 #include <string>
 
 #include "cut_tracks.h"
-#include "etalon/benchmark/benchmark_slots.h"
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/benchmark/paired_bootstrap.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/median.h"
+#include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "prediction_error.h"
@@ -182,21 +182,21 @@ void run(const Arguments& arguments) {
                         arguments.tracks, tracking, nullptr);
   cutTracks(arguments.from_s, arguments.to_s, &tracks);
   if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
-  const BenchmarkWindow window{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
   const int windows =
-      slotCount(tracks.first_image, tracks.frames.back().t, arguments.every_s, window);
+      windowCount(tracks.first_image, tracks.frames.back().t, arguments.every_s, shape);
   std::vector<Score> scores;
-  for (int segment = 0; segment < windows; ++segment) {
-    const auto score = judgeWindow(
-        slotProblem(tracks, arguments.every_s, window, segment,
-                    pipeline.imu_noise.apply(tracks.calibration.imu.noise), pipeline.window),
-        tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
+  for (int window = 0; window < windows; ++window) {
+    const auto score =
+        judgeWindow(windowProblem(tracks, arguments.every_s, shape, window, pipeline.imu_noise,
+                                  pipeline.window),
+                    tracks.ground_truth, *suite.initializers[0].initializer, pipeline.window);
     if (score) scores.push_back(*score);
   }
   if (scores.empty())
     throw DataError(arguments.source, 0,
                     "none of " + std::to_string(windows) + " windows could be judged");
-  const double overlapping = (window.keyframes - 1) / window.rate_hz / arguments.every_s;
+  const double overlapping = (shape.keyframes - 1) / shape.rate_hz / arguments.every_s;
   print(scores, windows, static_cast<size_t>(std::ceil(overlapping)));
 }
 

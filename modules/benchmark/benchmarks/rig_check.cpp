@@ -46,7 +46,7 @@ std::vector<Knob> knobs() {
     all.push_back({std::string("right camera moved along ") + "xyz"[axis], "mm",
                    [axis](Rig* rig, double amount) { moveRight(rig, axis, amount); }});
   const auto both = [&all](const std::string& name,
-                           const std::function<void(PinholeRadtan*, double)>& turn) {
+                           const std::function<void(CameraModel*, double)>& turn) {
     all.push_back({name + ", both cameras", "1e-3", [turn](Rig* rig, double amount) {
                      for (CameraCalibration& camera : rig->cameras) turn(&camera.model, amount);
                    }});
@@ -55,19 +55,22 @@ std::vector<Knob> knobs() {
                      turn(&rig->cameras[1].model, amount / 2);
                    }});
   };
-  both("focal length", [](PinholeRadtan* camera, double amount) {
-    camera->fu *= 1.0 + amount / kPerThousand;
-    camera->fv *= 1.0 + amount / kPerThousand;
+  both("focal length", [](CameraModel* camera, double amount) {
+    for (const char* name : {"fu", "fv"})
+      *camera = camera->with(name, camera->parameter(name) * (1.0 + amount / kPerThousand));
   });
-  both("radial distortion k1",
-       [](PinholeRadtan* camera, double amount) { camera->k1 += amount / kPerThousand; });
+  both("radial distortion k1", [](CameraModel* camera, double amount) {
+    *camera = camera->with("k1", camera->parameter("k1") + amount / kPerThousand);
+  });
   // Of the difference the images see no more than of the turned right camera.
   for (const bool vertical : {false, true})
     all.push_back({std::string("principal point, both cameras, ") + (vertical ? "v" : "u"),
                    "1e-3 of f", [vertical](Rig* rig, double amount) {
+                     const char* name = vertical ? "cv" : "cu";
                      for (CameraCalibration& camera : rig->cameras)
-                       (vertical ? camera.model.cv : camera.model.cu) +=
-                           amount / kPerThousand * camera.model.fu;
+                       camera.model = camera.model.with(
+                           name, camera.model.parameter(name) +
+                                     amount / kPerThousand * camera.model.focal().x());
                    }});
   return all;
 }

@@ -184,7 +184,7 @@ double visionsError(const SequenceTracks& tracks, const Keyframes& keyframes,
     try {
       const double scale = scaleOf(
           keyframes.truth,
-          positions(solveVisualOdometry(tracks.calibration, pointers, keyframes.R_prev_cur, options)
+          positions(solveStereoOdometry(tracks.calibration, pointers, keyframes.R_prev_cur, options)
                         .T_VB));
       sum += scale;
       squares += scale * scale;
@@ -234,7 +234,7 @@ void printWindows(const SequenceTracks& tracks, const StereoInertialCalibration&
     if (keyframes.frames.size() < kWindow) break;
     const auto estimate = [&](const StereoInertialCalibration& calibration) {
       return positions(
-          solveVisualOdometry(calibration, keyframes.frames, keyframes.R_prev_cur, options).T_VB);
+          solveStereoOdometry(calibration, keyframes.frames, keyframes.R_prev_cur, options).T_VB);
     };
     const Points as_given = estimate(tracks.calibration);
     given.push_back(scaleOf(keyframes.truth, as_given));
@@ -296,7 +296,7 @@ void run(const Arguments& arguments) {
   const StereoOdometryOptions options;
   const Keyframes keyframes = keyframesFrom(tracks, 0, tracks.frames.size());
   const VisualSolution start =
-      solveVisualOdometry(tracks.calibration, keyframes.frames, keyframes.R_prev_cur, options);
+      solveStereoOdometry(tracks.calibration, keyframes.frames, keyframes.R_prev_cur, options);
   const RigCheck check = checkRig(tracks.calibration, keyframes.frames, start.T_VB);
   printWindows(tracks, check.corrected, options);
   std::printf("all %zu keyframes, extent %.3f m\n", keyframes.frames.size(),

@@ -5,30 +5,30 @@
 #include <mutex>
 #include <set>
 
-#include "etalon/benchmark/benchmark_slots.h"
-#include "etalon/benchmark/benchmark_store.h"
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/benchmark/store.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/datasets/recording_checks.h"
+#include "etalon/frontend/recording_inspection.h"
 #include "isolated_work.h"
 #include "parallel.h"
-#include "slot_trial.h"
+#include "window_trial.h"
 
 namespace etalon {
 namespace {
 
 namespace fs = std::filesystem;
 
-/** A slot that this run shall try, and which of the initializers. */
+/** A window that this run shall try, and which of the initializers. */
 struct Task {
   size_t sequence = 0;
-  BenchmarkWindow window;
-  int segment = 0;
+  WindowShape shape;
+  int window = 0;
   std::vector<size_t> initializers;
 };
 
@@ -77,15 +77,15 @@ class Benchmark {
     const FolderLock lock(options_.out);
     adoptFormerRun();
     writeBenchmarkHead(options_.out, record_);
-    chooseSlots();
+    chooseWindows();
     Stopwatch watch;
     runFrontEnd();
     outcome_.frontend_s = 1e-3 * watch.lapMilliseconds();
     if (!stopped()) {
       writeBenchmarkHead(options_.out, record_);
-      runSlots();
+      runWindows();
     }
-    outcome_.slots_s = 1e-3 * watch.lapMilliseconds();
+    outcome_.windows_s = 1e-3 * watch.lapMilliseconds();
     finish();
     return std::move(outcome_);
   }
@@ -142,7 +142,7 @@ class Benchmark {
     tracks_.resize(recordings_.size());
   }
 
-  /** Finds the slots that an interrupted run of the same benchmark has finished. */
+  /** Finds the windows that an interrupted run of the same benchmark has finished. */
   void adoptFormerRun() {
     if (!isBenchmarkFolder(options_.out)) return;
     if (options_.overwrite) {
@@ -159,23 +159,23 @@ class Benchmark {
     for (size_t i = 0; i < record_.sequences.size(); ++i)
       record_.sequences[i].content = former.sequences[i].content;
     for (const BenchmarkSequence& sequence : record_.sequences)
-      for (SlotRecord& slot : store_.read(sequence.name)) {
-        finished_.insert(slotKey(slot));
-        record_.slots.push_back(std::move(slot));
+      for (WindowResult& result : store_.read(sequence.name)) {
+        finished_.insert(resultKey(result));
+        record_.results.push_back(std::move(result));
       }
-    outcome_.slots_found = record_.slots.size();
+    outcome_.results_found = record_.results.size();
   }
 
-  /** The slots of this shard, in order, less those that are finished. */
-  void chooseSlots() {
+  /** The windows of this shard, in order, less those that are finished. */
+  void chooseWindows() {
     std::vector<Task> all;
     for (size_t s = 0; s < recordings_.size(); ++s) {
       if (!recordings_[s]) continue;
       const BenchmarkSequence& sequence = record_.sequences[s];
-      for (const BenchmarkWindow& window : windowsOf(options_.protocol)) {
-        const int slots =
-            slotCount(sequence.first_image, sequence.last_image, options_.protocol.every_s, window);
-        for (int segment = 0; segment < slots; ++segment) all.push_back({s, window, segment, {}});
+      for (const WindowShape& shape : shapesOf(options_.protocol)) {
+        const int windows = windowCount(sequence.first_image, sequence.last_image,
+                                        options_.protocol.every_s, shape);
+        for (int window = 0; window < windows; ++window) all.push_back({s, shape, window, {}});
       }
     }
     // In one piece: a shard needs the tracks of few recordings.
@@ -187,19 +187,19 @@ class Benchmark {
       Task task = all[i];
       needed_.insert(task.sequence);
       for (size_t k = 0; k < configuration_.initializers.size(); ++k)
-        if (finished_.count(slotKey(emptySlot(task, k))) == 0) task.initializers.push_back(k);
+        if (finished_.count(resultKey(emptyResult(task, k))) == 0) task.initializers.push_back(k);
       if (!task.initializers.empty()) tasks_.push_back(std::move(task));
     }
   }
 
-  SlotRecord emptySlot(const Task& task, size_t initializer) const {
-    SlotRecord slot;
-    slot.sequence = record_.sequences[task.sequence].name;
-    slot.segment = task.segment;
-    slot.keyframes = task.window.keyframes;
-    slot.rate_hz = task.window.rate_hz;
-    slot.initializer = configuration_.initializers[initializer].plugin.name;
-    return slot;
+  WindowResult emptyResult(const Task& task, size_t initializer) const {
+    WindowResult result;
+    result.sequence = record_.sequences[task.sequence].name;
+    result.window = task.window;
+    result.keyframes = task.shape.keyframes;
+    result.rate_hz = task.shape.rate_hz;
+    result.initializer = configuration_.initializers[initializer].plugin.name;
+    return result;
   }
 
   void runFrontEnd() {
@@ -238,9 +238,9 @@ class Benchmark {
     sequence.frontend_ms = tracks_[s]->frontend_ms;
     if (sequence.has_ground_truth) {
       const GroundTruth& truth = tracks_[s]->ground_truth;
-      sequence.floor = groundTruthFloor(truth, recording.imuSamples());
+      sequence.bound = groundTruthBound(truth, recording.imuSamples());
       sequence.gyro_agreement =
-          gyroAgreement(truth, recording.imuSamples(), sequence.floor.bias.gyro,
+          gyroAgreement(truth, recording.imuSamples(), sequence.bound.bias.gyro,
                         recording.calibration().imu.noise.gyro_noise_density);
     }
     recordings_[s].reset();
@@ -271,29 +271,29 @@ class Benchmark {
     outcome_.notes.push_back(sentence);
   }
 
-  void runSlots() {
+  void runWindows() {
     tasks_.erase(std::remove_if(tasks_.begin(), tasks_.end(),
                                 [this](const Task& task) { return !tracks_[task.sequence]; }),
                  tasks_.end());
-    ProgressReport progress(options_, BenchmarkProgress::Stage::kSlots, tasks_.size());
+    ProgressReport progress(options_, BenchmarkProgress::Stage::kWindows, tasks_.size());
     IsolatedWork work;
     work.items = tasks_.size();
     work.parts = [this](size_t i) { return tasks_[i].initializers.size(); };
     work.run = [this](size_t i, size_t first, const DoPart& do_part) {
-      const SlotTrial trial = trialOf(tasks_[i]);
+      const WindowTrial trial = trialOf(tasks_[i]);
       for (size_t part = first; part < tasks_[i].initializers.size(); ++part)
-        do_part(part, [&] { return slotToText(trial.tryWith(initializerOf(i, part))); });
+        do_part(part, [&] { return resultToText(trial.tryWith(initializerOf(i, part))); });
     };
     work.finished = [this](size_t i, size_t, const std::string& text) {
       store_.append(record_.sequences[tasks_[i].sequence].name, text);
-      keep(slotFromText(text));
+      keep(resultFromText(text));
     };
     work.died = [this](size_t i, size_t part, const std::string& how, bool out_of_time) {
-      SlotRecord slot = trialOf(tasks_[i]).lost(
+      WindowResult result = trialOf(tasks_[i]).lost(
           initializerOf(i, part).plugin.name, out_of_time ? kStatusTimeLimit : kStatusCrashed, how);
-      if (options_.warn) options_.warn(slotKey(slot) + ": " + how);
-      store_.append(slot);
-      keep(std::move(slot));
+      if (options_.warn) options_.warn(resultKey(result) + ": " + how);
+      store_.append(result);
+      keep(std::move(result));
     };
     work.item_done = [&progress](size_t) { progress.add(1); };
     work.stopped = [this] { return stopped(); };
@@ -304,26 +304,26 @@ class Benchmark {
     return configuration_.initializers[tasks_[task].initializers[part]];
   }
 
-  SlotTrial trialOf(const Task& task) const {
-    return {emptySlot(task, 0),
+  WindowTrial trialOf(const Task& task) const {
+    return {emptyResult(task, 0),
             *tracks_[task.sequence],
-            record_.sequences[task.sequence].floor,
+            record_.sequences[task.sequence].bound,
             options_.protocol.every_s,
             configuration_.pipeline.imu_noise,
             window_options_};
   }
 
-  void keep(SlotRecord slot) {
-    record_.slots.push_back(std::move(slot));
-    ++outcome_.slots_tried;
+  void keep(WindowResult result) {
+    record_.results.push_back(std::move(result));
+    ++outcome_.results_tried;
   }
 
   void finish() {
     size_t missing = 0;
     for (const Task& task : tasks_) missing += task.initializers.size();
-    outcome_.slots_missing = missing - outcome_.slots_tried;
-    outcome_.interrupted = stopped() && outcome_.slots_missing > 0;
-    sortSlots(&record_);
+    outcome_.results_missing = missing - outcome_.results_tried;
+    outcome_.interrupted = stopped() && outcome_.results_missing > 0;
+    sortResults(&record_);
     requireCoverage(&record_, options_.min_coverage);  // what is stored keeps all errors
     writeBenchmarkHead(options_.out, record_);
     if (!outcome_.interrupted)
@@ -335,12 +335,12 @@ class Benchmark {
   const BenchmarkOptions& options_;
   std::string tracks_folder_;
   WindowOptions window_options_;
-  SlotStore store_;
+  ResultStore store_;
   BenchmarkRecord record_;
   BenchmarkOutcome outcome_;
   std::vector<std::unique_ptr<RecordedSource>> recordings_;  ///< null where it cannot be read
   std::vector<std::unique_ptr<SequenceTracks>> tracks_;      ///< null where there are none
-  std::set<std::string> finished_;                           ///< slotKey()s
+  std::set<std::string> finished_;                           ///< resultKey()s
   std::set<size_t> needed_;                                  ///< sequences of this shard
   std::vector<Task> tasks_;
   std::mutex mutex_;  ///< of outcome_ while threads run

@@ -34,24 +34,6 @@ std::vector<std::string> loadedLibraries() {
   return libraries;
 }
 
-/** The folder that holds the EuRoC recording's sensors. */
-fs::path sensorFolder(const std::string& recording) {
-  const fs::path inner = fs::path(recording) / "mav0";
-  return fs::exists(inner) ? inner : fs::path(recording);
-}
-
-void addFolder(const fs::path& folder, ContentHash* hash) {
-  std::vector<std::string> files;
-  for (const auto& entry :
-       fs::recursive_directory_iterator(folder, fs::directory_options::follow_directory_symlink))
-    if (entry.is_regular_file()) files.push_back(entry.path().lexically_relative(folder).string());
-  std::sort(files.begin(), files.end());
-  for (const std::string& file : files) {
-    hash->add(file);
-    hash->addFile((folder / file).string());
-  }
-}
-
 }  // namespace
 
 struct ContentHash::State {
@@ -99,15 +81,9 @@ std::string ContentHash::hex() const {
 
 std::string recordingHash(const RecordedSource& recording) {
   ContentHash hash;
-  if (recording.kind() == "euroc") {
-    addFolder(sensorFolder(recording.name()), &hash);
-    return hash.hex();
-  }
-  hash.addFile(recording.name());
-  for (size_t i = 0; i < recording.imageStamps().size(); ++i) {
-    const auto [left, right] = recording.framePaths(i);
-    for (const std::string& path : {left, right})
-      if (!path.empty() && fs::exists(path)) hash.addFile(path);
+  for (const RecordingFile& file : recording.files()) {
+    if (!file.name.empty()) hash.add(file.name);
+    hash.addFile(file.path);
   }
   return hash.hex();
 }

@@ -52,7 +52,7 @@ void requireCoverage(AttemptRecord* attempt, double wanted) {
     if (!stage.errors) continue;
     const int keyframes = stage.errors->keyframes;
     if (coversEnough(static_cast<size_t>(keyframes), stage.states.size(), wanted)) continue;
-    stage.errors = SegmentErrors();
+    stage.errors = WindowErrors();
     stage.errors->keyframes = keyframes;
   }
 }
@@ -65,7 +65,7 @@ void requireCoverage(RunRecord* run, double wanted) {
 }
 
 void requireCoverage(BenchmarkRecord* benchmark, double wanted) {
-  for (SlotRecord& slot : benchmark->slots) requireCoverage(&slot.attempt, wanted);
+  for (WindowResult& result : benchmark->results) requireCoverage(&result.attempt, wanted);
 }
 
 std::string describeCoverage(const GroundTruthUse& use, double wanted) {
@@ -86,10 +86,11 @@ std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, doub
     size_t all = 0, covered = 0;
   };
   std::map<std::string, Windows> windows;
-  for (const SlotRecord& slot : benchmark.slots) {
-    Windows& w = windows[slot.sequence];
+  for (const WindowResult& result : benchmark.results) {
+    Windows& w = windows[result.sequence];
     ++w.all;
-    if (coversEnough(slot.truth.size(), static_cast<size_t>(slot.keyframes), wanted)) ++w.covered;
+    if (coversEnough(result.truth.size(), static_cast<size_t>(result.keyframes), wanted))
+      ++w.covered;
   }
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : benchmark.sequences) {

@@ -7,21 +7,13 @@
 #include <string>
 
 #include "etalon/core/errors.h"
-#include "etalon/evaluation/metrics.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 namespace {
 
-/** Median without sorting everything. @param values not empty; reordered */
-double medianInPlace(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  if (values->size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values->begin(), middle));
-}
-
 double statisticOf(std::vector<double>* values, PairedStatistic statistic) {
-  if (statistic == PairedStatistic::kMedian) return medianInPlace(values);
+  if (statistic == PairedStatistic::kMedian) return quantile(*values, 0.5);
   return std::accumulate(values->begin(), values->end(), 0.0) / static_cast<double>(values->size());
 }
 
@@ -86,8 +78,8 @@ BootstrapInterval pairedBootstrap(const std::vector<PairedCluster>& clusters,
     resampled.push_back(statisticOf(&drawn, statistic));
   }
   const double tail = 0.5 * (1.0 - options.confidence);
-  interval.low = quantileOf(resampled, tail);
-  interval.high = quantileOf(std::move(resampled), 1.0 - tail);
+  interval.low = quantile(resampled, tail);
+  interval.high = quantile(std::move(resampled), 1.0 - tail);
   return interval;
 }
 

@@ -8,7 +8,7 @@
 
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/median.h"
+#include "etalon/core/statistics.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/imu/imu_limits.h"
 #include "etalon/imu/preintegration.h"
@@ -27,8 +27,8 @@ class PairReader {
   PairReader(const PairReader&) = delete;
   PairReader& operator=(const PairReader&) = delete;
 
-  FrameLoader::Result read(size_t index) {
-    FrameLoader::Result result = next_.valid() ? next_.get() : recording_.loadFrame(index);
+  LoadedFrame read(size_t index) {
+    LoadedFrame result = next_.valid() ? next_.get() : recording_.loadFrame(index);
     if (ahead_ && index + 1 < recording_.imageStamps().size())
       next_ =
           std::async(std::launch::async, [this, index] { return recording_.loadFrame(index + 1); });
@@ -38,7 +38,7 @@ class PairReader {
  private:
   RecordedSource& recording_;
   bool ahead_;
-  std::future<FrameLoader::Result> next_;
+  std::future<LoadedFrame> next_;
 };
 
 }  // namespace
@@ -73,7 +73,7 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
   RepeatedImages repeated;
   for (size_t i = 0; i < pairs; ++i) {
     if (options.stop && options.stop->load()) throw Interrupted();
-    const FrameLoader::Result pair = reader.read(i);
+    const LoadedFrame pair = reader.read(i);
     if (options.progress) options.progress(i + 1, pairs);
     if (!pair.problem.empty()) {
       ++tracks.unreadable_images;

@@ -47,7 +47,7 @@ TEST(Coverage, ErrorsOfAWindowBarelyCoveredAreNotKnown) {
   stage.errors->keyframes = 1;
   run.ground_truth = GroundTruthUse{100, 9};
   requireCoverage(&run, kMinCoverage);
-  const SegmentErrors& errors = *run.attempts.back().stages.back().errors;
+  const WindowErrors& errors = *run.attempts.back().stages.back().errors;
   EXPECT_EQ(errors.keyframes, 1);
   EXPECT_TRUE(std::isnan(errors.ate_m) && std::isnan(errors.rre_deg));
   EXPECT_FALSE(errors.success());

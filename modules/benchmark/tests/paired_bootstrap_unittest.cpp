@@ -98,10 +98,10 @@ struct Coverage {
   double share() const { return static_cast<double>(covered) / kTrials; }
 };
 
-/** The coverage of `count` recordings of 20 slots whose differences vary as much from recording to
- * recording as within one: slots drawn one by one, and recordings drawn as wholes. */
+/** The coverage of `count` recordings of 20 windows whose differences vary as much from recording
+ * to recording as within one: windows drawn one by one, and recordings drawn as wholes. */
 std::pair<double, double> coverageOf(size_t count) {
-  Coverage slots, recordings;
+  Coverage results, recordings;
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;
   for (unsigned trial = 0; trial < Coverage::kTrials; ++trial) {
@@ -116,23 +116,23 @@ std::pair<double, double> coverageOf(size_t count) {
       pooled.a.insert(pooled.a.end(), cluster.a.begin(), cluster.a.end());
       pooled.b.insert(pooled.b.end(), cluster.b.begin(), cluster.b.end());
     }
-    slots.add({pooled}, trial);
+    results.add({pooled}, trial);
     recordings.add(clusters, trial);
   }
   std::printf(
       "%zu recordings: a 95 %% interval of slots holds the truth in %.0f %%, of recordings "
       "in %.0f %%\n",
-      count, 100.0 * slots.share(), 100.0 * recordings.share());
-  return {slots.share(), recordings.share()};
+      count, 100.0 * results.share(), 100.0 * recordings.share());
+  return {results.share(), recordings.share()};
 }
 
-TEST(PairedBootstrap, RecordingsAreDrawnAsWholesForTheirSlotsHaveMuchInCommon) {
+TEST(PairedBootstrap, RecordingsAreDrawnAsWholesForTheirWindowsHaveMuchInCommon) {
   // One sigma of 200 trials is 0.015 at 0.95. Few clusters claim too much: n of them show (n - 1) /
   // n of their variance, and there is no t quantile in a percentile interval.
   for (const size_t count : {2u, 3u, 5u, 7u}) {
-    const auto [slots, recordings] = coverageOf(count);
-    EXPECT_LT(slots, 0.6) << count;
-    EXPECT_GT(recordings, count < 7 ? slots + 0.15 : 0.86) << count;
+    const auto [results, recordings] = coverageOf(count);
+    EXPECT_LT(results, 0.6) << count;
+    EXPECT_GT(recordings, count < 7 ? results + 0.15 : 0.86) << count;
     EXPECT_LT(recordings, 0.985) << count;
   }
 }

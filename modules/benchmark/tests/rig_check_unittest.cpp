@@ -48,8 +48,10 @@ TEST(RigCheck, FindsATurnedCameraAndAWrongFocalLengthButKeepsTheBaseline) {
   constexpr double kTurned = 1.0, kLonger = 1.5;  // mrad about y; thousandths
   believed.cameras[1].T_BC.R =
       believed.cameras[1].T_BC.R * expSO3(Eigen::Vector3d(0.0, kTurned / 1e3, 0.0));
-  believed.cameras[1].model.fu *= 1.0 + kLonger / 1e3;
-  believed.cameras[1].model.fv *= 1.0 + kLonger / 1e3;
+  for (const char* name : {"fu", "fv"}) {
+    CameraModel& right = believed.cameras[1].model;
+    right = right.with(name, right.parameter(name) * (1.0 + kLonger / 1e3));
+  }
   const RigCheck result = check(window, believed);
   // The correction turns by -w what was turned by w: T_C1C0 gets Exp(w) from the left.
   const RigParameter& turn = find(result, "right camera turned about y");

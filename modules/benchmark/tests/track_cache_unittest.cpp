@@ -5,14 +5,14 @@
 #include <filesystem>
 
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
 
 TEST(TrackCache, IsReadWithItsOwnKeyAlone) {
-  const std::string path =
-      (std::filesystem::temp_directory_path() / ("etalon_" + std::to_string(getpid()) + ".tracks"))
-          .string();
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / "cached.tracks";
   const std::string key(32, 'a'), other = std::string(31, 'a') + "b";
   SequenceTracks tracks;
   TrackedFrame frame;
@@ -30,7 +30,6 @@ TEST(TrackCache, IsReadWithItsOwnKeyAlone) {
   ASSERT_EQ(read.frames.size(), 1U);
   EXPECT_EQ(read.frames[0].t, 17);
   EXPECT_EQ(read.unreadable_images, 3);
-  std::filesystem::remove(path);
 }
 
 }  // namespace

@@ -26,15 +26,6 @@ ContractCheck notApplicable(std::string detail) {
   return {"", ContractCheck::Verdict::kNotApplicable, std::move(detail), 0.0};
 }
 
-std::string format(const char* text, ...) {
-  va_list arguments;
-  va_start(arguments, text);
-  char buffer[512];
-  std::vsnprintf(buffer, sizeof(buffer), text, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
 namespace {
 
 /** Is asked when a plugin refused: did the host refuse before asking it? */
@@ -64,7 +55,7 @@ struct WithoutNet : Initializer {
   using Initializer::solve;
 };
 
-bool stepOneFailed(const InitializationProblem& problem) {
+bool stereoOdometryFailed(const InitializationProblem& problem) {
   if (!problem.visualSolutionComputed()) return false;
   try {
     problem.visualSolution();
@@ -85,7 +76,7 @@ std::string brokenWord(const Initializer& initializer, const InitializationProbl
       return std::string("refuses (") + toString(bare.status) + ") without a reason";
   } catch (const std::exception& e) {
     // What step 1 throws may pass through.
-    if (dynamic_cast<const Error*>(&e) && stepOneFailed(problem)) return "";
+    if (dynamic_cast<const Error*>(&e) && stereoOdometryFailed(problem)) return "";
     return std::string("throws: ") + e.what();
   } catch (...) {
     return "throws what is no std::exception";

@@ -7,6 +7,7 @@
 
 #include "etalon/contract/contract.h"
 #include "etalon/contract/synthetic_window.h"
+#include "etalon/core/text.h"
 #include "etalon/initialization/initializer.h"
 
 namespace etalon::contract {
@@ -33,9 +34,6 @@ ContractCheck passed(std::string detail, double value = 0.0);
 ContractCheck refused(const InitializationResult& result);
 ContractCheck failed(std::string detail, double value = 0.0);
 ContractCheck notApplicable(std::string detail);
-
-/** printf into a string. */
-__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...);
 
 /** What came of asking an initializer. */
 struct Answer {

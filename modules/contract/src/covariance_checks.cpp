@@ -7,7 +7,7 @@
 #include <random>
 
 #include "check_tools.h"
-#include "etalon/core/chi_square.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon::contract {
 

@@ -2,14 +2,14 @@
 #include <cmath>
 
 #include "check_tools.h"
+#include "etalon/core/degrees.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon::contract {
 
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180.0;
 
 /**
  * Bounds for noise-free data: a hundredth of what the noise of a window of 2.25 s makes unavoidable
@@ -33,10 +33,7 @@ double medianLandmarkError(const InitializationResult& result, const SyntheticWi
     const Vector3d truth = T_B0W_true * window.landmarks[static_cast<size_t>(id)];
     errors.push_back((T_B0W_estimated * p_W - truth).norm());
   }
-  if (errors.empty()) return 0.0;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return errors.empty() ? 0.0 : median(std::move(errors));
 }
 
 ContractCheck exactOn(Motion motion, const Initializer& initializer) {
@@ -142,7 +139,7 @@ std::vector<Bounded> accelBounds(const InitializationResult& result, const Synth
   const double opposite = -result.bias.accel.dot(window.bias.accel) / size;
   return {{"b_a", "m/s^2", e.accel_bias_mps2, 1.05 * size},
           {"b_a against its direction", "m/s^2", opposite, 0.05 * size},
-          {"gravity", "deg", e.gravity_deg, 1.05 * std::asin(size / kGravity) / kDegree},
+          {"gravity", "deg", e.gravity_deg, 1.05 * degrees(std::asin(size / kGravity))},
           {"velocity", "m/s", e.velocity_mps, 1.05 * size * 0.5 * window_s}};
 }
 

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "check_tools.h"
+#include "etalon/core/statistics.h"
 #include "etalon/core/stopwatch.h"
 
 namespace etalon::contract {
@@ -42,12 +43,6 @@ ContractCheck declaresNeeds(const Initializer& initializer, const ContractOption
   if (!used && initializer.needsVisualSolution())
     return failed("needsVisualSolution() says that it uses stereo odometry, but it does not");
   return passed(used ? "uses stereo odometry and says so" : "uses tracks and IMU only and says so");
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 ContractCheck measureTime(const Initializer& initializer, const ContractOptions& options) {

@@ -237,7 +237,7 @@ ContractCheck outliers(const Initializer& initializer, const ContractOptions&) {
 }
 
 /** Stereo odometry locates no keyframe but the first. */
-ContractCheck noStepOne(const Initializer& initializer, const ContractOptions&) {
+ContractCheck noStereoOdometry(const Initializer& initializer, const ContractOptions&) {
   const Trial trial{SyntheticWindowOptions()};
   InitializationProblem::Data data = trial.problem().data();
   data.odometry.min_pose_inliers = std::numeric_limits<int>::max();
@@ -265,7 +265,7 @@ std::vector<CheckEntry> robustnessChecks() {
       {{"status.outliers", "30 % of the pixels wrong: refused, or near enough for VI-BA."},
        outliers},
       {{"status.no_step_one", "Stereo odometry fails: refused, unless it is not needed."},
-       noStepOne}};
+       noStereoOdometry}};
 }
 
 }  // namespace etalon::contract

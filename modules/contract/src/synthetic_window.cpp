@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_noise.h"
 #include "etalon/initialization/estimation_error.h"
@@ -35,11 +36,14 @@ const char* toString(Motion motion) {
 
 StereoInertialCalibration eurocCalibration() {
   StereoInertialCalibration calibration;
-  PinholeRadtan& left = calibration.cameras[0].model;
-  left = {752,     480,         458.654,    457.296,    367.215,
-          248.375, -0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
-  calibration.cameras[1].model = {752,     480,         457.587,    456.134,     379.999,
-                                  255.238, -0.28368365, 0.07451284, -0.00010473, -3.55590700e-05};
+  const auto camera = [](const std::vector<double>& intrinsics,
+                         const std::vector<double>& coefficients) {
+    return CameraModel("pinhole", "radial-tangential", 752, 480, intrinsics, coefficients);
+  };
+  calibration.cameras[0].model = camera({458.654, 457.296, 367.215, 248.375},
+                                        {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05});
+  calibration.cameras[1].model = camera({457.587, 456.134, 379.999, 255.238},
+                                        {-0.28368365, 0.07451284, -0.00010473, -3.55590700e-05});
   Matrix3d R0, R1;
   R0 << 0.0148655429818, -0.999880929698, 0.00414029679422, 0.999557249008, 0.0149672133247,
       0.025715529948, -0.0257744366974, 0.00375618835797, 0.999660727178;
@@ -297,7 +301,6 @@ InitializationProblem makeProblem(const SyntheticWindow& window,
 
 WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& bias,
                       const SyntheticWindow& window) {
-  constexpr double kDegree = M_PI / 180.0;
   WindowErrors e;
   const size_t n = states.size();
   Vector3d mean_estimate = Vector3d::Zero(), mean_truth = Vector3d::Zero();
@@ -315,7 +318,7 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
     const Matrix3d da = states[k - 1].T_WB.R.transpose() * a.R;
     const Matrix3d db = window.truth[k - 1].T_WB.R.transpose() * b.R;
     e.rre_deg +=
-        std::pow(logSO3(da.transpose() * db).norm() / kDegree, 2) / static_cast<double>(n - 1);
+        std::pow(degrees(logSO3(da.transpose() * db).norm()), 2) / static_cast<double>(n - 1);
   }
   const Matrix3d R = nearestRotation(H);
   for (size_t k = 0; k < n; ++k)
@@ -325,9 +328,8 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
   e.rre_deg = std::sqrt(e.rre_deg);
   e.ate_m = std::sqrt(e.ate_m);
   e.velocity_mps = std::sqrt(e.velocity_mps);
-  e.gravity_deg =
-      angleBetween(states[0].T_WB.R.row(2).transpose(), window.truth[0].T_WB.R.row(2).transpose()) /
-      kDegree;
+  e.gravity_deg = degrees(
+      angleBetween(states[0].T_WB.R.row(2).transpose(), window.truth[0].T_WB.R.row(2).transpose()));
   e.gyro_bias_rps = (bias.gyro - window.bias.gyro).norm();
   e.accel_bias_mps2 = (bias.accel - window.bias.accel).norm();
   return e;

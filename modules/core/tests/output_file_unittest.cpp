@@ -11,6 +11,7 @@
 #include <iterator>
 
 #include "etalon/core/errors.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
@@ -20,13 +21,6 @@ using ::testing::HasSubstr;
 
 class OutputFileTest : public ::testing::Test {
  protected:
-  OutputFileTest() {
-    std::string name = (fs::temp_directory_path() / "etalon_test_XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::runtime_error("no folder " + name);
-    folder_ = name;
-  }
-  ~OutputFileTest() override { fs::remove_all(folder_); }
-
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   static std::string content(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
@@ -34,10 +28,10 @@ class OutputFileTest : public ::testing::Test {
   }
   /** Number of files and folders in the folder. */
   std::ptrdiff_t entries() const {
-    return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
+    return std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator());
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 /** As long as it lives no file can become longer than this: as on a disk that is full. */
@@ -117,7 +111,7 @@ TEST_F(OutputFileTest, FilesOfOneResultAppearTogether) {
   fs::create_directory(path("folder"));
   writeFile(path("folder/old.txt"), "old");
   {
-    OutputFiles files(folder_.string());
+    OutputFiles files(folder_.path());
     writeFile(files.path("a.txt"), "new a");
     writeFile(files.path("b.txt"), "new b");
     fs::create_directory(files.path("folder"));
@@ -134,7 +128,7 @@ TEST_F(OutputFileTest, FilesOfOneResultAppearTogether) {
 TEST_F(OutputFileTest, OfOneResultThatFailsNothingAppears) {
   writeFile(path("a.txt"), "old a");
   {
-    OutputFiles files(folder_.string());
+    OutputFiles files(folder_.path());
     writeFile(files.path("a.txt"), "new a");
     const FileSizeLimit limit(4096);
     EXPECT_THROW(writeFile(files.path("b.txt"), std::string(100'000, 'x')), DataError);

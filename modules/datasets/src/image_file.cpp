@@ -41,10 +41,10 @@ std::string unreadable() {
 }
 
 /** What is wrong with the size; empty if nothing. */
-std::string checkSize(std::int64_t width, std::int64_t height, const PinholeRadtan& camera) {
-  if (width == camera.width && height == camera.height) return {};
-  return "expected an image of " + std::to_string(camera.width) + "x" +
-         std::to_string(camera.height) + " pixels as calibrated, found " + std::to_string(width) +
+std::string checkSize(std::int64_t width, std::int64_t height, const CameraModel& camera) {
+  if (width == camera.width() && height == camera.height()) return {};
+  return "expected an image of " + std::to_string(camera.width()) + "x" +
+         std::to_string(camera.height()) + " pixels as calibrated, found " + std::to_string(width) +
          "x" + std::to_string(height);
 }
 
@@ -93,7 +93,7 @@ cv::Mat readGrayImage(const std::string& path, std::string* problem) {
   return image;
 }
 
-std::string checkImageFile(const std::string& path, const PinholeRadtan& camera) {
+std::string checkImageFile(const std::string& path, const CameraModel& camera) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return kNoFile;
   const auto size = static_cast<size_t>(std::filesystem::file_size(path, error));
@@ -114,10 +114,29 @@ std::string checkImageFile(const std::string& path, const PinholeRadtan& camera)
   return checkSize(bigEndian(start, 16), bigEndian(start, 20), camera);
 }
 
-std::string checkImage(const cv::Mat& image, const PinholeRadtan& camera) {
+std::string checkImage(const cv::Mat& image, const CameraModel& camera) {
   if (image.empty()) return "the image is empty";
   if (image.type() != CV_8UC1) return "expected an 8-bit gray image";
   return checkSize(image.cols, image.rows, camera);
+}
+
+LoadedFrame loadPair(TimeNs t, const std::string& left, const std::string& right,
+                     const StereoInertialCalibration& calibration, bool decode) {
+  LoadedFrame result;
+  result.frame.t = t;
+  result.frame.left_path = left;
+  result.frame.right_path = right;
+  if (!decode) return result;
+  const auto load = [&](const std::string& path, const CameraModel& camera) {
+    if (!result.problem.empty()) return cv::Mat();
+    cv::Mat image = readGrayImage(path, &result.problem);
+    if (result.problem.empty()) result.problem = checkImage(image, camera);
+    if (!result.problem.empty()) result.file = path;
+    return image;
+  };
+  result.frame.left = load(left, calibration.cameras[0].model);
+  result.frame.right = load(right, calibration.cameras[1].model);
+  return result;
 }
 
 }  // namespace etalon

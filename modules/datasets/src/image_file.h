@@ -3,7 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "etalon/core/camera_model.h"
+#include "etalon/datasets/recording_reader.h"
 
 namespace etalon {
 
@@ -14,9 +14,13 @@ cv::Mat readGrayImage(const std::string& path, std::string* problem);
  * What is wrong with the image file of that camera, from its header and its end, without decoding
  * it; empty if nothing. The size is checked in PNG files only.
  */
-std::string checkImageFile(const std::string& path, const PinholeRadtan& camera);
+std::string checkImageFile(const std::string& path, const CameraModel& camera);
 
 /** What is wrong with an image of that camera; empty if nothing. */
-std::string checkImage(const cv::Mat& image, const PinholeRadtan& camera);
+std::string checkImage(const cv::Mat& image, const CameraModel& camera);
+
+/** Reads one pair from image files; the pixels only if `decode`. */
+LoadedFrame loadPair(TimeNs t, const std::string& left, const std::string& right,
+                     const StereoInertialCalibration& calibration, bool decode);
 
 }  // namespace etalon

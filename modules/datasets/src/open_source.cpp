@@ -1,18 +1,46 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
-#include "etalon/datasets/euroc_source.h"
-#include "etalon/datasets/rawlog_source.h"
+#include "etalon/datasets/recorded_source.h"
+#include "euroc_reader.h"
+#include "rawlog/rawlog_reader.h"
 
 namespace etalon {
 
+namespace {
+
+struct Format {
+  const char* kind;      ///< SensorSource::kind()
+  const char* expected;  ///< what its recordings are, in words
+  bool (*accepts)(const std::string& path);
+  std::unique_ptr<RecordingReader> (*open)(const std::string& path);
+};
+
+template <typename Reader>
+constexpr Format format(const char* kind, const char* expected) {
+  return {kind, expected, Reader::accepts,
+          [](const std::string& path) -> std::unique_ptr<RecordingReader> {
+            return std::make_unique<Reader>(path);
+          }};
+}
+
+/** The formats that can be read: of those that accept a path the first reads it. */
+constexpr Format kFormats[] = {
+    format<EurocReader>("euroc", "a EuRoC (ASL) folder"),
+    format<RawlogReader>("rawlog", "a .rawlog"),
+};
+
+}  // namespace
+
 std::unique_ptr<RecordedSource> openRecording(const std::string& path,
                                               const SourceOptions& options) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return openEuroc(path, options);
-  if (std::filesystem::is_regular_file(path, error)) return openRawlog(path, options);
-  throw DataError(path, 0,
-                  "there is no such recording; expected a EuRoC (ASL) folder or a .rawlog");
+  std::string expected;
+  for (const Format& format : kFormats) {
+    if (format.accepts(path))
+      return std::make_unique<RecordedSource>(path, format.kind, format.open(path), options);
+    expected += (expected.empty() ? "" : " or ") + std::string(format.expected);
+  }
+  throw DataError(path, 0, "there is no such recording; expected " + expected);
 }
 
 std::unique_ptr<SensorSource> openSource(const std::string& path, const SourceOptions& options) {

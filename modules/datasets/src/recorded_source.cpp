@@ -23,13 +23,22 @@ TimeNs shifted(TimeNs t, double seconds) {
 
 }  // namespace
 
-RecordedSource::RecordedSource(Recording recording, std::unique_ptr<FrameLoader> loader,
+std::string describe(const LoadedFrame& loaded) {
+  return loaded.problem.empty() ? std::string() : loaded.file + ": " + loaded.problem;
+}
+
+RecordedSource::RecordedSource(std::string name, std::string kind,
+                               std::unique_ptr<RecordingReader> reader,
                                const SourceOptions& options)
-    : recording_(std::move(recording)), loader_(std::move(loader)), options_(options) {
+    : name_(std::move(name)),
+      kind_(std::move(kind)),
+      reader_(std::move(reader)),
+      recording_(reader_->read()),
+      options_(options) {
   if (recording_.image_stamps.empty())
-    throw DataError(recording_.name, 0,
+    throw DataError(name_, 0,
                     "no stereo pair was found; expected left and right images with equal stamps");
-  if (recording_.imu.empty()) throw DataError(recording_.name, 0, "expected IMU samples");
+  if (recording_.imu.empty()) throw DataError(name_, 0, "expected IMU samples");
   if (std::isnan(options_.from_s) || std::isnan(options_.to_s) || options_.to_s < options_.from_s)
     throw ConfigError("expected a range --from <= --to in seconds");
   for (const std::string& sentence : recording_.warnings) warn(sentence);
@@ -47,7 +56,7 @@ void RecordedSource::selectRange() {
   frame_end_ = static_cast<size_t>(std::upper_bound(stamps.begin(), stamps.end(), range_end_) -
                                    stamps.begin());
   if (frame_ == frame_end_)
-    throw DataError(recording_.name, 0,
+    throw DataError(name_, 0,
                     "no image lies in the range from " + std::to_string(options_.from_s) +
                         " s; expected a part of the recording's " +
                         std::to_string(secondsBetween(stamps.front(), stamps.back())) + " s");
@@ -87,7 +96,7 @@ void RecordedSource::countOutsideImu() {
                 "first image: they are used without IMU; are the clocks the same?",
                 statistics_.outside_imu, frame_end_ - frame_, secondsBetween(stamps.front(), first),
                 secondsBetween(stamps.front(), last));
-  warn(recording_.name + text);
+  warn(name_ + text);
 }
 
 void RecordedSource::warn(const std::string& sentence) {
@@ -108,10 +117,10 @@ std::optional<SensorEvent> RecordedSource::next() {
   }
 }
 
-FrameLoader::Result RecordedSource::checkFrame(size_t index) const {
-  FrameLoader::Result result;
+LoadedFrame RecordedSource::checkFrame(size_t index) const {
+  LoadedFrame result;
   result.frame.t = recording_.image_stamps[index];
-  std::tie(result.frame.left_path, result.frame.right_path) = loader_->paths(index);
+  std::tie(result.frame.left_path, result.frame.right_path) = reader_->paths(index);
   const std::string* const paths[] = {&result.frame.left_path, &result.frame.right_path};
   for (size_t c = 0; c < 2 && result.problem.empty(); ++c) {
     if (paths[c]->empty()) continue;
@@ -123,8 +132,8 @@ FrameLoader::Result RecordedSource::checkFrame(size_t index) const {
 
 std::optional<StereoFrame> RecordedSource::nextFrame() {
   const bool check_only = !options_.decode_images && options_.check_images;
-  FrameLoader::Result result =
-      check_only ? checkFrame(frame_) : loader_->load(frame_, options_.decode_images);
+  LoadedFrame result =
+      check_only ? checkFrame(frame_) : reader_->load(frame_, options_.decode_images);
   ++frame_;
   if (result.problem.empty()) {
     ++statistics_.stereo_frames;

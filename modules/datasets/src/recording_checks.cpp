@@ -2,25 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
-#include "etalon/core/errors.h"
+#include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 #include "etalon/imu/imu_limits.h"
-#include "sentence.h"
 
 namespace etalon {
 
 namespace {
-
-/** The file that holds the calibration of a sensor ("cam1", "imu0"): where to mend it. */
-std::string calibrationFile(const RecordedSource& source, const std::string& sensor) {
-  namespace fs = std::filesystem;
-  if (source.kind() != "euroc") return source.name();
-  const fs::path folder(source.name());
-  std::error_code ignored;
-  const fs::path root = fs::is_directory(folder / "mav0", ignored) ? folder / "mav0" : folder;
-  return (root / sensor / "sensor.yaml").string();
-}
 
 /** Images a second or samples a second: one over the median step. */
 double rateOf(const std::vector<ImuSample>& imu) {
@@ -53,7 +42,7 @@ double quietestNoise(const std::vector<ImuSample>& imu, double rate_hz,
 class NoiseModelCheck {
  public:
   NoiseModelCheck(const RecordedSource& source, RecordingFindings* findings)
-      : file_(calibrationFile(source, "imu0") + ": noise model: "),
+      : file_(source.calibrationFile("imu0") + ": noise model: "),
         imu_(source.imuSamples()),
         rate_hz_(rateOf(imu_)),
         findings_(*findings) {}
@@ -101,7 +90,7 @@ class NoiseModelCheck {
 
 void checkBaseline(const RecordedSource& source, RecordingFindings* findings) {
   const double baseline = source.calibration().baseline();
-  const std::string where = calibrationFile(source, "cam1") + ": extrinsics: ";
+  const std::string where = source.calibrationFile("cam1") + ": extrinsics: ";
   // Rigs in use have 0.04 to 1 m; of those in millimetres the shortest reads 40.
   if (baseline < 1e-4)
     findings->errors.push_back(
@@ -192,24 +181,6 @@ RecordingFindings checkImu(const RecordedSource& source) {
                "deg/s?",
                typical, largest));
   return findings;
-}
-
-RecordingFindings checkRecording(RecordedSource& source) {
-  RecordingFindings findings = checkCalibration(source);
-  findings.append(checkImu(source));
-  findings.append(checkRepeatedImages(source));
-  findings.append(checkImages(source));
-  return findings;
-}
-
-std::vector<std::string> requireSoundRecording(const std::string& path) {
-  const auto source = openRecording(path);
-  const RecordingFindings findings = checkRecording(*source);
-  if (findings.errors.empty()) return findings.warnings;
-  std::string text = "no result can be right with this recording: ";
-  for (const std::string& error : findings.errors)
-    text += (&error == &findings.errors.front() ? "" : "; ") + error;
-  throw DataError(path, 0, text);
 }
 
 }  // namespace etalon

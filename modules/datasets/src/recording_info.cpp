@@ -4,10 +4,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/recording_checks.h"
 #include "etalon/imu/imu_limits.h"
-#include "sentence.h"
 
 namespace etalon {
 
@@ -21,23 +21,14 @@ std::vector<TimeNs> stampsOf(const Elements& elements) {
   return stamps;
 }
 
-/** Well above the 2 to 3 deg that a few seconds of motion leave open. */
-constexpr double kMaxRotationErrorDeg = 20.0;
-
-/** Real motion tracked in real images lies above 0.9. */
-constexpr double kPoorCorrelation = 0.8;
-/** Spread of the gyro's rotations from image to image that images certainly show: vision errs by 1
- * to 3 mrad. */
-constexpr double kTurningRad = 6e-3;
-
 class Inspector {
  public:
-  Inspector(RecordedSource& source, RecordingInfo* info) : source_(source), info_(*info) {}
+  Inspector(const RecordedSource& source, RecordingInfo* info) : source_(source), info_(*info) {}
 
   /** Looks at every image file's header; what decoding showed beyond that is in `decoded`. */
   void lookAtImages(const ImageProblems& decoded) {
     for (size_t i = 0; i < source_.imageStamps().size(); ++i) {
-      const FrameLoader::Result header = source_.checkFrame(i);
+      const LoadedFrame header = source_.checkFrame(i);
       std::string problem = describe(header);
       const auto found = decoded.find(i);
       if (problem.empty() && found != decoded.end()) problem = found->second;
@@ -52,25 +43,16 @@ class Inspector {
     }
   }
 
-  void inspect(const RecordingFindings& images) {
+  void inspect() {
     checkStreams();
     checkImageFiles();
-    take(checkCalibration(source_));
-    take(checkImu(source_));
-    take(checkRepeatedImages(source_));
-    take(images);
-    checkRotation();
-    checkGyro();
-    checkCorrelation();
-    checkTimeOffset();
+    info_.append(checkCalibration(source_));
+    info_.append(checkImu(source_));
+    info_.append(checkRepeatedImages(source_));
   }
 
  private:
   void warn(const std::string& sentence) { info_.warnings.push_back(sentence); }
-  void take(const RecordingFindings& found) {
-    info_.errors.insert(info_.errors.end(), found.errors.begin(), found.errors.end());
-    for (const std::string& sentence : found.warnings) warn(sentence);
-  }
 
   void checkStream(const StreamSummary& stream, double nominal_hz, const char* name) {
     if (!stream.gaps.empty()) {
@@ -105,65 +87,17 @@ class Inspector {
     if (!first_pair_.empty()) warn("images: no run can start at the first pair: " + first_pair_);
   }
 
-  /** The camera's rotation against the gyro's: the motion shows a swapped axis or an inverted T_BS.
-   */
-  void checkRotation() {
-    if (!info_.time_offset.clear || !info_.time_offset.R_CB) return;
-    const Eigen::Matrix3d& R_BC = info_.calibration.cameras[0].T_BC.R;
-    const double angle_deg = logSO3(*info_.time_offset.R_CB * R_BC).norm() * 180.0 / M_PI;
-    info_.rotation_disagreement_deg = angle_deg;
-    if (angle_deg > kMaxRotationErrorDeg)
-      warn(format(
-          "extrinsics: the rotation of cam0 to the IMU differs by %.0f deg from what gyro and "
-          "images say; is T_BS sensor to body?",
-          angle_deg));
-  }
-
-  void checkGyro() {
-    const TimeOffsetEstimate& offset = info_.time_offset;
-    if (offset.clear && offset.gyro_scale > 30 && offset.gyro_scale < 110)
-      warn(
-          format("IMU: the gyro's rates are %.1f times the camera's; the gyro seems to be in "
-                 "deg/s, expected rad/s",
-                 offset.gyro_scale));
-    else if (offset.clear && (offset.gyro_scale < 0.6 || offset.gyro_scale > 1.6))
-      warn(format("IMU: the gyro's rates are %.3f times the camera's; expected 1",
-                  offset.gyro_scale));
-  }
-
-  /** Gyro and camera turn, but not alike: neither units nor extrinsics nor a time offset do that.
-   */
-  void checkCorrelation() {
-    const TimeOffsetEstimate& offset = info_.time_offset;
-    if (!offset.estimated || offset.correlation >= kPoorCorrelation ||
-        offset.gyro_spread_rad < kTurningRad)
-      return;
-    const bool mirrored = offset.correlation_mirrored > offset.correlation + 0.1;
-    warn(format("IMU: the gyro turns, but not as the images do (correlation %.3f); %s",
-                offset.correlation,
-                mirrored ? format("with one axis of the gyro inverted it is %.3f: is a sign wrong?",
-                                  offset.correlation_mirrored)
-                               .c_str()
-                         : "are axes exchanged or scaled, or do the streams belong together?"));
-  }
-
-  void checkTimeOffset() {
-    const TimeOffsetEstimate& offset = info_.time_offset;
-    const double half_period = info_.images.rate_hz > 0 ? 0.5 / info_.images.rate_hz : 0.025;
-    if (offset.discernible() && std::abs(offset.offset_s) > half_period)
-      warn(
-          format("time offset: the images show the gyro's motion of %.1f ms %s (correlation %.3f, "
-                 "%.3f without offset); are the clocks synchronised?",
-                 1e3 * std::abs(offset.offset_s), offset.offset_s > 0 ? "later" : "earlier",
-                 offset.correlation, offset.correlation_at_zero));
-  }
-
-  RecordedSource& source_;
+  const RecordedSource& source_;
   RecordingInfo& info_;
   std::string first_unusable_, first_pair_;  ///< what is wrong with them; empty if nothing
 };
 
 }  // namespace
+
+void RecordingInfo::append(const RecordingFindings& found) {
+  errors.insert(errors.end(), found.errors.begin(), found.errors.end());
+  warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
+}
 
 StreamSummary summarize(const std::vector<TimeNs>& stamps) {
   StreamSummary summary;
@@ -185,7 +119,7 @@ StreamSummary summarize(const std::vector<TimeNs>& stamps) {
   return summary;
 }
 
-RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& options) {
+RecordingInfo describeRecording(const RecordedSource& source, const ImageProblems& decoded) {
   RecordingInfo info;
   info.name = source.name();
   info.kind = source.kind();
@@ -201,22 +135,10 @@ RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& optio
   for (const ImuSample& sample : source.imuSamples())
     if (isMeasurement(sample)) norms += sample.accel.norm(), samples += 1;
   if (samples > 0) info.mean_accel_norm = norms / samples;
-  ImageProblems problems;
-  if (options.max_frames > 0) {
-    const FrameLoader::Result first = source.loadFrame(0);  // what every run begins with
-    if (!first.problem.empty()) problems[0] = describe(first);
-    info.time_offset =
-        estimateTimeOffset(measureCameraRotation(source, options.max_frames, &problems),
-                           source.imuSamples(), options.max_offset_s);
-  } else {
-    info.time_offset.reason = "not asked for";
-  }
   info.warnings = source.statistics().warnings;
-  RecordingFindings images;
-  if (options.max_frames > 0) images = checkImages(*openRecording(source.name()));
   Inspector inspector(source, &info);
-  inspector.lookAtImages(problems);
-  inspector.inspect(images);
+  inspector.lookAtImages(decoded);
+  inspector.inspect();
   return info;
 }
 

@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -136,26 +137,49 @@ std::optional<double> readRate(const YamlFile& yaml) {
   return rate;
 }
 
-void readDistortion(const YamlFile& yaml, PinholeRadtan* model) {
-  const std::string kind = yaml.word("distortion_model", "'radial-tangential'");
-  if (kind == "none") return;
-  if (kind != "radial-tangential" && kind != "radtan" && kind != "plumb_bob")
-    yaml.fail(yaml.node("distortion_model", ""),
-              "the distortion model '" + kind +
-                  "' is not supported; supported are 'radial-tangential' (also 'radtan', "
-                  "'plumb_bob') and 'none'");
-  const std::string expected = "4 numbers [k1, k2, p1, p2]";
+std::string listOf(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return "[" + text + "]";
+}
+
+std::vector<double> readCoefficients(const YamlFile& yaml, const CameraKind& kind) {
+  const size_t count = kind.coefficients.size();
+  const std::string expected = std::to_string(count) + " numbers " + listOf(kind.coefficients);
   const YAML::Node list = yaml.node("distortion_coefficients", expected);
-  const std::vector<double> d = yaml.numbers(list, "distortion_coefficients", expected);
-  if (d.size() == 5 && d[4] != 0)
-    yaml.fail(list, "a third radial coefficient k3 is not supported; expected " + expected);
-  if (d.size() != 4 && d.size() != 5)
+  std::vector<double> d = yaml.numbers(list, "distortion_coefficients", expected);
+  if (d.size() == count + 1 && d.back() == 0.0) d.pop_back();  // k3 of OpenCV's five
+  if (d.size() != count)
     yaml.fail(list, "expected 'distortion_coefficients' to be " + expected + ", found " +
                         std::to_string(d.size()) + " numbers");
-  model->k1 = d[0];
-  model->k2 = d[1];
-  model->p1 = d[2];
-  model->p2 = d[3];
+  return d;
+}
+
+CameraModel readModel(const YamlFile& yaml) {
+  const std::string model = yaml.word("camera_model", "the name of a camera model");
+  const std::string distortion = yaml.word("distortion_model", "the name of a distortion model");
+  const CameraKind* kind = findCameraKind(model, distortion);
+  if (!kind) {
+    const bool known = std::any_of(cameraKinds().begin(), cameraKinds().end(),
+                                   [&](const CameraKind& k) { return k.camera_model == model; });
+    yaml.fail(yaml.node(known ? "distortion_model" : "camera_model", ""),
+              (known ? "the distortion model '" + distortion : "the camera model '" + model) +
+                  "' is not supported; supported is " + describeCameraKinds());
+  }
+  const auto size = yaml.numbers("resolution", 2, "[width, height] in pixels");
+  for (const double s : size)
+    if (s < 1 || s > 1e5 || s != std::floor(s))
+      yaml.fail(yaml.node("resolution", ""), "expected 'resolution' to be whole pixels");
+  const std::vector<double> intrinsics =
+      yaml.numbers("intrinsics", kind->intrinsics.size(), listOf(kind->intrinsics) + " in pixels");
+  const std::vector<double> coefficients =
+      distortion == "none" ? std::vector<double>() : readCoefficients(yaml, *kind);
+  try {
+    return CameraModel(model, distortion, static_cast<int>(size[0]), static_cast<int>(size[1]),
+                       intrinsics, coefficients);
+  } catch (const ConfigError& e) {
+    yaml.fail(yaml.node("intrinsics", ""), e.what());
+  }
 }
 
 double readDensity(const YamlFile& yaml, const std::string& key, const std::string& unit) {
@@ -187,24 +211,7 @@ Eigen::Matrix3d checkedRotation(const Eigen::Matrix3d& R, const std::string& fil
 CameraYaml readCameraYaml(const std::string& path) {
   const YamlFile yaml(path);
   CameraYaml camera;
-  const std::string model = yaml.word("camera_model", "'pinhole'");
-  if (model != "pinhole")
-    yaml.fail(yaml.node("camera_model", ""),
-              "the camera model '" + model + "' is not supported; supported is 'pinhole'");
-  const auto size = yaml.numbers("resolution", 2, "[width, height] in pixels");
-  for (const double s : size)
-    if (s < 1 || s > 1e5 || s != std::floor(s))
-      yaml.fail(yaml.node("resolution", ""), "expected 'resolution' to be whole pixels");
-  const auto f = yaml.numbers("intrinsics", 4, "[fu, fv, cu, cv] in pixels");
-  if (f[0] <= 0 || f[1] <= 0)
-    yaml.fail(yaml.node("intrinsics", ""), "expected positive focal lengths [fu, fv, cu, cv]");
-  camera.model.width = static_cast<int>(size[0]);
-  camera.model.height = static_cast<int>(size[1]);
-  camera.model.fu = f[0];
-  camera.model.fv = f[1];
-  camera.model.cu = f[2];
-  camera.model.cv = f[3];
-  readDistortion(yaml, &camera.model);
+  camera.model = readModel(yaml);
   camera.T_BS = readPose(yaml, &camera.warnings);
   camera.rate_hz = readRate(yaml);
   return camera;

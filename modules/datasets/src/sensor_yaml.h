@@ -10,7 +10,7 @@ namespace etalon {
 
 /** A camera's `sensor.yaml`. */
 struct CameraYaml {
-  PinholeRadtan model;
+  CameraModel model;
   SE3 T_BS;                       ///< sensor to the rig's body frame, as the file gives it
   std::optional<double> rate_hz;  ///< where the file gives one
   std::vector<std::string> warnings;

@@ -1,5 +1,3 @@
-#include "etalon/datasets/euroc_source.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "etalon/core/errors.h"
-#include "tiny_recording.h"
+#include "etalon/datasets/recorded_source.h"
+#include "etalon/testing/tiny_recording.h"
 
 namespace etalon::testing {
 namespace {
@@ -20,12 +19,12 @@ namespace fs = std::filesystem;
 class EurocSource : public ::testing::Test {
  protected:
   EurocSource() { writeTinyRecording(folder.path()); }
-  fs::path mav0(const std::string& name) const { return folder.path() / "mav0" / name; }
+  fs::path mav0(const std::string& name) const { return folder / "mav0" / name; }
   fs::path leftImage(int i) const {
     return mav0("cam0/data/" + std::to_string(frameStamp(i)) + ".png");
   }
   std::unique_ptr<RecordedSource> open(const SourceOptions& options = {}) const {
-    return openEuroc(folder.path().string(), options);
+    return openRecording(folder.path(), options);
   }
   std::string openingError() const {
     return dataErrorOf([this] { open(); });
@@ -61,14 +60,14 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
 }
 
 TEST_F(EurocSource, OpensMav0Itself) {
-  EXPECT_EQ(openEuroc(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
 }
 
 TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {
   const auto source = open();
   const CameraCalibration& camera = source->calibration().cameras[1];
-  EXPECT_EQ(camera.model.fv, 45.25);
-  EXPECT_EQ(camera.model.p2, 1.7e-5);
+  EXPECT_EQ(camera.model.parameter("fv"), 45.25);
+  EXPECT_EQ(camera.model.parameter("p2"), 1.7e-5);
   EXPECT_EQ(camera.T_BC.t, Eigen::Vector3d(-0.02, 0.06, 0.01));
   EXPECT_EQ(camera.rate_hz, 20);
   EXPECT_EQ(source->calibration().imu.noise.accel_random_walk, 3e-3);
@@ -115,7 +114,7 @@ TEST_F(EurocSource, AcceptsOpenCvsYaml) {
   const fs::path yaml = mav0("cam0/sensor.yaml");
   replaceInFile(yaml, "T_BS:\n", "T_BS: !!opencv-matrix\n");
   writeText(yaml, "%YAML:1.0\n---\n" + readText(yaml));
-  EXPECT_EQ(open()->calibration().cameras[0].model.fu, 45.5);
+  EXPECT_EQ(open()->calibration().cameras[0].model.parameter("fu"), 45.5);
   replaceInFile(yaml, "camera_model: pinhole", "camera_model: omni");
   // The line of the file as it is, the directive included: 2 lines before, 14th line of the rest.
   EXPECT_THAT(openingError(), AllOf(HasSubstr("cam0/sensor.yaml:15: "), HasSubstr("'omni'"),
@@ -286,7 +285,7 @@ TEST_F(EurocSource, AnUnreadableFirstImageIsAnError) {
 }
 
 TEST_F(EurocSource, OpenSourceSaysWhatItExpected) {
-  EXPECT_EQ(openSource(folder.path().string())->kind(), "euroc");
+  EXPECT_EQ(openSource(folder.path())->kind(), "euroc");
   EXPECT_THAT(dataErrorOf([] { openSource("/no/such/thing"); }),
               AllOf(HasSubstr("/no/such/thing"), HasSubstr(".rawlog")));
 }
@@ -310,7 +309,7 @@ TEST_P(EurocDefects, GiveAnErrorThatNamesFileLineAndExpectation) {
     fs::remove_all(mav0(defect.file));
   const std::string error = openingError();
   ASSERT_FALSE(error.empty());
-  EXPECT_THAT(error, HasSubstr(folder.path().string()));
+  EXPECT_THAT(error, HasSubstr(folder.path()));
   for (const std::string& part : defect.expected) EXPECT_THAT(error, HasSubstr(part));
 }
 
@@ -358,7 +357,7 @@ const Defect kDefects[] = {
      "state_groundtruth_estimate0/data.csv",
      ",0.5,",
      ",",
-     {"state_groundtruth_estimate0/data.csv:2: ", "17 columns", "or 8", "found 16"}},
+     {"state_groundtruth_estimate0/data.csv:2: ", "8 or 17 columns", "found 16"}},
     {"GroundTruthQuaternion",
      "state_groundtruth_estimate0/data.csv",
      ",1.5,1.5,0.",
@@ -391,16 +390,26 @@ const Defect kDefects[] = {
      "45.5, 45.25,",
      ".nan, 45.25,",
      {"cam0/sensor.yaml:14: ", "'.nan'"}},
-    {"Fisheye",
+    {"UnknownDistortion",
      "cam0/sensor.yaml",
      "radial-tangential",
-     "equidistant",
-     {"cam0/sensor.yaml:15: ", "'equidistant' is not supported", "'radial-tangential'"}},
+     "fov",
+     {"cam0/sensor.yaml:15: ", "'fov' is not supported", "'radial-tangential'", "'equidistant'"}},
+    {"UnknownCamera",
+     "cam0/sensor.yaml",
+     "camera_model: pinhole",
+     "camera_model: omni",
+     {"cam0/sensor.yaml:13: ", "'omni' is not supported", "'pinhole'"}},
+    {"NegativeFocalLength",
+     "cam0/sensor.yaml",
+     "45.5, 45.25,",
+     "-45.5, 45.25,",
+     {"cam0/sensor.yaml:14: ", "positive focal lengths", "[fu, fv, cu, cv]"}},
     {"ThirdRadial",
      "cam0/sensor.yaml",
      "1.7e-05]",
      "1.7e-05, 0.1]",
-     {"cam0/sensor.yaml:16: ", "k3"}},
+     {"cam0/sensor.yaml:16: ", "[k1, k2, p1, p2]", "found 5 numbers"}},
     {"ExtrinsicsCount",
      "cam0/sensor.yaml",
      "0.0, 0.0, 0.0, 1.0]",

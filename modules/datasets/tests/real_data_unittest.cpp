@@ -8,7 +8,7 @@
 
 #include "etalon/datasets/convert.h"
 #include "etalon/datasets/recording_info.h"
-#include "tiny_recording.h"
+#include "etalon/testing/tiny_recording.h"
 
 namespace etalon::testing {
 namespace {
@@ -50,57 +50,6 @@ TEST_P(RealRecording, RoundTripsThroughRawlogs) {
 
 INSTANTIATE_TEST_SUITE_P(, RealRecording, ::testing::Values("MH_01_easy_real", "V1_01_easy_real"),
                          [](const auto& test) { return test.param; });
-
-/** MH_01 in flight, with its IMU or calibration spoilt. */
-class SpoiltRecording : public ::testing::Test {
- protected:
-  SpoiltRecording() {
-    fs::copy(kEuroc / "MH_01_easy_real/mav0", mav0, fs::copy_options::recursive);
-    fs::permissions(mav0 / "imu0/data.csv", fs::perms::owner_write, fs::perm_options::add);
-    fs::permissions(mav0 / "cam0/sensor.yaml", fs::perms::owner_write, fs::perm_options::add);
-  }
-
-  void rewriteImu(TimeNs shift, double gyro_scale) const {
-    std::ostringstream csv;
-    csv.precision(17);
-    const auto source = openRecording(mav0.string());
-    for (const ImuSample& s : source->imuSamples())
-      csv << s.t + shift << "," << gyro_scale * s.gyro.x() << "," << gyro_scale * s.gyro.y() << ","
-          << gyro_scale * s.gyro.z() << "," << s.accel.x() << "," << s.accel.y() << ","
-          << s.accel.z() << "\n";
-    writeText(mav0 / "imu0/data.csv", csv.str());
-  }
-
-  RecordingInfo info() const { return describeRecording(*openRecording(mav0.string())); }
-
-  TemporaryFolder folder;
-  const fs::path mav0 = folder / "mav0";
-};
-
-TEST_F(SpoiltRecording, AWrongTimeOffsetIsNoticedAndMeasured) {
-  rewriteImu(80'000'000, 1.0);
-  const RecordingInfo found = info();
-  EXPECT_THAT(found.warnings, Contains(HasSubstr("time offset")));
-  EXPECT_NEAR(found.time_offset.offset_s, 0.08, 0.01);  // 7 s of flight leave some milliseconds
-}
-
-TEST_F(SpoiltRecording, AGyroInDegreesIsNoticed) {
-  rewriteImu(0, 180 / M_PI);
-  EXPECT_THAT(info().warnings, Contains(HasSubstr("deg/s, expected rad/s")));
-}
-
-TEST_F(SpoiltRecording, InvertedExtrinsicsAreNoticed) {
-  replaceInFile(mav0 / "cam0/sensor.yaml",
-                "[0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,",
-                "[0.0148655429818, 0.999557249008, -0.0257744366974, 0.065,");
-  replaceInFile(mav0 / "cam0/sensor.yaml",
-                "0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,",
-                "-0.999880929698, 0.0149672133247, 0.00375618835797, -0.02,");
-  replaceInFile(mav0 / "cam0/sensor.yaml",
-                "-0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949,",
-                "0.00414029679422, 0.025715529948, 0.999660727178, -0.008,");
-  EXPECT_THAT(info().warnings, Contains(HasSubstr("T_BS sensor to body")));
-}
 
 }  // namespace
 }  // namespace etalon::testing

@@ -11,7 +11,7 @@ namespace {
 /** e^T P^-1 e / n; NaN where P is not positive definite. */
 double neesOf(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  if (!covariance.allFinite() || factor.info() != Eigen::Success) return SegmentErrors::kNone;
+  if (!covariance.allFinite() || factor.info() != Eigen::Success) return WindowErrors::kNone;
   return error.dot(factor.solve(error)) / static_cast<double>(error.size());
 }
 
@@ -29,7 +29,7 @@ Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
 
 void setNees(const std::vector<KeyframeState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,
-             SegmentErrors* errors) {
+             WindowErrors* errors) {
   if (states.empty() || covariance.rows() != 11) return;
   const std::optional<GroundTruthState> first = ground_truth.at(states.front().t),
                                         last = ground_truth.at(states.back().t);

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
-#include "etalon/evaluation/metrics.h"
+#include "etalon/core/statistics.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
 
@@ -43,7 +43,7 @@ GyroAgreement gyroAgreement(const GroundTruth& ground_truth, const std::vector<I
   }
   if (sizes.size() < 3 * kMinSteps) return agreement;
   agreement.rms = std::sqrt(squares / static_cast<double>(sizes.size()));
-  agreement.median = quantileOf(std::move(sizes), 0.5) / kMedianOfNormal;
+  agreement.median = quantile(std::move(sizes), 0.5) / kMedianOfNormal;
   return agreement;
 }
 

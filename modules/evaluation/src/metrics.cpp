@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 namespace {
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
-
-double angleDeg(const Eigen::Matrix3d& R) { return logSO3(R).norm() * kDegreesPerRadian; }
+double angleDeg(const Eigen::Matrix3d& R) { return degrees(logSO3(R).norm()); }
 
 /** Root mean square; NaN for an empty set. */
 class RmsAccumulator {
@@ -20,7 +20,7 @@ class RmsAccumulator {
     sum_ += squared_error;
     ++count_;
   }
-  double value() const { return count_ == 0 ? SegmentErrors::kNone : std::sqrt(sum_ / count_); }
+  double value() const { return count_ == 0 ? WindowErrors::kNone : std::sqrt(sum_ / count_); }
 
  private:
   double sum_ = 0.0;
@@ -55,18 +55,18 @@ double pathLength(const std::vector<Eigen::Vector3d>& points) {
   return length;
 }
 
-std::optional<bool> SegmentErrors::success() const {
+std::optional<bool> WindowErrors::success() const {
   if (std::isnan(gravity_deg) || std::isnan(velocity_mps)) return std::nullopt;
   return gravity_deg < kSuccessGravityDeg && velocity_mps < kSuccessVelocityMps;
 }
 
-SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const ImuBias& bias,
-                              const GroundTruth& ground_truth,
-                              const std::optional<Eigen::Vector3d>& gravity_direction_G) {
+WindowErrors evaluateWindow(const std::vector<KeyframeState>& states, const ImuBias& bias,
+                            const GroundTruth& ground_truth,
+                            const std::optional<Eigen::Vector3d>& gravity_direction_G) {
   std::vector<std::optional<GroundTruthState>> truths;
   for (const KeyframeState& state : states) truths.push_back(ground_truth.at(state.t));
 
-  SegmentErrors errors;
+  WindowErrors errors;
   std::vector<Eigen::Vector3d> p_G, p_W;
   RmsAccumulator velocity;
   ImuBias true_bias;
@@ -91,10 +91,9 @@ SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const Im
     const Eigen::Vector3d g_W(0.0, 0.0, -1.0);
     const Eigen::Vector3d g_B = states.front().T_WB.R.transpose() * g_W;
     const Eigen::Matrix3d R_BG = truths.front()->T_WB.R.transpose();
-    errors.gravity_deg = angleBetween(g_B, R_BG * g_W) * kDegreesPerRadian;
+    errors.gravity_deg = degrees(angleBetween(g_B, R_BG * g_W));
     if (gravity_direction_G)
-      errors.gravity_corrected_deg =
-          angleBetween(g_B, R_BG * *gravity_direction_G) * kDegreesPerRadian;
+      errors.gravity_corrected_deg = degrees(angleBetween(g_B, R_BG * *gravity_direction_G));
   }
   if (ground_truth.has_velocity) errors.velocity_mps = velocity.value();
   if (ground_truth.has_biases) {
@@ -104,18 +103,6 @@ SegmentErrors evaluateSegment(const std::vector<KeyframeState>& states, const Im
   if (pathLength(p_G) > kMinPathForScale && pathLength(p_W) > 0.0)
     errors.scale_error = std::abs(1.0 - alignPoints(p_G, p_W, AlignmentType::kSim3).scale);
   return errors;
-}
-
-double quantileOf(std::vector<double> values, double q) {
-  const auto is_nan = [](double v) { return std::isnan(v); };  // has no place in an order
-  if (values.empty() || std::any_of(values.begin(), values.end(), is_nan))
-    return SegmentErrors::kNone;
-  std::sort(values.begin(), values.end());
-  const double position = q * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<size_t>(position);
-  if (below + 1 >= values.size()) return values.back();
-  return values[below] +
-         (position - static_cast<double>(below)) * (values[below + 1] - values[below]);
 }
 
 ErrorStatistics statisticsOf(std::vector<double> errors) {
@@ -137,7 +124,7 @@ ErrorStatistics statisticsOf(std::vector<double> errors) {
   const auto [min, max] = std::minmax_element(errors.begin(), errors.end());
   statistics.min = *min;
   statistics.max = *max;
-  statistics.median = quantileOf(std::move(errors), 0.5);
+  statistics.median = quantile(std::move(errors), 0.5);
   return statistics;
 }
 

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 
 namespace etalon {
 namespace {
-
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 TimeNs distance(TimeNs a, TimeNs b) { return a < b ? b - a : a - b; }
 
@@ -31,7 +30,7 @@ class ErrorList {
   void add(const SE3& truth, const SE3& estimate) {
     const SE3 error = truth.inverse() * estimate;
     position_m_.push_back(error.t.norm());
-    rotation_deg_.push_back(logSO3(error.R).norm() * kDegreesPerRadian);
+    rotation_deg_.push_back(degrees(logSO3(error.R).norm()));
   }
   TrajectoryErrors errors() { return {statisticsOf(position_m_), statisticsOf(rotation_deg_)}; }
 

@@ -10,7 +10,6 @@
 #include <random>
 
 #include "etalon/core/errors.h"
-#include "etalon/core/median.h"
 #include "etalon/core/so3.h"
 
 namespace etalon {
@@ -43,12 +42,12 @@ std::vector<KeyframeState> square() {
 
 const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
 
-TEST(SegmentMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
+TEST(WindowMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
   const std::vector<KeyframeState> truth = square();
   std::vector<KeyframeState> states = truth;
   const SE3 T_WG(expSO3(Vector3d(0, 0, 2.0)), Vector3d(3, -4, 5));
   for (KeyframeState& s : states) s.T_WB = T_WG * s.T_WB;
-  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_EQ(e.keyframes, 4);
   // Rounding: positions of size 5 and rotations, a few units in the last place.
   EXPECT_LT(e.rre_deg, 1e-12);
@@ -61,7 +60,7 @@ TEST(SegmentMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
   EXPECT_EQ(e.success(), true);
 }
 
-TEST(SegmentMetrics, RelativeRotationByHand) {
+TEST(WindowMetrics, RelativeRotationByHand) {
   const std::vector<KeyframeState> truth = square();
   std::vector<KeyframeState> states = truth;
   // Pairs (0,1) and (1,2): 3 and 4 degrees about different axes; (2,3): none. RMS = sqrt((9 + 16) /
@@ -69,66 +68,66 @@ TEST(SegmentMetrics, RelativeRotationByHand) {
   states[1].T_WB.R = expSO3(Vector3d(3 * kRadians, 0, 0));
   states[2].T_WB.R = states[1].T_WB.R * expSO3(Vector3d(0, 4 * kRadians, 0));
   states[3].T_WB.R = states[2].T_WB.R;
-  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_NEAR(e.rre_deg, std::sqrt(25.0 / 3.0), 1e-12);
   EXPECT_EQ(e.gravity_deg, 0.0);  // the first keyframe's rotation was left alone
 }
 
-TEST(SegmentMetrics, PositionAndScaleByHand) {
+TEST(WindowMetrics, PositionAndScaleByHand) {
   const std::vector<KeyframeState> truth = square();
   std::vector<KeyframeState> states = truth;
   // A square of 1.1 m: after SE(3) alignment each corner is 0.1 / sqrt(2) off; s = 1 / 1.1.
   for (KeyframeState& s : states) s.T_WB.t *= 1.1;
-  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_NEAR(e.ate_m, 0.1 / std::sqrt(2.0), 1e-14);
   EXPECT_NEAR(e.scale_error, 1.0 - 1.0 / 1.1, 1e-14);
 }
 
-TEST(SegmentMetrics, ScaleNeedsAPathOfFiveCentimetres) {
+TEST(WindowMetrics, ScaleNeedsAPathOfFiveCentimetres) {
   for (const double side_m : {0.0166, 0.0167}) {  // three sides: 4.98 cm, 5.01 cm
     std::vector<KeyframeState> states = square();
     for (KeyframeState& s : states) s.T_WB.t *= side_m;
-    const SegmentErrors e = evaluateSegment(states, kBias, truthOf(states, kBias));
+    const WindowErrors e = evaluateWindow(states, kBias, truthOf(states, kBias));
     EXPECT_EQ(std::isnan(e.scale_error), side_m < 0.01667) << side_m;
     EXPECT_LT(e.ate_m, 1e-15);
   }
   // An estimate that did not move at all has no scale to compare.
   std::vector<KeyframeState> still = square();
   for (KeyframeState& s : still) s.T_WB.t.setZero();
-  EXPECT_TRUE(std::isnan(evaluateSegment(still, kBias, truthOf(square(), kBias)).scale_error));
+  EXPECT_TRUE(std::isnan(evaluateWindow(still, kBias, truthOf(square(), kBias)).scale_error));
 }
 
-TEST(SegmentMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
+TEST(WindowMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
   const std::vector<KeyframeState> truth = square();
   std::vector<KeyframeState> states = truth;
   // The estimate's world leans by 3 degrees: every rotation is off, no relative one is.
   const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0)) * expSO3(Vector3d(0, 0, 1.0));
   for (KeyframeState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
-  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);
   EXPECT_LT(e.rre_deg, 1e-12);
   EXPECT_EQ(e.success(), false);
 }
 
-TEST(SegmentMetrics, CorrectedGravityIsComparedWithTheDirectionThatIsGiven) {
+TEST(WindowMetrics, CorrectedGravityIsComparedWithTheDirectionThatIsGiven) {
   const std::vector<KeyframeState> truth = square();
   std::vector<KeyframeState> states = truth;
   const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0));
   for (KeyframeState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
   // The estimate's gravity in the ground truth's world is lean^T (0, 0, -1).
   const Vector3d g_G = expSO3(Vector3d(-1 * kRadians, 0, 0)) * Vector3d(0, 0, -1);
-  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias), g_G);
+  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias), g_G);
   EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);  // stays raw
   EXPECT_NEAR(e.gravity_corrected_deg, 2.0, 1e-12);
   EXPECT_EQ(e.success(), false);
   const Vector3d same = lean.transpose() * Vector3d(0, 0, -1);
-  EXPECT_LT(evaluateSegment(states, kBias, truthOf(truth, kBias), same).gravity_corrected_deg,
+  EXPECT_LT(evaluateWindow(states, kBias, truthOf(truth, kBias), same).gravity_corrected_deg,
             1e-12);
   EXPECT_TRUE(
-      std::isnan(evaluateSegment(states, kBias, truthOf(truth, kBias)).gravity_corrected_deg));
+      std::isnan(evaluateWindow(states, kBias, truthOf(truth, kBias)).gravity_corrected_deg));
 }
 
-TEST(SegmentMetrics, AlignmentInYawKeepsATilt) {
+TEST(WindowMetrics, AlignmentInYawKeepsATilt) {
   const std::vector<KeyframeState> truth = square();
   // Corners (+-1/2, +-1/2, 0) leant by the angle a about x: y becomes cos(a) y, z becomes sin(a) y;
   // off by 1/2 sqrt((1 - cos a)^2 + sin^2 a) = sin(a / 2) each, whatever the yaw.
@@ -136,18 +135,18 @@ TEST(SegmentMetrics, AlignmentInYawKeepsATilt) {
     std::vector<KeyframeState> states = truth;
     const SE3 T_WG(expSO3(Vector3d(0, 0, yaw)) * expSO3(Vector3d(0.1, 0, 0)), Vector3d(1, 2, 3));
     for (KeyframeState& s : states) s.T_WB = T_WG * s.T_WB;
-    const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+    const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
     EXPECT_NEAR(e.ate_yaw_m, std::sin(0.05), 1e-14);
     EXPECT_LT(e.ate_m, 1e-14);
   }
 }
 
-TEST(SegmentMetrics, VelocityIsComparedAsAVectorInTheBody) {
+TEST(WindowMetrics, VelocityIsComparedAsAVectorInTheBody) {
   const std::vector<KeyframeState> truth = square();
   std::vector<KeyframeState> states = truth;
   states[0].v_WB = Vector3d(0.03, 0, 0);
   states[1].v_WB = Vector3d(0, 0.03, 0.04);
-  const SegmentErrors e = evaluateSegment(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_NEAR(e.velocity_mps, std::sqrt((9e-4 + 25e-4) / 4), 1e-15);
   EXPECT_EQ(e.success(), true);
 
@@ -159,14 +158,14 @@ TEST(SegmentMetrics, VelocityIsComparedAsAVectorInTheBody) {
     turned[k].v_WB = R * moving[k].v_WB;
     turned[k].T_WB = SE3(R, Vector3d::Zero()) * turned[k].T_WB;
   }
-  EXPECT_LT(evaluateSegment(turned, kBias, truthOf(moving, kBias)).velocity_mps, 1e-14);
+  EXPECT_LT(evaluateWindow(turned, kBias, truthOf(moving, kBias)).velocity_mps, 1e-14);
   // Turned velocities with unturned rotations: an error of sqrt(2) times the horizontal speed.
   for (size_t k = 0; k < 4; ++k) turned[k].T_WB = truth[k].T_WB;
-  EXPECT_NEAR(evaluateSegment(turned, kBias, truthOf(moving, kBias)).velocity_mps,
+  EXPECT_NEAR(evaluateWindow(turned, kBias, truthOf(moving, kBias)).velocity_mps,
               std::sqrt(2.0 * 5.0), 1e-13);
 }
 
-TEST(SegmentMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
+TEST(WindowMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
   const std::vector<KeyframeState> states = square();
   GroundTruth truth = truthOf(states, kBias);
   truth.states[0].b_g.x() += 0.004;  // mean over four keyframes: 0.001
@@ -174,16 +173,16 @@ TEST(SegmentMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
   ImuBias estimate = kBias;
   estimate.gyro += Vector3d(0.001 + 0.003, 0, 0.004);
   estimate.accel -= Vector3d(0.03, 0.04, -0.01);
-  const SegmentErrors e = evaluateSegment(states, estimate, truth);
+  const WindowErrors e = evaluateWindow(states, estimate, truth);
   EXPECT_NEAR(e.gyro_bias_rps, 0.005, 1e-16);
   EXPECT_NEAR(e.accel_bias_mps2, 0.05, 1e-16);
 }
 
-TEST(SegmentMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
+TEST(WindowMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
   const std::vector<KeyframeState> states = square();
   GroundTruth poses_only = truthOf(states, {});
   poses_only.has_velocity = poses_only.has_biases = false;
-  const SegmentErrors e = evaluateSegment(states, kBias, poses_only);
+  const WindowErrors e = evaluateWindow(states, kBias, poses_only);
   EXPECT_EQ(e.ate_m, 0.0);
   EXPECT_EQ(e.gravity_deg, 0.0);
   EXPECT_TRUE(std::isnan(e.velocity_mps));
@@ -191,19 +190,19 @@ TEST(SegmentMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
   EXPECT_TRUE(std::isnan(e.accel_bias_mps2));
   EXPECT_FALSE(e.success().has_value());
 
-  const SegmentErrors none = evaluateSegment(states, kBias, {});
+  const WindowErrors none = evaluateWindow(states, kBias, {});
   EXPECT_EQ(none.keyframes, 0);
   for (const double value : {none.rre_deg, none.ate_m, none.gravity_deg, none.scale_error})
     EXPECT_TRUE(std::isnan(value));
 }
 
-TEST(SegmentMetrics, KeyframesWithoutGroundTruthAreLeftOut) {
+TEST(WindowMetrics, KeyframesWithoutGroundTruthAreLeftOut) {
   std::vector<KeyframeState> states = square();
   GroundTruth truth = truthOf(states, kBias);
   truth.states.erase(truth.states.begin());
   states[0].T_WB.t = Vector3d(100, 100, 100);
   states[0].T_WB.R = expSO3(Vector3d(1, 1, 1));
-  const SegmentErrors e = evaluateSegment(states, kBias, truth);
+  const WindowErrors e = evaluateWindow(states, kBias, truth);
   EXPECT_EQ(e.keyframes, 3);
   EXPECT_LT(e.ate_m, 1e-15);
   EXPECT_EQ(e.rre_deg, 0.0);
@@ -211,11 +210,11 @@ TEST(SegmentMetrics, KeyframesWithoutGroundTruthAreLeftOut) {
 }
 
 /** Random keyframes and an estimate near them, for the comparison with a second implementation. */
-struct RandomSegment {
+struct RandomWindow {
   std::vector<KeyframeState> truth, estimate;
   std::vector<Vector3d> gyro_bias, accel_bias;  ///< true ones, at each keyframe
 
-  explicit RandomSegment(unsigned seed) {
+  explicit RandomWindow(unsigned seed) {
     std::mt19937 generator(seed);
     std::normal_distribution<double> normal;
     const auto vector = [&](double s) {
@@ -303,9 +302,9 @@ double scaleByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
   return lambda / squares_b;
 }
 
-TEST(SegmentMetrics, AgreesWithASecondImplementationOnRandomSegments) {
+TEST(WindowMetrics, AgreesWithASecondImplementationOnRandomWindows) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
-    const RandomSegment s(seed);
+    const RandomWindow s(seed);
     const Quaterniond tilt(Eigen::AngleAxisd(0.01 * seed, Vector3d(0.6, 0.8, 0).normalized()));
     const Vector3d g_G = tilt * Vector3d(0, 0, -1);
     GroundTruth ground_truth = truthOf(s.truth, {});
@@ -316,7 +315,7 @@ TEST(SegmentMetrics, AgreesWithASecondImplementationOnRandomSegments) {
       mean_gyro += 0.1 * s.gyro_bias[k];
       mean_accel += 0.1 * s.accel_bias[k];
     }
-    const SegmentErrors e = evaluateSegment(s.estimate, kBias, ground_truth, g_G);
+    const WindowErrors e = evaluateWindow(s.estimate, kBias, ground_truth, g_G);
     double rotation = 0.0, velocity = 0.0;
     for (size_t k = 0; k < s.truth.size(); ++k) {
       const Quaterniond truth(s.truth[k].T_WB.R), estimate(s.estimate[k].T_WB.R);
@@ -361,25 +360,8 @@ TEST(Statistics, ByHand) {
   EXPECT_TRUE(std::isnan(statisticsOf({}).rmse));
 }
 
-TEST(Statistics, QuantileIsInterpolatedLinearly) {
-  // R: quantile(c(1, 2, 4, 8, 16), c(0, 0.1, 0.5, 0.9, 1), type = 7): 1.0 1.4 4.0 12.8 16.0
-  const std::vector<double> values = {16, 1, 8, 2, 4};
-  EXPECT_EQ(quantileOf(values, 0.0), 1.0);
-  EXPECT_NEAR(quantileOf(values, 0.1), 1.4, 1e-15);
-  EXPECT_EQ(quantileOf(values, 0.5), 4.0);
-  EXPECT_NEAR(quantileOf(values, 0.9), 12.8, 1e-14);
-  EXPECT_EQ(quantileOf(values, 1.0), 16.0);
-  EXPECT_EQ(quantileOf({3.0}, 0.9), 3.0);
-  EXPECT_TRUE(std::isnan(quantileOf({}, 0.5)));
-}
-
-TEST(Statistics, OfNaNThereIsNoQuantile) {
-  // Enough values that a sort which believes them ordered would leave the array.
-  std::vector<double> values(1000, std::numeric_limits<double>::quiet_NaN());
-  for (size_t i = 0; i < values.size(); i += 3) values[i] = static_cast<double>(i);
-  EXPECT_TRUE(std::isnan(quantileOf(values, 0.5)));
-  EXPECT_TRUE(std::isnan(median(values)));
-  EXPECT_TRUE(std::isnan(statisticsOf(values).median));
+TEST(Statistics, OfNaNThereIsNoMedian) {
+  EXPECT_TRUE(std::isnan(statisticsOf({1.0, std::numeric_limits<double>::quiet_NaN()}).median));
 }
 
 TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {

@@ -16,9 +16,11 @@ namespace {
 StereoInertialCalibration fullRig() {
   StereoInertialCalibration calibration = smallRig();
   for (CameraCalibration& camera : calibration.cameras) {
-    PinholeRadtan& m = camera.model;
-    m.width *= 2, m.height *= 2;
-    m.fu *= 2, m.fv *= 2, m.cu *= 2, m.cv *= 2;
+    const CameraModel& m = camera.model;
+    std::vector<double> intrinsics = m.intrinsics();
+    for (double& x : intrinsics) x *= 2.0;
+    camera.model = CameraModel("pinhole", "radial-tangential", 2 * m.width(), 2 * m.height(),
+                               intrinsics, m.coefficients());
   }
   return calibration;
 }

@@ -17,13 +17,15 @@
 #include <cstdio>
 #include <ctime>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/statistics.h"
+#include "etalon/datasets/recorded_source.h"
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/frontend/stereo_tracker.h"
-#include "euroc_folder.h"
+#include "etalon/imu/imu_buffer.h"
+#include "etalon/imu/preintegration.h"
 #include "track_statistics.h"
 
 namespace {
@@ -34,50 +36,44 @@ double threadMilliseconds() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
-cv::Mat readImage(const std::string& path) {
-  cv::Mat image = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  if (image.empty()) throw etalon::DataError(path, 0, "is not a readable image");
-  return image;
-}
-
 void run(const std::string& folder_path, const etalon::IniFile& ini, int refinement_rounds) {
   using namespace etalon;
-  const EurocFolder folder = EurocFolder::read(folder_path);
+  const auto recording = openRecording(folder_path);
+  const ImuBuffer imu(recording->imuSamples());
   StereoTrackerOptions options;
   ParameterSet parameters("frontend");
   options.declare(parameters);
   parameters.read(ini);
-  StereoTracker tracker(folder.calibration, options);
+  StereoTracker tracker(recording->calibration(), options);
   KeyframeSelector selector(KeyframeSelectorOptions{});
   std::vector<TrackedFrame> frames;
   std::vector<SE3> T_WB;
   std::vector<int> keyframes;
   std::vector<double> milliseconds;
-  for (const EurocFolder::Pair& pair : folder.pairs) {
-    const auto truth = folder.ground_truth.at(pair.t);
+  for (size_t i = 0; i < recording->imageStamps().size(); ++i) {
+    const TimeNs t = recording->imageStamps()[i];
+    const auto truth = recording->groundTruth().at(t);
     if (!truth) continue;
-    const cv::Mat left = readImage(pair.left_path), right = readImage(pair.right_path);
+    const LoadedFrame pair = recording->loadFrame(i);
+    if (!pair.problem.empty()) throw DataError(pair.file, 0, pair.problem);
     const Eigen::Matrix3d R_prev_cur =
         frames.empty() ? Eigen::Matrix3d::Identity().eval()
-                       : folder.rotation(frames.back().t, pair.t, Eigen::Vector3d::Zero());
+                       : Preintegration(imu.between(frames.back().t, t), ImuBias(),
+                                        recording->calibration().imu.noise)
+                             .deltas()
+                             .dR;
     const double start = threadMilliseconds();
-    frames.push_back(tracker.track(pair.t, left, right, R_prev_cur));
+    frames.push_back(tracker.track(t, pair.frame.left, pair.frame.right, R_prev_cur));
     milliseconds.push_back(threadMilliseconds() - start);
     T_WB.push_back(truth->T_WB);
-    if (selector.isKeyframe(pair.t)) keyframes.push_back(static_cast<int>(frames.size()) - 1);
+    if (selector.isKeyframe(t)) keyframes.push_back(static_cast<int>(frames.size()) - 1);
   }
-  T_WB = refinePoses(folder.calibration, frames, std::move(T_WB), refinement_rounds);
+  T_WB = refinePoses(recording->calibration(), frames, std::move(T_WB), refinement_rounds);
   std::printf("%s: %zu frames, %zu keyframes\n%s", folder_path.c_str(), frames.size(),
               keyframes.size(),
-              toText(judgeTracks(folder.calibration, frames, T_WB, keyframes)).c_str());
-  std::printf("milliseconds a frame: median %.2f, 95%% %.2f\n", percentile(milliseconds, 0.5),
-              percentile(milliseconds, 0.95));
+              toText(judgeTracks(recording->calibration(), frames, T_WB, keyframes)).c_str());
+  std::printf("milliseconds a frame: median %.2f, 95%% %.2f\n", quantile(milliseconds, 0.5),
+              quantile(milliseconds, 0.95));
 }
 
 }  // namespace

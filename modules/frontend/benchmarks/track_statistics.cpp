@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
@@ -41,18 +42,19 @@ class LandmarkFit {
   std::optional<Eigen::Vector2d> residual(const Sighting& s,
                                           Eigen::Matrix<double, 2, 3>* J = nullptr) const {
     const SE3 T = s.T_CW * T_WC_;
-    const Eigen::Vector3d scaled = T.R * Eigen::Vector3d(m_.x(), m_.y(), 1.0) + m_.z() * T.t;
+    const Eigen::Vector3d scaled = T.R * ray() + m_.z() * T.t;
     Eigen::Matrix<double, 2, 3> J_p;
     const auto pixel = calibration_.cameras[s.camera].model.project(scaled, &J_p);
     if (!pixel) return std::nullopt;
-    if (J) *J << J_p * T.R.leftCols<2>(), J_p * T.t;
+    if (J) *J << J_p * T.R * R_CM_.leftCols<2>(), J_p * T.t;
     return *pixel - s.pixel;
   }
 
   bool solve(bool ray_fixed) {
-    const auto xy = calibration_.cameras[0].model.pixelToNormalized(sightings_.front().pixel);
-    if (!xy) return false;
-    m_ << *xy, 0.2;
+    const auto direction = calibration_.cameras[0].model.measure(sightings_.front().pixel);
+    if (!direction) return false;
+    R_CM_ = direction->R_MC.transpose();
+    m_ << direction->xy, 0.2;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       Eigen::Matrix3d H = 1e-9 * Eigen::Matrix3d::Identity();
       Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -75,15 +77,16 @@ class LandmarkFit {
     return m_.allFinite();
   }
 
-  Eigen::Vector3d point() const {
-    return T_WC_ * Eigen::Vector3d(Eigen::Vector3d(m_.x(), m_.y(), 1.0) / m_.z());
-  }
+  Eigen::Vector3d point() const { return T_WC_ * Eigen::Vector3d(ray() / m_.z()); }
 
  private:
+  Eigen::Vector3d ray() const { return R_CM_ * Eigen::Vector3d(m_.x(), m_.y(), 1.0); }
+
   const StereoInertialCalibration& calibration_;
   const std::vector<Sighting>& sightings_;
   SE3 T_WC_;
-  Eigen::Vector3d m_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d R_CM_ = Eigen::Matrix3d::Identity();  ///< of the first sighting
+  Eigen::Vector3d m_ = Eigen::Vector3d::Zero();         ///< x/z, y/z in M, 1/z (1/m)
 };
 
 /** Greatest angle between the first ray and another one, from the poses alone. */
@@ -92,22 +95,14 @@ double parallax(const StereoInertialCalibration& calibration,
   const SE3 T_WC = sightings.front().T_CW.inverse();
   const auto& camera = calibration.cameras;
   const auto ray = [&](const Sighting& s) -> Eigen::Vector3d {
-    const auto xy = camera[s.camera].model.pixelToNormalized(s.pixel);
-    return xy ? (s.T_CW.R.transpose() * xy->homogeneous()).normalized().eval()
-              : T_WC.R.col(2).eval();
+    const auto ray_C = camera[s.camera].model.unproject(s.pixel);
+    return ray_C ? (s.T_CW.R.transpose() * *ray_C).normalized().eval() : T_WC.R.col(2).eval();
   };
   const Eigen::Vector3d first = ray(sightings.front());
   double greatest = 0.0;
   for (const Sighting& s : sightings)
     greatest = std::max(greatest, std::acos(std::clamp(first.dot(ray(s)), -1.0, 1.0)));
   return greatest;
-}
-
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::map<LandmarkId, std::vector<Sighting>> collectTracks(
@@ -142,10 +137,10 @@ void judgeShares(const std::vector<TrackedFrame>& frames, const std::vector<int>
     for (const Observation& o : frame.observations) with_right += o.has_right;
     if (!frame.observations.empty()) stereo.push_back(with_right / landmarks.back());
   }
-  report->median_landmarks = medianOf(landmarks);
+  report->median_landmarks = median(landmarks);
   report->least_landmarks =
       landmarks.empty() ? 0.0 : *std::min_element(landmarks.begin(), landmarks.end());
-  report->stereo_share = medianOf(stereo);
+  report->stereo_share = median(stereo);
   const auto ids = [&](size_t k) {
     std::vector<LandmarkId> result;
     for (const Observation& o : frames[static_cast<size_t>(keyframes[k])].observations)
@@ -161,7 +156,7 @@ void judgeShares(const std::vector<TrackedFrame>& frames, const std::vector<int>
       if (!a.empty())
         shares.push_back(static_cast<double>(common.size()) / static_cast<double>(a.size()));
     }
-    report->shared.push_back(medianOf(shares));
+    report->shared.push_back(median(shares));
   }
 }
 
@@ -224,8 +219,8 @@ TrackReport judgeTracks(const StereoInertialCalibration& calibration,
   report.drift = summarize(all.drift), report.left = summarize(all.left),
   report.right = summarize(all.right);
   constexpr double kMadToSigma = 1.4826;  // of a normal distribution
-  report.left_sigma = kMadToSigma * medianOf(left_coordinates);
-  report.right_sigma = kMadToSigma * medianOf(right_coordinates);
+  report.left_sigma = kMadToSigma * median(left_coordinates);
+  report.right_sigma = kMadToSigma * median(right_coordinates);
   judgeShares(frames, keyframes, &report);
   return report;
 }

@@ -19,18 +19,19 @@ constexpr int kIterations = 12;          // the last of them at the final scale
 constexpr double kLeastAgreement = 0.5;  // share of inliers below which the motion is not believed
 constexpr double kNearestDepth = 0.05;   // of the depth before: behind or at the camera otherwise
 
-/** Where the motion takes the landmark, scaled by its inverse depth. */
+/** Where the motion takes the landmark, scaled by its inverse depth, in the frame M of where it is
+ * seen now. */
 Eigen::Vector3d moved(const TrackedRay& ray, const SE3& T) {
-  return T.R * ray.before.homogeneous() + ray.inverse_depth * T.t;
+  return ray.now.R_MC * (T.R * ray.before + ray.inverse_depth * T.t);
 }
 
 double errorPx(const TrackedRay& ray, const SE3& T, double focal_px) {
   const Eigen::Vector3d q = moved(ray, T);
   if (ray.inverse_depth >= 0.0)
-    return q.z() > kNearestDepth ? focal_px * (q.hnormalized() - ray.now).norm() : HUGE_VAL;
-  const Eigen::Vector3d line = T.t.cross(T.R * ray.before.homogeneous());
+    return q.z() > kNearestDepth ? focal_px * (q.hnormalized() - ray.now.xy).norm() : HUGE_VAL;
+  const Eigen::Vector3d line = ray.now.R_MC * T.t.cross(T.R * ray.before);
   const double length = line.head<2>().norm();
-  return length > 0.0 ? focal_px * std::abs(line.dot(ray.now.homogeneous())) / length : 0.0;
+  return length > 0.0 ? focal_px * std::abs(line.dot(ray.now.xy.homogeneous())) / length : 0.0;
 }
 
 std::optional<SE3> estimateMotion(const std::vector<TrackedRay>& rays, const Eigen::Matrix3d& R,
@@ -47,9 +48,10 @@ std::optional<SE3> estimateMotion(const std::vector<TrackedRay>& rays, const Eig
       Eigen::Matrix<double, 2, 3> J_q;
       J_q << 1.0, 0.0, -q.x() / q.z(), 0.0, 1.0, -q.y() / q.z();
       J_q *= focal_px / q.z();
+      const Eigen::Matrix<double, 2, 3> J_C = J_q * ray.now.R_MC;
       Eigen::Matrix<double, 2, 6> J;
-      J << -J_q * T.R * hat(ray.before.homogeneous()), J_q * ray.inverse_depth;
-      const Eigen::Vector2d r = focal_px * (q.hnormalized() - ray.now);
+      J << -J_C * T.R * hat(ray.before), J_C * ray.inverse_depth;
+      const Eigen::Vector2d r = focal_px * (q.hnormalized() - ray.now.xy);
       const double weight = 1.0 / (1.0 + r.squaredNorm() / (scale * scale));
       H += weight * J.transpose() * J;
       b -= weight * J.transpose() * r;
@@ -73,19 +75,31 @@ std::optional<SE3> estimateMotion(const std::vector<TrackedRay>& rays, const Eig
 
 std::vector<char> agreeWithFundamentalMatrix(const std::vector<TrackedRay>& rays, double focal_px,
                                              double threshold_px) {
-  const auto pixel = [focal_px](const Eigen::Vector2d& xy) {
+  constexpr double kLeastCosine = 0.34;  // 70 degrees
+  const auto onPlane = [](const Eigen::Vector3d& ray) {
+    return ray.z() > kLeastCosine * ray.norm();
+  };
+  const auto pixel = [focal_px](const Eigen::Vector3d& ray) {
+    const Eigen::Vector2d xy = ray.hnormalized();
     return cv::Point2f(static_cast<float>(focal_px * xy.x()),
                        static_cast<float>(focal_px * xy.y()));
   };
   std::vector<cv::Point2f> before, now;
-  for (const TrackedRay& ray : rays) {
-    before.push_back(pixel(ray.before));
-    now.push_back(pixel(ray.now));
+  std::vector<size_t> index;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const Eigen::Vector3d ray = rays[i].now.ray();
+    if (!onPlane(rays[i].before) || !onPlane(ray)) continue;
+    before.push_back(pixel(rays[i].before));
+    now.push_back(pixel(ray));
+    index.push_back(i);
   }
+  std::vector<char> agree(rays.size(), 1);
+  if (index.size() < kEnough) return agree;
   std::vector<uchar> inlier;
   cv::findFundamentalMat(before, now, cv::FM_RANSAC, threshold_px, 0.99, inlier);
-  if (inlier.size() != rays.size()) return std::vector<char>(rays.size(), 1);
-  return {inlier.begin(), inlier.end()};
+  if (inlier.size() == index.size())
+    for (size_t j = 0; j < index.size(); ++j) agree[index[j]] = static_cast<char>(inlier[j]);
+  return agree;
 }
 
 }  // namespace
@@ -103,7 +117,6 @@ std::vector<char> agreeWithMotion(const std::vector<TrackedRay>& rays,
       return agree;
     }
   }
-  if (rays.size() < kEnough) return std::vector<char>(rays.size(), 1);
   return agreeWithFundamentalMatrix(rays, focal_px, threshold_px);
 }
 

@@ -5,13 +5,16 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "etalon/core/camera_model.h"
+
 namespace etalon {
 
-/** A track between two frames of one camera: undistorted, normalised coordinates. */
+/** A track between two frames of one camera. */
 struct TrackedRay {
-  Eigen::Vector2d before = Eigen::Vector2d::Zero();
-  Eigen::Vector2d now = Eigen::Vector2d::Zero();
-  double inverse_depth = -1.0;  ///< 1/m in the frame before; negative if unknown
+  Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< CameraModel::unproject
+  MeasuredDirection now;
+  double inverse_depth =
+      -1.0;  ///< 1/m, of the landmark before / inverse_depth; negative if unknown
 };
 
 /**
@@ -20,11 +23,11 @@ struct TrackedRay {
  * Where enough depths are known, the motion minimises the robust reprojection error of those
  * landmarks (Gauss-Newton from `R_now_before` and no translation, Cauchy loss whose scale is halved
  * down to the threshold); a landmark of known depth must be where the motion takes it, another one
- * on its epipolar line. Else a fundamental matrix judges (RANSAC, fixed seed), and with fewer than
- * 20 rays nothing does.
+ * on its epipolar line. Else a fundamental matrix judges (RANSAC, fixed seed) those within 70
+ * degrees of the optical axis, and with fewer than 20 of them nothing does.
  *
  * @param R_now_before rotation of the camera as the gyro saw it
- * @param focal_px pixels a unit of normalised coordinates
+ * @param focal_px pixels a radian
  */
 std::vector<char> agreeWithMotion(const std::vector<TrackedRay>& rays,
                                   const Eigen::Matrix3d& R_now_before, double focal_px,

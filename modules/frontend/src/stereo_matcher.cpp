@@ -37,19 +37,19 @@ bool normalizedPatch(const cv::Mat& image, const cv::Point2f& centre, float* pat
 }
 
 /** A box around what the image shows, in the plane z = 1; with strong distortion a wide one. */
-Eigen::AlignedBox2d normalizedBounds(const PinholeRadtan& camera) {
+Eigen::AlignedBox2d normalizedBounds(const CameraModel& camera) {
   constexpr int kPointsASide = 20;
   const Eigen::AlignedBox2d wide(Eigen::Vector2d(-10.0, -10.0), Eigen::Vector2d(10.0, 10.0));
   Eigen::AlignedBox2d box;
   for (int i = 0; i <= kPointsASide; ++i) {
-    const double u = camera.width * static_cast<double>(i) / kPointsASide;
-    const double v = camera.height * static_cast<double>(i) / kPointsASide;
+    const double u = camera.width() * static_cast<double>(i) / kPointsASide;
+    const double v = camera.height() * static_cast<double>(i) / kPointsASide;
     for (const Eigen::Vector2d& pixel :
-         {Eigen::Vector2d(u, 0.0), Eigen::Vector2d(u, camera.height), Eigen::Vector2d(0.0, v),
-          Eigen::Vector2d(camera.width, v)}) {
-      const auto xy = camera.pixelToNormalized(pixel);
-      if (!xy) return wide;
-      box.extend(*xy);
+         {Eigen::Vector2d(u, 0.0), Eigen::Vector2d(u, camera.height()), Eigen::Vector2d(0.0, v),
+          Eigen::Vector2d(camera.width(), v)}) {
+      const auto ray = camera.unproject(pixel);
+      if (!ray || !camera.isPerspective()) return wide;
+      box.extend(ray->head<2>());
     }
   }
   // Between the points of the border, and for the rounding of the inverse.
@@ -65,13 +65,13 @@ StereoMatcher::StereoMatcher(const StereoInertialCalibration& calibration,
       options_(options),
       T_C1C0_(calibration.rightFromLeft()),
       right_xy_(normalizedBounds(calibration.cameras[1].model)) {
-  focal_ = 0.5 * (calibration.cameras[1].model.fu + calibration.cameras[1].model.fv);
+  focal_ = 0.5 * calibration.cameras[1].model.focal().sum();
 }
 
-bool StereoMatcher::rightPixel(const Eigen::Vector2d& left_xy, double inverse_depth,
+bool StereoMatcher::rightPixel(const Eigen::Vector3d& left_ray, double inverse_depth,
                                cv::Point2f* right) const {
   // Scaled by the inverse depth, so that infinity is a point like any other.
-  const Eigen::Vector3d p = T_C1C0_.R * left_xy.homogeneous() + inverse_depth * T_C1C0_.t;
+  const Eigen::Vector3d p = T_C1C0_.R * left_ray + inverse_depth * T_C1C0_.t;
   const auto pixel = calibration_.cameras[1].model.project(p);
   if (!pixel || !calibration_.cameras[1].model.inImage(*pixel)) return false;
   *right = cv::Point2f(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()));
@@ -79,10 +79,11 @@ bool StereoMatcher::rightPixel(const Eigen::Vector2d& left_xy, double inverse_de
 }
 
 std::pair<double, double> StereoMatcher::visibleInverseDepths(
-    const Eigen::Vector2d& left_xy) const {
-  const Eigen::Vector3d f = T_C1C0_.R * left_xy.homogeneous();
+    const Eigen::Vector3d& left_ray) const {
+  const Eigen::Vector3d f = T_C1C0_.R * left_ray;
   const Eigen::Vector3d& t = T_C1C0_.t;
   double least = 0.0, most = 1.0 / options_.min_depth_m;
+  if (!calibration_.cameras[1].model.isPerspective()) return {least, most};
   // Of p(rho) = f + rho t, every bound x >= x_min z etc. is linear: a + rho b >= 0.
   const auto bound = [&least, &most](double a, double b) {
     if (b > 0.0)
@@ -100,21 +101,30 @@ std::pair<double, double> StereoMatcher::visibleInverseDepths(
   return {least, most};
 }
 
+double StereoMatcher::searchStep(const Eigen::Vector3d& left_ray, double inverse_depth) const {
+  constexpr double kStepPx = kSearchStep * (1 << kSearchLevel);
+  if (calibration_.cameras[1].model.isPerspective())
+    return kStepPx / (focal_ * calibration_.baseline());
+  // Pixels are even in the angle: that of p = f + rho t moves by |f x t| / p^2 a unit of rho.
+  const Eigen::Vector3d f = T_C1C0_.R * left_ray;
+  return kStepPx / focal_ * (f + inverse_depth * T_C1C0_.t).squaredNorm() /
+         std::max(1e-9, f.cross(T_C1C0_.t).norm());
+}
+
 double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
                                          const StereoQuery& query) const {
   constexpr int kCount = (2 * kSearchRadius + 1) * (2 * kSearchRadius + 1);
   constexpr float kScale = 1.0F / (1 << kSearchLevel);
   float reference[kCount], candidate[kCount];
   if (!normalizedPatch(left, query.left * kScale, reference)) return -1.0;
-  const double step =
-      kSearchStep * (1 << kSearchLevel) / (focal_ * calibration_.baseline());  // 1/m
   double best = -1.0, best_correlation = options_.min_correlation;
   // A step is about 2 px: however long the baseline, no more than the image is wide are in it.
-  const auto [least, most] = visibleInverseDepths(query.left_xy);
-  for (double inverse_depth = 0.0; inverse_depth <= most; inverse_depth += step) {
+  const auto [least, most] = visibleInverseDepths(query.left_ray);
+  for (double inverse_depth = 0.0; inverse_depth <= most;
+       inverse_depth += searchStep(query.left_ray, inverse_depth)) {
     if (inverse_depth < least) continue;
     cv::Point2f pixel;
-    if (!rightPixel(query.left_xy, inverse_depth, &pixel) ||
+    if (!rightPixel(query.left_ray, inverse_depth, &pixel) ||
         !normalizedPatch(right, pixel * kScale, candidate))
       continue;
     float correlation = 0.0F;
@@ -129,16 +139,17 @@ double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& rig
 
 StereoMatch StereoMatcher::check(const StereoQuery& query, const cv::Point2f& right) const {
   StereoMatch match;
-  const PinholeRadtan& camera = calibration_.cameras[1].model;
+  const CameraModel& camera = calibration_.cameras[1].model;
   const Eigen::Vector2d pixel(right.x, right.y);
   if (!camera.inImage(pixel)) return match;
-  const auto right_xy = camera.pixelToNormalized(pixel);
-  if (!right_xy) return match;
-  const Eigen::Vector3d f0 = T_C1C0_.R * query.left_xy.homogeneous();
-  const Eigen::Vector3d f1 = right_xy->homogeneous();
-  // Distance from the epipolar line in the plane z = 1, in pixels.
-  const Eigen::Vector3d line = T_C1C0_.t.cross(f0);
-  const double distance_px = std::abs(line.dot(f1)) / line.head<2>().norm() * focal_;
+  const auto direction = camera.measure(pixel);
+  if (!direction) return match;
+  const Eigen::Vector3d f0 = T_C1C0_.R * query.left_ray;
+  const Eigen::Vector3d f1 = direction->ray();
+  // Distance from the epipolar line in the plane of the measured direction, in pixels.
+  const Eigen::Vector3d line = direction->R_MC * T_C1C0_.t.cross(f0);
+  const double distance_px =
+      std::abs(line.dot(direction->xy.homogeneous())) / line.head<2>().norm() * focal_;
   if (distance_px > options_.epipolar_px) return match;
   // f1 x (f0 + inverse_depth t) = 0, least squares.
   const Eigen::Vector3d a = f1.cross(T_C1C0_.t), b = f1.cross(f0);
@@ -155,7 +166,7 @@ StereoMatch StereoMatcher::check(const StereoQuery& query, const cv::Point2f& ri
 StereoMatch StereoMatcher::align(const cv::Mat& right, const StereoQuery& query,
                                  double inverse_depth) const {
   cv::Point2f guess;
-  if (inverse_depth < 0.0 || !rightPixel(query.left_xy, inverse_depth, &guess)) return {};
+  if (inverse_depth < 0.0 || !rightPixel(query.left_ray, inverse_depth, &guess)) return {};
   PatchPose pose{{guess.x, guess.y}, query.A};
   const double correlation =
       query.patch->align(right, &pose, options_.anchor_iterations, options_.klt_epsilon_px);

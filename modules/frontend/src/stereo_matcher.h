@@ -17,8 +17,9 @@ namespace etalon {
 /** A left pixel to be found in the right image. */
 struct StereoQuery {
   cv::Point2f left;
-  Eigen::Vector2d left_xy = Eigen::Vector2d::Zero();  ///< undistorted, normalised
-  double inverse_depth = -1.0;         ///< 1/m, along the left camera's z; negative if unknown
+  Eigen::Vector3d left_ray = Eigen::Vector3d::UnitZ();  ///< CameraModel::unproject of it
+  double inverse_depth = -1.0;         ///< 1/m, of the landmark p_C0 = left_ray / inverse_depth;
+                                       ///< negative if unknown
   const AnchorPatch* patch = nullptr;  ///< what to look for, not null
   Eigen::Matrix2d A = Eigen::Matrix2d::Identity();  ///< its shape in the right image, a guess
 };
@@ -47,12 +48,15 @@ class StereoMatcher {
                                  const std::vector<StereoQuery>& queries) const;
 
   /** Inverse depths, 1/m, at which a left point may lie in the right image, between zero and that
-   * of min_depth_m; empty (first > second) if there are none. */
-  std::pair<double, double> visibleInverseDepths(const Eigen::Vector2d& left_xy) const;
+   * of min_depth_m; empty (first > second) if there are none. Of a fisheye, all of these. */
+  std::pair<double, double> visibleInverseDepths(const Eigen::Vector3d& left_ray) const;
+
+  /** From one inverse depth to the next in the search, 1/m: some 2 px in the right image. */
+  double searchStep(const Eigen::Vector3d& left_ray, double inverse_depth) const;
 
  private:
   /** The right pixel of a left one at an inverse depth; false outside the image. */
-  bool rightPixel(const Eigen::Vector2d& left_xy, double inverse_depth, cv::Point2f* right) const;
+  bool rightPixel(const Eigen::Vector3d& left_ray, double inverse_depth, cv::Point2f* right) const;
   double searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
                             const StereoQuery& query) const;
   StereoMatch align(const cv::Mat& right, const StereoQuery& query, double inverse_depth) const;
@@ -62,7 +66,7 @@ class StereoMatcher {
   const StereoTrackerOptions& options_;
   SE3 T_C1C0_;
   double focal_ = 0.0;            ///< mean focal length of the right camera, px
-  Eigen::AlignedBox2d right_xy_;  ///< around the right image, undistorted, normalised
+  Eigen::AlignedBox2d right_xy_;  ///< around the right image in the plane z = 1, if perspective
 };
 
 }  // namespace etalon

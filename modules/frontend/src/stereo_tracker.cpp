@@ -96,6 +96,7 @@ class StereoTracker::Impl {
     statistics_.lost = before - statistics_.tracked;
     for (const cv::Point2f& corner :
          grid.detect(left, options_.max_features - statistics_.tracked)) {
+      if (!inLens(corner)) continue;
       tracks_.push_back({next_id_++, corner});
       setAnchor(left, &tracks_.back());
       ++statistics_.added;
@@ -110,22 +111,34 @@ class StereoTracker::Impl {
 
  private:
   void checkImage(const cv::Mat& image, size_t camera) const {
-    const PinholeRadtan& model = calibration_.cameras[camera].model;
-    if (image.type() == CV_8UC1 && image.cols == model.width && image.rows == model.height) return;
+    const CameraModel& model = calibration_.cameras[camera].model;
+    if (image.type() == CV_8UC1 && image.cols == model.width() && image.rows == model.height())
+      return;
     throw DataError("", 0,
                     "image of camera " + std::to_string(camera) + ": expected 8-bit gray of " +
-                        std::to_string(model.width) + " x " + std::to_string(model.height) +
+                        std::to_string(model.width()) + " x " + std::to_string(model.height()) +
                         " px, got " + std::to_string(image.cols) + " x " +
                         std::to_string(image.rows) + ", OpenCV type " +
                         std::to_string(image.type()));
   }
 
+  /** Whether the lens shows something around the pixel, as far as landmarks keep off the edge. */
+  bool inLens(const cv::Point2f& pixel) const {
+    const double d = options_.border_px;
+    const Eigen::Vector2d centre(pixel.x, pixel.y);
+    for (const auto& offset : {Eigen::Vector2d(d, d), Eigen::Vector2d(d, -d),
+                               Eigen::Vector2d(-d, d), Eigen::Vector2d(-d, -d)})
+      if (!calibration_.cameras[0].model.unproject(centre + offset)) return false;
+    return true;
+  }
+
   /** Where the rotation alone takes a pixel of the left image; the pixel itself if it leaves the
    * image. */
   cv::Point2f rotated(const cv::Point2f& pixel, const Eigen::Matrix3d& R_C0cur_C0prev) const {
-    const PinholeRadtan& camera = calibration_.cameras[0].model;
-    const auto xy = camera.pixelToNormalized({pixel.x, pixel.y});
-    const auto moved = xy ? camera.project(R_C0cur_C0prev * xy->homogeneous()) : xy;
+    const CameraModel& camera = calibration_.cameras[0].model;
+    const auto ray = camera.unproject({pixel.x, pixel.y});
+    if (!ray) return pixel;
+    const auto moved = camera.project(R_C0cur_C0prev * *ray);
     if (!moved || !camera.inImage(*moved)) return pixel;
     return {static_cast<float>(moved->x()), static_cast<float>(moved->y())};
   }
@@ -155,19 +168,19 @@ class StereoTracker::Impl {
   /** Drops tracks that do not move as the camera does. */
   void rejectByMotion(const Eigen::Matrix3d& R_C0cur_C0prev) {
     if (options_.temporal_epipolar_px <= 0.0) return;
-    const PinholeRadtan& camera = calibration_.cameras[0].model;
+    const CameraModel& camera = calibration_.cameras[0].model;
     std::vector<TrackedRay> rays;
     std::vector<size_t> index;
     for (size_t i = 0; i < tracks_.size(); ++i) {
       const Track& track = tracks_[i];
-      const auto before = camera.pixelToNormalized({track.pixel_before.x, track.pixel_before.y});
-      const auto now = camera.pixelToNormalized({track.pixel.x, track.pixel.y});
+      const auto before = camera.unproject({track.pixel_before.x, track.pixel_before.y});
+      const auto now = camera.measure({track.pixel.x, track.pixel.y});
       if (!before || !now) continue;
       rays.push_back({*before, *now, track.inverse_depth});
       index.push_back(i);
     }
     const std::vector<char> agree = agreeWithMotion(
-        rays, R_C0cur_C0prev, 0.5 * (camera.fu + camera.fv), options_.temporal_epipolar_px);
+        rays, R_C0cur_C0prev, 0.5 * camera.focal().sum(), options_.temporal_epipolar_px);
     std::vector<char> keep(tracks_.size(), 1);
     for (size_t j = 0; j < index.size(); ++j) keep[index[j]] = agree[j];
     std::vector<Track> kept;
@@ -229,9 +242,8 @@ class StereoTracker::Impl {
         query.patch = &present[queries.size()];
         query.A.setIdentity();
       }
-      const auto xy =
-          calibration_.cameras[0].model.pixelToNormalized({track.pixel.x, track.pixel.y});
-      if (xy) query.left_xy = *xy;
+      const auto ray = calibration_.cameras[0].model.unproject({track.pixel.x, track.pixel.y});
+      if (ray) query.left_ray = *ray;
       queries.push_back(query);
     }
     const std::vector<StereoMatch> matches =

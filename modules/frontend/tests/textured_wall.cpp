@@ -19,7 +19,7 @@ TexturedWall::TexturedWall(const StereoInertialCalibration& calibration, double 
                            double contrast, int seed)
     : calibration_(calibration),
       depth_m_(depth_m),
-      texel_m_(depth_m / calibration.cameras[0].model.fu / kTexelsPerPixel) {
+      texel_m_(depth_m / calibration.cameras[0].model.focal().x() / kTexelsPerPixel) {
   cv::RNG random(static_cast<uint64_t>(seed));
   cv::Mat fine(kTextureSide, kTextureSide, CV_32F), coarse(fine.size(), CV_32F);
   random.fill(fine, cv::RNG::NORMAL, 0.0, 1.0);
@@ -30,12 +30,12 @@ TexturedWall::TexturedWall(const StereoInertialCalibration& calibration, double 
   const double unit = 2.0 * std::sqrt(CV_PI) * kSmoothing;
   texture_ = 128.0 + contrast * (25.0 * unit * fine + 20.0 * 4.0 * unit * coarse);
   for (size_t c = 0; c < 2; ++c) {
-    const PinholeRadtan& model = calibration_.cameras[c].model;
-    rays_[c].create(model.height, model.width, CV_64FC2);
-    for (int v = 0; v < model.height; ++v)
-      for (int u = 0; u < model.width; ++u) {
-        const Eigen::Vector2d xy = model.pixelToNormalized(Eigen::Vector2d(u, v)).value();
-        rays_[c].at<cv::Vec2d>(v, u) = {xy.x(), xy.y()};
+    const CameraModel& model = calibration_.cameras[c].model;
+    rays_[c].create(model.height(), model.width(), CV_64FC3);
+    for (int v = 0; v < model.height(); ++v)
+      for (int u = 0; u < model.width(); ++u) {
+        const Eigen::Vector3d ray = model.unproject(Eigen::Vector2d(u, v)).value();
+        rays_[c].at<cv::Vec3d>(v, u) = {ray.x(), ray.y(), ray.z()};
       }
   }
 }
@@ -46,8 +46,8 @@ cv::Mat TexturedWall::image(size_t camera, const SE3& T_WB) const {
   cv::Mat map(rays.size(), CV_32FC2), image;
   for (int v = 0; v < rays.rows; ++v)
     for (int u = 0; u < rays.cols; ++u) {
-      const auto& xy = rays.at<cv::Vec2d>(v, u);
-      const Eigen::Vector3d ray = T_WC.R * Eigen::Vector3d(xy[0], xy[1], 1.0);
+      const auto& ray_C = rays.at<cv::Vec3d>(v, u);
+      const Eigen::Vector3d ray = T_WC.R * Eigen::Vector3d(ray_C[0], ray_C[1], ray_C[2]);
       const Eigen::Vector3d p = T_WC.t + ray * ((depth_m_ - T_WC.t.z()) / ray.z());
       map.at<cv::Vec2f>(v, u) = {static_cast<float>(p.x() / texel_m_ + kTextureSide / 2),
                                  static_cast<float>(p.y() / texel_m_ + kTextureSide / 2)};
@@ -72,8 +72,7 @@ cv::Mat TexturedWall::image(size_t camera, const SE3& T_WB) const {
 Eigen::Vector3d TexturedWall::pointBehind(const Eigen::Vector2d& left_pixel,
                                           const SE3& T_WB) const {
   const SE3 T_WC = T_WB * calibration_.cameras[0].T_BC;
-  const Eigen::Vector3d ray =
-      T_WC.R * calibration_.cameras[0].model.pixelToNormalized(left_pixel).value().homogeneous();
+  const Eigen::Vector3d ray = T_WC.R * calibration_.cameras[0].model.unproject(left_pixel).value();
   return T_WC.t + ray * ((depth_m_ - T_WC.t.z()) / ray.z());
 }
 
@@ -85,13 +84,10 @@ Eigen::Vector2d TexturedWall::pixelOf(const Eigen::Vector3d& p_W, size_t camera,
 
 StereoInertialCalibration smallRig() {
   StereoInertialCalibration calibration;
-  for (CameraCalibration& camera : calibration.cameras) {
-    PinholeRadtan& m = camera.model;
-    m.width = 376, m.height = 240;
-    m.fu = 229.3, m.fv = 228.6, m.cu = 183.5, m.cv = 124.0;
-    m.k1 = -0.283, m.k2 = 0.074, m.p1 = 1.9e-4, m.p2 = 1.8e-5;
-  }
-  calibration.cameras[1].model.cu = 189.0;
+  for (CameraCalibration& camera : calibration.cameras)
+    camera.model = CameraModel("pinhole", "radial-tangential", 376, 240,
+                               {229.3, 228.6, 183.5, 124.0}, {-0.283, 0.074, 1.9e-4, 1.8e-5});
+  calibration.cameras[1].model = calibration.cameras[1].model.with("cu", 189.0);
   // Not quite parallel, as real rigs are.
   calibration.cameras[1].T_BC = SE3(expSO3({0.002, -0.014, 0.003}), {0.11, 0.0004, -0.001});
   return calibration;

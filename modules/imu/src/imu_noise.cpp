@@ -1,19 +1,60 @@
 #include "etalon/imu/imu_noise.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace etalon {
+
+double shownAccelNoiseDensity(const std::vector<ImuSample>& samples) {
+  constexpr int kFewest = 20;         // differences: 17 % of standard error in the density
+  constexpr double kLongest = 1.5;    // step, in shortest ones of the same difference
+  constexpr double kVariance = 20.0;  // of a third difference of white noise: 1 + 9 + 9 + 1
+  double sum = 0.0;                   // m^2/s^4/Hz
+  int count = 0;
+  for (size_t k = 1; k + 4 < samples.size(); ++k) {
+    double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
+    for (size_t i = k; i < k + 3; ++i) {
+      const double step = secondsBetween(samples[i].t, samples[i + 1].t);
+      shortest = std::min(shortest, step);
+      longest = std::max(longest, step);
+    }
+    if (longest > kLongest * shortest) continue;
+    const Eigen::Vector3d difference = samples[k + 3].accel - samples[k].accel -
+                                       3.0 * (samples[k + 2].accel - samples[k + 1].accel);
+    const double step = secondsBetween(samples[k].t, samples[k + 3].t) / 3.0;
+    sum += difference.squaredNorm() / 3.0 / kVariance * step;
+    ++count;
+  }
+  return count < kFewest ? std::numeric_limits<double>::infinity() : std::sqrt(sum / count);
+}
 
 void ImuNoiseOptions::declare(ParameterSet& parameters) {
   parameters.add("gyro_noise_factor", &gyro_noise_factor, {0.1, 1000.0},
                  "The gyro's white-noise density is the data sheet's times this factor.");
   parameters.add("accel_noise_factor", &accel_noise_factor, {0.1, 1000.0},
                  "The accelerometer's white-noise density is the data sheet's times this factor "
-                 "(vibration of a flying platform).");
+                 "where a window's samples show vibration (a flying platform).");
+  parameters.add("min_accel_noise_factor", &min_accel_noise_factor, {0.1, 1000.0},
+                 "Where they show less than accel_noise_factor, the density is what they show, but "
+                 "no less than the data sheet's times this factor. As large as accel_noise_factor, "
+                 "or larger: accel_noise_factor always.");
 }
 
 ImuNoiseDensities ImuNoiseOptions::apply(const ImuNoiseDensities& data_sheet) const {
   ImuNoiseDensities used = data_sheet;
   used.gyro_noise_density *= gyro_noise_factor;
   used.accel_noise_density *= accel_noise_factor;
+  return used;
+}
+
+ImuNoiseDensities ImuNoiseOptions::apply(const ImuNoiseDensities& data_sheet,
+                                         const std::vector<ImuSample>& window) const {
+  ImuNoiseDensities used = apply(data_sheet);
+  const double least = data_sheet.accel_noise_density * min_accel_noise_factor;
+  const double shown = shownAccelNoiseDensity(window);
+  if (std::max(shown, least) < used.accel_noise_density)
+    used.accel_noise_density = std::max(shown, least);
   return used;
 }
 

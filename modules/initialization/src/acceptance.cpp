@@ -4,7 +4,8 @@
 #include <cstdio>
 #include <optional>
 
-#include "etalon/core/chi_square.h"
+#include "etalon/core/degrees.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
@@ -83,7 +84,7 @@ Refusal judgeCovariance(const VisualInertialBaResult& refined, const AcceptanceO
     decision.reason = "the normal equations are singular: the data do not determine the state";
     return decision;
   }
-  const double sigma_gravity_deg = refined.sigmaTilt() * 180.0 / M_PI;
+  const double sigma_gravity_deg = degrees(refined.sigmaTilt());
   if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
     return refuse(Status::kIllConditioned, sigma_gravity_deg,
                   "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted",

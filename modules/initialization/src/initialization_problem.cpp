@@ -59,7 +59,7 @@ const VisualSolution& InitializationProblem::visualSolution() const {
       std::vector<Eigen::Matrix3d> rotations;
       for (const Preintegration& p : preintegrate(priors().mean))
         rotations.push_back(p.deltas().dR);
-      lazy_->solution = solveVisualOdometry(calibration(), keyframes(), rotations, data_->odometry);
+      lazy_->solution = solveStereoOdometry(calibration(), keyframes(), rotations, data_->odometry);
     } catch (...) {
       lazy_->error = std::current_exception();
     }

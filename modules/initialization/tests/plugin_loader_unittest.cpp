@@ -8,13 +8,14 @@
 #include <fstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 /** The folder that holds the test plugin `name` alone. */
 std::string folder(const std::string& name) { return ETALON_TEST_INITIALIZERS "/" + name; }
@@ -31,7 +32,7 @@ std::string createError(PluginLoader loader, const std::string& name) {
 }
 
 /** Both ways to a plugin must refuse it with the same reason: by path, and found in a folder. */
-void expectRefused(const std::string& name, const testing::Matcher<std::string>& reason) {
+void expectRefused(const std::string& name, const ::testing::Matcher<std::string>& reason) {
   EXPECT_THAT(createError(PluginLoader({}), library(name)),
               AllOf(HasSubstr(library(name)), reason));
   PluginLoader loader({folder(name)});
@@ -43,24 +44,16 @@ void expectRefused(const std::string& name, const testing::Matcher<std::string>&
 }
 
 /** A file in a folder of its own, removed afterwards. */
-class PluginFile : public testing::Test {
+class PluginFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "etalon_plugin_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   std::string write(const std::string& name, const std::string& content) {
-    const std::string path = (folder_ / name).string();
-    std::ofstream(path, std::ios::binary) << content;
-    return path;
+    return folder_.write(name, content);
   }
   static std::string contentOf(const std::string& path) {
     std::ifstream stream(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   }
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 TEST(PluginLoader, FindsCreatesAndConfiguresAPlugin) {
@@ -132,7 +125,7 @@ TEST_F(PluginFile, RefusesTextEmptyAndTruncatedFiles) {
   for (const size_t size : {size_t{16}, size_t{64}, size_t{200}, size_t{5000}, whole.size() / 2}) {
     const std::string path = write("cut_" + std::to_string(size) + ".so", whole.substr(0, size));
     EXPECT_THAT(createError(PluginLoader({}), path),
-                testing::AnyOf(HasSubstr("truncated"), HasSubstr("not a shared library")))
+                ::testing::AnyOf(HasSubstr("truncated"), HasSubstr("not a shared library")))
         << size;
   }
   EXPECT_THAT(createError(PluginLoader({}), write("cut.so", whole.substr(0, whole.size() / 4))),
@@ -205,7 +198,7 @@ TEST(PluginLoader, RefusesAClassNameThatIsTaken) {
 TEST_F(PluginFile, SeesAFileOnceHoweverItIsReached) {
   fs::create_symlink(library("good"), folder_ / "link.so");
   PluginLoader loader(
-      {folder("good"), library("good"), folder("good") + "/../good", folder_.string()});
+      {folder("good"), library("good"), folder("good") + "/../good", folder_.path()});
   EXPECT_EQ(loader.available().size(), 1U);
   EXPECT_TRUE(loader.rejected().empty());
 }
@@ -215,7 +208,7 @@ TEST_F(PluginFile, OneBrokenFileDoesNotSpoilTheFolder) {
   write("readme.txt", "ignored");
   fs::copy_file(library("wrong_abi"), folder_ / "b_wrong_abi.so");
   fs::create_symlink(library("good"), folder_ / "c_good.so");
-  PluginLoader loader({folder_.string()});
+  PluginLoader loader({folder_.path()});
   EXPECT_EQ(loader.available().size(), 1U);
   EXPECT_EQ(loader.rejected().size(), 2U);
 }

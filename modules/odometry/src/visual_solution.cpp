@@ -6,7 +6,7 @@
 
 namespace etalon {
 
-VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
+VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
                                    const std::vector<const TrackedFrame*>& keyframes,
                                    const std::vector<Eigen::Matrix3d>& R_prev_cur,
                                    const StereoOdometryOptions& options) {

@@ -53,7 +53,7 @@ TEST(StereoOdometry, PredictsAndSaysSoWhereNothingIsSeen) {
   EXPECT_TRUE(odometry.track(window.frames[4], Eigen::Matrix3d::Identity(), false).located);
 }
 
-TEST(SolveVisualOdometry, ReturnsPosesLandmarksAndCovariance) {
+TEST(SolveStereoOdometry, ReturnsPosesLandmarksAndCovariance) {
   SyntheticWindowOptions options;
   options.sigma_px = 0.5;
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
@@ -62,7 +62,7 @@ TEST(SolveVisualOdometry, ReturnsPosesLandmarksAndCovariance) {
   StereoOdometryOptions odometry;
   odometry.sigma_px = 0.5;
   const VisualSolution solution =
-      solveVisualOdometry(window.calibration, window.keyframes(), rotations, odometry);
+      solveStereoOdometry(window.calibration, window.keyframes(), rotations, odometry);
   ASSERT_EQ(solution.T_VB.size(), window.truth.size());
   EXPECT_GT(solution.landmarks.size(), 200U);
   EXPECT_EQ(solution.covariance.rows(), 6 * 9);
@@ -74,14 +74,14 @@ TEST(SolveVisualOdometry, ReturnsPosesLandmarksAndCovariance) {
   for (int i = 0; i < 3; ++i) EXPECT_LT(std::abs(error[i]), 5.0 * sigma[i]);
 }
 
-TEST(SolveVisualOdometry, SaysWhereItLostItsWay) {
+TEST(SolveStereoOdometry, SaysWhereItLostItsWay) {
   SyntheticWindow window = testing::makeSyntheticWindow({});
   std::vector<const TrackedFrame*> keyframes = window.keyframes();
   TrackedFrame blind;
   blind.t = keyframes[4]->t;
   keyframes[4] = &blind;
   try {
-    solveVisualOdometry(window.calibration, keyframes,
+    solveStereoOdometry(window.calibration, keyframes,
                         std::vector<Eigen::Matrix3d>(9, Eigen::Matrix3d::Identity()), {});
     FAIL() << "expected DataError";
   } catch (const DataError& e) {

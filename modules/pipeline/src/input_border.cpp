@@ -109,8 +109,8 @@ std::string describe(InputFault fault, const InputFaultCount& count) {
 InputBorder::InputBorder(const StereoInertialCalibration& calibration, const InputOptions& options)
     : options_(options) {
   for (size_t c = 0; c < 2; ++c) {
-    widths_[c] = calibration.cameras[c].model.width;
-    heights_[c] = calibration.cameras[c].model.height;
+    widths_[c] = calibration.cameras[c].model.width();
+    heights_[c] = calibration.cameras[c].model.height();
   }
 }
 

@@ -51,29 +51,16 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   return sets;
 }
 
-void AutoOptions::declare(ParameterSet& parameters) {
-  parameters.add(
-      "at_rest", &at_rest,
-      "With [pipeline] initializer = auto: the plugin that starts the odometry while the "
-      "platform stands still. It must refuse motion with too_much_motion, as static does.");
-  parameters.add("moving", &moving,
-                 "With [pipeline] initializer = auto: the plugin that takes over when motion "
-                 "begins, or starts the odometry in motion.");
-  parameters.add("min_motion_share", &min_motion_share, {0.0, 1.0},
-                 "Share of the window's time that must be in motion before the one for motion is "
-                 "tried; 0: as soon as the window is not at rest.");
-}
-
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
     : calibration_(calibration),
       options_(options),
-      initializers_(std::move(initializers)),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
       tracker_(calibration, options.frontend),
-      selector_(KeyframeSelectorOptions{options.keyframe_rate_hz}),
       odometry_(calibration, options.window.odometry),
+      window_(options.keyframes, options.keyframe_rate_hz),
+      starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
       bias_(options.window.priors.mean) {}
 
 Pipeline::~Pipeline() = default;
@@ -102,7 +89,7 @@ void Pipeline::processAdmitted() {
     } else {
       imu_ = ImuBuffer();
       odometry_.forgetVelocity();
-      restartWindow();
+      window_.restart();
     }
   }
 }
@@ -120,14 +107,6 @@ Eigen::Matrix3d Pipeline::rotationSince(TimeNs t0, TimeNs t1) const {
   return Preintegration(imu_.between(t0, t1), bias_, noise_).deltas().dR;
 }
 
-/** After a time that nothing is known of, keyframes before it are of no use for an initialization.
- */
-void Pipeline::restartWindow() {
-  window_frames_.clear();
-  window_keyframes_.clear();
-  selector_ = KeyframeSelector(KeyframeSelectorOptions{options_.keyframe_rate_hz});
-}
-
 void Pipeline::process(const StereoFrame& frame) {
   FrameTiming timing;
   Stopwatch watch;
@@ -142,22 +121,20 @@ void Pipeline::process(const StereoFrame& frame) {
     return;
   }
   if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
-    restartWindow();
+    window_.restart();
   tracked_at_ = frame.t;
   const TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
   repeated_images_.tracked(tracked);
   timing.frontend_ms = watch.lapMilliseconds();
 
-  const bool keyframe = selector_.isKeyframe(frame.t);
+  const bool keyframe = window_.isKeyframe(frame.t);
   const StereoOdometry::FrameResult pose = odometry_.track(tracked, R_prev_cur, keyframe);
   if (!pose.located) ++frames_not_located_;
   trajectory_.push_back({frame.t, pose.T_VB});
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (collecting()) {
-    if (keyframe) window_keyframes_.push_back(frame.t);
-    if (!window_keyframes_.empty()) window_frames_.push_back(tracked);
-    if (keyframe) tryInitialize();
+    if (window_.add(tracked)) tryInitialize();
     timing.initialization_ms = watch.lapMilliseconds();
   } else {
     imu_.dropBefore(frame.t);
@@ -165,98 +142,14 @@ void Pipeline::process(const StereoFrame& frame) {
   timings_.push_back(timing);
 }
 
-void Pipeline::dropBeforeWindow() {
-  while (static_cast<int>(window_keyframes_.size()) > options_.keyframes)
-    window_keyframes_.pop_front();
-  while (!window_frames_.empty() && window_frames_.front().t < window_keyframes_.front())
-    window_frames_.pop_front();
-  imu_.dropBefore(window_keyframes_.front());
-}
-
-InitializationProblem Pipeline::windowProblem(const WindowOptions& options) const {
-  std::vector<TrackedFrame> frames(window_frames_.begin(), window_frames_.end());
-  std::vector<int> indices;
-  for (size_t i = 0; i < frames.size(); ++i)
-    if (std::binary_search(window_keyframes_.begin(), window_keyframes_.end(), frames[i].t))
-      indices.push_back(static_cast<int>(i));
-  return makeProblem(calibration_, noise_, options, std::move(frames), std::move(indices),
-                     ImuBuffer(imu_.between(window_keyframes_.front(), window_keyframes_.back())));
-}
-
 void Pipeline::tryInitialize() {
-  dropBeforeWindow();
-  if (static_cast<int>(window_keyframes_.size()) < options_.keyframes) return;
-  const WindowOptions options = waits_for_motion_ ? handoverOptions() : options_.window;
-  const InitializationProblem problem = windowProblem(options);
-  if (waits_for_motion_ ? !isInMotion(problem) : initializers_.at_rest && startsAtRest(problem))
-    return;
-  InitializationAttempt attempt =
-      attemptInitialization(problem, *initializers_.initializer, options);
-  if (initializers_.at_rest) attempt.initializer = initializers_.name;
-  keep(std::move(attempt));
-  if (!attempts_.back().decision.accepted) return;
-  if (waits_for_motion_)
-    takeOver(attempts_.back());
-  else
-    start(attempts_.back());
-}
-
-/** Adds the attempt, and lightens the one that now is too old to be kept whole. */
-void Pipeline::keep(InitializationAttempt attempt) {
-  attempts_.push_back(std::move(attempt));
-  if (attempts_.size() <= kDetailedAttempts) return;
-  InitializationAttempt& old = attempts_[attempts_.size() - 1 - kDetailedAttempts];
-  if (!old.decision.accepted) old.dropEstimates();
-}
-
-/** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
-bool Pipeline::startsAtRest(const InitializationProblem& problem) {
-  InitializationAttempt attempt =
-      attemptInitialization(problem, *initializers_.at_rest, options_.window);
-  attempt.initializer = initializers_.at_rest_name;
-  keep(std::move(attempt));
-  if (!attempts_.back().decision.accepted) return false;
-  waits_for_motion_ = true;
-  last_rest_ = attempts_.back().t;
-  start(attempts_.back());
-  return true;
-}
-
-/** Whether the window is known to move, and long enough. A window of which the at-rest initializer
- * cannot tell is an attempt, so that the reason for waiting is seen. */
-bool Pipeline::isInMotion(const InitializationProblem& problem) {
-  InitializationResult result = initializers_.at_rest->initialize(problem);
-  const TimeNs now = window_keyframes_.back();
-  if (result.status == InitializationStatus::kTooMuchMotion)
-    return secondsBetween(last_rest_, now) >= options_.auto_initializer.min_motion_share *
-                                                  secondsBetween(window_keyframes_.front(), now);
-  last_rest_ = now;
-  if (result.ok()) return false;
-  InitializationAttempt attempt;
-  attempt.t = now;
-  attempt.initializer = initializers_.at_rest_name;
-  attempt.keyframes.assign(window_keyframes_.begin(), window_keyframes_.end());
-  attempt.decision.status = result.status;
-  attempt.decision.reason = result.reason;
-  attempt.decision.value = result.reason_value;
-  attempt.init = std::move(result);
-  keep(std::move(attempt));
-  return false;
-}
-
-/** What the start learnt of the gyro bias is the prior, unless the windows have measurements in
- * common, which would count twice. Of the accelerometer's bias it learnt nothing apart from tilt.
- */
-WindowOptions Pipeline::handoverOptions() const {
-  WindowOptions options = options_.window;
-  if (window_keyframes_.front() < initialized_at_) return options;
-  const double walk = noise_.gyro_random_walk *
-                      std::sqrt(secondsBetween(initialized_at_, window_keyframes_.back()));
-  const double sigma = std::hypot(sigma_gyro_bias_, walk);
-  if (!(sigma < options.priors.sigma_gyro_rps)) return options;
-  options.priors.mean.gyro = bias_.gyro;
-  options.priors.sigma_gyro_rps = sigma;
-  return options;
+  imu_.dropBefore(window_.stamps().front());
+  if (!window_.complete()) return;
+  const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
+    return window_.problem(calibration_, options_.imu_noise, options, imu_);
+  });
+  if (outcome == Starter::Outcome::kStarts) start(attempts().back());
+  if (outcome == Starter::Outcome::kTakesOver) takeOver(attempts().back());
 }
 
 void Pipeline::start(const InitializationAttempt& attempt) {
@@ -276,7 +169,6 @@ void Pipeline::takeOver(const InitializationAttempt& attempt) {
   const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
   const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
   const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  waits_for_motion_ = false;
   handed_over_at_ = attempt.t;
   adopt(attempt, {R_WA, T_WB.t - R_WA * T_AB.t});
 }
@@ -292,10 +184,7 @@ void Pipeline::adopt(const InitializationAttempt& attempt, const SE3& T_WA) {
   for (const auto& [id, p_A] : attempt.landmarks) landmarks[id] = T_WA * p_A;
   odometry_.adopt(keyframes, landmarks);
   bias_ = attempt.bias();
-  sigma_gyro_bias_ = attempt.sigmaGyroBias();
-  if (waits_for_motion_) return;
-  window_frames_.clear();
-  window_keyframes_.clear();
+  if (!starter_.waitsForMotion()) window_.clear();
 }
 
 }  // namespace etalon

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "etalon/core/statistics.h"
+
 namespace etalon {
 
 namespace {
@@ -71,11 +73,7 @@ void RepeatedImages::tracked(const TrackedFrame& frame) {
   pixels_ = std::move(pixels);
   // What a repeated image shows says nothing of the motion.
   if (!new_) return;
-  flow_px_ = 0.0;
-  if (flows.empty()) return;
-  const auto middle = flows.begin() + static_cast<std::ptrdiff_t>(flows.size() / 2);
-  std::nth_element(flows.begin(), middle, flows.end());
-  flow_px_ = *middle;
+  flow_px_ = flows.empty() ? 0.0 : median(std::move(flows));
 }
 
 }  // namespace etalon

@@ -87,16 +87,16 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
 
   // Another initializer may have asked for step 1 of the same problem before.
-  const bool step1_was_there = problem.visualSolutionComputed();
+  const bool odometry_was_there = problem.visualSolutionComputed();
   Stopwatch watch;
   attempt.init = initializer.initialize(problem);
   attempt.initialize_ms = watch.lapMilliseconds();
-  const bool step1_is_there = problem.visualSolutionComputed();
-  attempt.used_visual_odometry =
-      step1_is_there && (!step1_was_there || initializer.needsVisualSolution());
-  if (attempt.used_visual_odometry) {
-    attempt.visual_odometry_ms = problem.visualSolutionMilliseconds();
-    if (!step1_was_there) attempt.initialize_ms -= attempt.visual_odometry_ms;
+  const bool odometry_is_there = problem.visualSolutionComputed();
+  attempt.used_stereo_odometry =
+      odometry_is_there && (!odometry_was_there || initializer.needsVisualSolution());
+  if (attempt.used_stereo_odometry) {
+    attempt.stereo_odometry_ms = problem.visualSolutionMilliseconds();
+    if (!odometry_was_there) attempt.initialize_ms -= attempt.stereo_odometry_ms;
     attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
   }
   if (!attempt.init.ok()) {

@@ -18,8 +18,7 @@ constexpr TimeNs kSecond = kNanosecondsPerSecond;
 StereoInertialCalibration smallCameras() {
   StereoInertialCalibration calibration;
   for (CameraCalibration& camera : calibration.cameras) {
-    camera.model.width = 8;
-    camera.model.height = 4;
+    camera.model = CameraModel("pinhole", "none", 8, 4, {8.0, 8.0, 3.5, 1.5}, {});
   }
   return calibration;
 }

@@ -166,10 +166,10 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
   }
   add(&pipeline, frames, imu);
   const std::vector<InitializationAttempt>& attempts = pipeline.attempts();
-  ASSERT_GT(attempts.size(), Pipeline::kDetailedAttempts);
+  ASSERT_GT(attempts.size(), Starter::kDetailedAttempts);
   for (size_t i = 0; i < attempts.size(); ++i) {
     EXPECT_EQ(attempts[i].init.covariance.size() > 0,
-              i + Pipeline::kDetailedAttempts >= attempts.size());
+              i + Starter::kDetailedAttempts >= attempts.size());
     EXPECT_EQ(attempts[i].decision.reason, "as it always does");
     EXPECT_EQ(attempts[i].keyframes.size(), 3U);
   }

@@ -114,6 +114,29 @@ TEST_F(PipelineWithAuto, StampsStayAsTheyCame) {
   EXPECT_EQ(keeping.attempts()[0].keyframes[0], stamps[0]);
 }
 
+TEST_F(PipelineWithAuto, AWindowsOwnSamplesSayWhetherItVibrates) {
+  const auto believed = [](double vibration_mps2) {
+    ImuNoiseDensities noise;
+    Pipeline pipeline = PipelineWithAuto::pipeline(
+        options(),
+        [&noise](const InitializationProblem& problem) {
+          noise = problem.imuNoise();
+          return moves();
+        },
+        says(moves()));
+    double sign = 1.0;
+    for (ImuSample sample : flight().imu) {
+      sample.accel.x() += vibration_mps2 * (sign = -sign);
+      pipeline.add(sample);
+    }
+    for (const StereoFrame& frame : flight().frames) pipeline.add(frame);
+    pipeline.finish();
+    return noise.accel_noise_density / flight().calibration.imu.noise.accel_noise_density;
+  };
+  EXPECT_DOUBLE_EQ(believed(0.0), options().imu_noise.min_accel_noise_factor);
+  EXPECT_DOUBLE_EQ(believed(1.0), options().imu_noise.accel_noise_factor);
+}
+
 TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   // The second world: turned by 40 degrees of yaw, tilted by 1 degree, moved.
   const SE3 T_AW(expSO3(Vector3d(0, 0, -40 * kDegree)) * expSO3(Vector3d(kDegree, 0, 0)),

@@ -10,37 +10,37 @@
 
 #include "benchmark_side_tables.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
 
-using SlotKey = std::tuple<std::string, int, double, TimeNs>;
+using ResultKey = std::tuple<std::string, int, double, TimeNs>;
 
-/** A figure of one initializer by slot; nothing where it has none. */
-using Figures = std::map<SlotKey, double>;
+/** A figure of one initializer by window; nothing where it has none. */
+using Figures = std::map<ResultKey, double>;
 
 Figures figuresOf(const BenchmarkRecord& record, const std::vector<std::optional<bool>>& success,
                   const std::string& initializer, const std::string& stage,
                   const std::string& figure) {
   Figures figures;
-  for (size_t i = 0; i < record.slots.size(); ++i) {
-    const SlotRecord& slot = record.slots[i];
-    if (slot.initializer != initializer) continue;
-    double value = SegmentErrors::kNone;
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    const WindowResult& result = record.results[i];
+    if (result.initializer != initializer) continue;
+    double value = WindowErrors::kNone;
     if (figure == kSuccessRate) {
       if (success[i]) value = *success[i] ? 1.0 : 0.0;
-    } else if (slot.attempt.stage(stage)) {
-      value = segmentRow(slot, stage).errors.*segmentMetric(figure).error;
+    } else if (result.attempt.stage(stage)) {
+      value = windowRow(result, stage).errors.*windowMetric(figure).error;
     }
     if (std::isfinite(value))
-      figures[{slot.sequence, slot.keyframes, slot.rate_hz, slot.t0}] = value;
+      figures[{result.sequence, result.keyframes, result.rate_hz, result.t0}] = value;
   }
   return figures;
 }
 
-bool inWindow(const SlotKey& key, const std::pair<int, double>& window) {
-  return std::get<1>(key) == window.first && std::get<2>(key) == window.second;
+bool hasShape(const ResultKey& key, const WindowShape& shape) {
+  return std::get<1>(key) == shape.keyframes && std::get<2>(key) == shape.rate_hz;
 }
 
 /** The pairs of one recording, in the order of time. */
@@ -69,15 +69,14 @@ double differenceOf(const PairedCluster& cluster, bool rate) {
   return rate ? summary.mean : summary.median;
 }
 
-PairedComparison compareFigures(const Figures& a, const Figures& b,
-                                const std::pair<int, double>& window, bool rate,
-                                const std::vector<std::string>& sequences,
+PairedComparison compareFigures(const Figures& a, const Figures& b, const WindowShape& shape,
+                                bool rate, const std::vector<std::string>& sequences,
                                 const BootstrapOptions& options) {
   PairedComparison comparison;
   std::vector<double> paired_a, paired_b;
   std::map<std::string, Pairs> by_sequence;
   for (const auto& [key, value] : a) {
-    if (!inWindow(key, window)) continue;
+    if (!hasShape(key, shape)) continue;
     ++comparison.count_a;
     const auto other = b.find(key);
     if (other == b.end()) continue;
@@ -89,7 +88,7 @@ PairedComparison compareFigures(const Figures& a, const Figures& b,
     paired_b.push_back(other->second);
   }
   for (const auto& [key, value] : b)
-    if (inWindow(key, window)) ++comparison.count_b;
+    if (hasShape(key, shape)) ++comparison.count_b;
   const FigureSummary summary_a = summaryOf(paired_a), summary_b = summaryOf(paired_b);
   comparison.value_a = rate ? summary_a.mean : summary_a.median;
   comparison.value_b = rate ? summary_b.mean : summary_b.median;
@@ -98,7 +97,7 @@ PairedComparison compareFigures(const Figures& a, const Figures& b,
     const auto pairs = by_sequence.find(sequence);
     if (pairs == by_sequence.end()) continue;
     clusters.push_back(pairs->second.values);
-    clusters.back().block = pairs->second.overlapping((window.first - 1) / window.second);
+    clusters.back().block = pairs->second.overlapping((shape.keyframes - 1) / shape.rate_hz);
     comparison.apart += static_cast<int>((clusters.back().a.size() + clusters.back().block - 1) /
                                          clusters.back().block);
     comparison.by_recording.push_back({sequence, static_cast<int>(clusters.back().a.size()),
@@ -133,7 +132,7 @@ BenchmarkRecord combineBenchmarks(
   for (const auto& [name, record] : benchmarks)
     for (const std::string& initializer : initializersOf(record)) ++uses[initializer];
   BenchmarkRecord all;
-  all.protocol.keyframes.clear();  // of several: what the slots have
+  all.protocol.keyframes.clear();  // of several: what the windows have
   all.protocol.rates_hz.clear();
   if (benchmarks.size() == 1) all.protocol = benchmarks.front().second.protocol;
   all.protocol.vi_ba = false;
@@ -149,9 +148,9 @@ BenchmarkRecord combineBenchmarks(
       initializer.name = fullName(initializer.name);
       all.initializers.push_back(initializer);
     }
-    for (SlotRecord slot : record.slots) {
-      slot.initializer = fullName(slot.initializer);
-      all.slots.push_back(std::move(slot));
+    for (WindowResult result : record.results) {
+      result.initializer = fullName(result.initializer);
+      all.results.push_back(std::move(result));
     }
   }
   return all;
@@ -161,13 +160,13 @@ BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
                                    const std::vector<std::string>& names) {
   const std::vector<std::string> there = initializersOf(record);
   BenchmarkRecord selected = record;
-  selected.slots.clear();
+  selected.results.clear();
   selected.initializers.clear();
   for (const std::string& name : names) {
     if (std::find(there.begin(), there.end(), name) == there.end())
       throw ConfigError("initializer '" + name + "': expected one of " + joined(there));
-    for (const SlotRecord& slot : record.slots)
-      if (slot.initializer == name) selected.slots.push_back(slot);
+    for (const WindowResult& result : record.results)
+      if (result.initializer == name) selected.results.push_back(result);
     for (const BenchmarkInitializer& initializer : record.initializers)
       if (initializer.name == name) selected.initializers.push_back(initializer);
   }
@@ -177,7 +176,7 @@ BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
 double PairedComparison::smallestRelevantDifference() const {
   if (figure == kSuccessRate) return std::pow(10.0, -kSuccessDecimals) / 100.0;
   const double share = kRelevantShare * std::min(std::abs(value_a), std::abs(value_b));
-  return std::max(share, segmentMetric(figure).lastDigit());
+  return std::max(share, windowMetric(figure).lastDigit());
 }
 
 std::string PairedComparison::verdict() const {
@@ -191,7 +190,7 @@ std::string PairedComparison::verdict() const {
 
 std::vector<std::string> comparedFigures() {
   std::vector<std::string> figures = {kSuccessRate};
-  for (const SegmentMetric& metric : segmentMetrics()) figures.push_back(metric.key);
+  for (const WindowMetric& metric : windowMetrics()) figures.push_back(metric.key);
   return figures;
 }
 
@@ -205,18 +204,18 @@ std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const
       throw ConfigError("metric '" + figure + "': expected one of " + joined(known));
   const std::vector<std::string> sequences = sequencesOf(record);
   std::vector<PairedComparison> comparisons;
-  for (const std::pair<int, double>& window : windowsOf(record))
+  for (const WindowShape& shape : shapesOf(record))
     for (const std::string& stage : stagesOf(record)) {
       const std::vector<std::optional<bool>> success = judgedSuccess(record, stage);
       for (const std::string& figure : figures) {
         PairedComparison comparison =
             compareFigures(figuresOf(record, success, a, stage, figure),
-                           figuresOf(record, success, b, stage, figure), window,
+                           figuresOf(record, success, b, stage, figure), shape,
                            figure == kSuccessRate, sequences, options);
         comparison.a = a;
         comparison.b = b;
-        comparison.keyframes = window.first;
-        comparison.rate_hz = window.second;
+        comparison.keyframes = shape.keyframes;
+        comparison.rate_hz = shape.rate_hz;
         comparison.stage = stage;
         comparison.figure = figure;
         comparisons.push_back(std::move(comparison));

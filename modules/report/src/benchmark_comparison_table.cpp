@@ -13,8 +13,8 @@ std::string shownValue(const std::string& figure, double value) {
   if (!std::isfinite(value)) return "-";
   const bool rate = figure == kSuccessRate;
   char text[352];
-  std::snprintf(text, sizeof text, "%.*f", rate ? kSuccessDecimals : segmentMetric(figure).decimals,
-                value * (rate ? 100.0 : segmentMetric(figure).factor));
+  std::snprintf(text, sizeof text, "%.*f", rate ? kSuccessDecimals : windowMetric(figure).decimals,
+                value * (rate ? 100.0 : windowMetric(figure).factor));
   return text;
 }
 
@@ -23,7 +23,7 @@ std::string shownDifference(const std::string& figure, double value) {
   if (!std::isfinite(value)) return "-";
   char text[40];
   std::snprintf(text, sizeof text, "%.3g",
-                value * (figure == kSuccessRate ? 100.0 : segmentMetric(figure).factor));
+                value * (figure == kSuccessRate ? 100.0 : windowMetric(figure).factor));
   return text;
 }
 
@@ -92,7 +92,7 @@ void addRow(const PairedComparison& c, bool group_in_title, Table* table) {
   table->setNumber("rate_hz", c.rate_hz);
   table->setText("stage", c.stage);
   table->setText("figure", c.figure);
-  table->setText("title", rate ? "success [%]" : segmentMetric(c.figure).title);
+  table->setText("title", rate ? "success [%]" : windowMetric(c.figure).title);
   table->setNumber("slots_a", c.count_a);
   table->setNumber("slots_b", c.count_b);
   table->setNumber("pairs", c.interval.pairs);
@@ -140,7 +140,7 @@ TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
   std::string title = "Paired comparison";
   if (group_in_title && !comparisons.empty()) {
     const PairedComparison& c = comparisons.front();
-    title += ", " + windowText({c.keyframes, c.rate_hz}) + ", A = " + c.a + ", B = " + c.b;
+    title += ", " + shapeText({c.keyframes, c.rate_hz}) + ", A = " + c.a + ", B = " + c.b;
   }
   return {"comparison", title, note + sentenceOnRecordings(comparisons), std::move(table), true};
 }

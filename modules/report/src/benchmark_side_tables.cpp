@@ -6,7 +6,7 @@
 #include <map>
 
 #include "etalon/benchmark/noise_calibration.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
@@ -22,35 +22,35 @@ std::vector<std::pair<std::string, double>> partsOf(const AttemptRecord& attempt
   std::vector<std::pair<std::string, double>> parts;
   double total = 0.0;
   for (const StageTiming& timing : attempt.timings) {
-    const bool step_1 = timing.stage == kTimingVisualOdometry, vi_ba = timing.stage == kTimingViBa;
+    const bool odometry = timing.stage == kTimingStereoOdometry,
+               vi_ba = timing.stage == kTimingViBa;
     const bool whole = timing.stage == kTimingInitialize;
-    if (step_1 || vi_ba || whole) total += timing.milliseconds;
-    parts.emplace_back(step_1  ? "step 1 (stereo odometry)"
-                       : whole ? "initializer"
-                       : vi_ba ? "VI-BA"
-                               : "initializer: " + timing.stage,
+    if (odometry || vi_ba || whole) total += timing.milliseconds;
+    parts.emplace_back(odometry ? "step 1 (stereo odometry)"
+                       : whole  ? "initializer"
+                       : vi_ba  ? "VI-BA"
+                                : "initializer: " + timing.stage,
                        timing.milliseconds);
   }
   parts.emplace_back("all together", total);
   return parts;
 }
 
-/** The check of one sequence, summed over the slots of an initializer. */
+/** The check of one sequence, summed over the windows of an initializer. */
 struct SequenceNoise {
-  int slots = 0;
+  int windows = 0;
   NoiseCheck check;
 };
 
-SequenceNoise noiseOf(const BenchmarkRecord& record, const Window& window,
+SequenceNoise noiseOf(const BenchmarkRecord& record, const WindowShape& shape,
                       const std::string& sequence, const std::string& initializer) {
   SequenceNoise sum;
-  for (const SlotRecord& slot : record.slots) {
-    if (!slot.noise || slot.initializer != initializer ||
-        Window(slot.keyframes, slot.rate_hz) != window ||
-        (sequence != kAllSequences && slot.sequence != sequence))
+  for (const WindowResult& result : record.results) {
+    if (!result.noise || result.initializer != initializer || result.shape() != shape ||
+        (sequence != kAllSequences && result.sequence != sequence))
       continue;
-    ++sum.slots;
-    sum.check += *slot.noise;
+    ++sum.windows;
+    sum.check += *result.noise;
   }
   return sum;
 }
@@ -84,12 +84,12 @@ std::string copiesNote(const BenchmarkRecord& record) {
 
 }  // namespace
 
-std::string windowText(const Window& window) {
-  return std::to_string(window.first) + " keyframes at " + inShort(window.second) + " Hz";
+std::string shapeText(const WindowShape& shape) {
+  return std::to_string(shape.keyframes) + " keyframes at " + inShort(shape.rate_hz) + " Hz";
 }
 
-std::string windowId(const Window& window) {
-  return "_" + std::to_string(window.first) + "_" + inShort(window.second) + "hz";
+std::string shapeId(const WindowShape& shape) {
+  return "_" + std::to_string(shape.keyframes) + "_" + inShort(shape.rate_hz) + "hz";
 }
 
 NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor) {
@@ -103,7 +103,7 @@ NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor) {
   return verdict;
 }
 
-TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& window) {
+TitledTable runtimePartsTable(const BenchmarkRecord& record, const WindowShape& shape) {
   Table table({{"initializer", "initializer"},
                {"part", "part"},
                {"slots", "slots", true, 0},
@@ -113,10 +113,9 @@ TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& windo
   for (const std::string& initializer : initializersOf(record)) {
     std::vector<std::string> names;  // in the order of their first appearance
     std::map<std::string, std::vector<double>> times;
-    for (const SlotRecord& slot : record.slots) {
-      if (slot.initializer != initializer || Window(slot.keyframes, slot.rate_hz) != window)
-        continue;
-      for (const auto& [name, ms] : partsOf(slot.attempt)) {
+    for (const WindowResult& result : record.results) {
+      if (result.initializer != initializer || result.shape() != shape) continue;
+      for (const auto& [name, ms] : partsOf(result.attempt)) {
         if (times.count(name) == 0) names.push_back(name);
         times[name].push_back(ms);
       }
@@ -132,26 +131,24 @@ TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& windo
       table.setNumber("p90_ms", figure.p90);
     }
   }
-  TitledTable titled = {"runtime_parts" + windowId(window),
-                        "Run time by part [ms], all sequences, " + windowText(window),
-                        "Over the slots in which the part ran, refused ones included.",
-                        std::move(table)};
+  TitledTable titled = {
+      "runtime_parts" + shapeId(shape), "Run time by part [ms], all sequences, " + shapeText(shape),
+      "Over the slots in which the part ran, refused ones included.", std::move(table)};
   titled.metric = "runtime_parts";
-  titled.keyframes = window.first;
-  titled.rate_hz = window.second;
+  titled.keyframes = shape.keyframes;
+  titled.rate_hz = shape.rate_hz;
   return titled;
 }
 
-std::string checkedInitializer(const BenchmarkRecord& record, const Window& window) {
-  const auto checked =
-      std::find_if(record.slots.begin(), record.slots.end(), [&](const SlotRecord& slot) {
-        return slot.noise && Window(slot.keyframes, slot.rate_hz) == window;
-      });
-  return checked == record.slots.end() ? "" : checked->initializer;
+std::string checkedInitializer(const BenchmarkRecord& record, const WindowShape& shape) {
+  const auto checked = std::find_if(
+      record.results.begin(), record.results.end(),
+      [&](const WindowResult& result) { return result.noise && result.shape() == shape; });
+  return checked == record.results.end() ? "" : checked->initializer;
 }
 
-std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window) {
-  const std::string initializer = checkedInitializer(record, window);
+std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const WindowShape& shape) {
+  const std::string initializer = checkedInitializer(record, shape);
   if (initializer.empty()) return std::nullopt;
   std::vector<Table::Column> columns = {{"sequence", "sequence"}, {"slots", "slots", true, 0}};
   for (const auto& [key, name] : {std::pair<std::string, std::string>{"gyro", "gyroscope"},
@@ -165,19 +162,19 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
   std::vector<std::string> sequences = sequencesOf(record);
   sequences.emplace_back(kAllSequences);
   for (const std::string& sequence : sequences) {
-    const SequenceNoise sum = noiseOf(record, window, sequence, initializer);
+    const SequenceNoise sum = noiseOf(record, shape, sequence, initializer);
     if (sequence == kAllSequences) table.addRule();
     table.addRow();
     table.setText("sequence", sequence);
-    table.setNumber("slots", sum.slots);
+    table.setNumber("slots", sum.windows);
     const Eigen::Vector3d factor = correctionOf(sum.check).factor;
     setVerdict(&table, "gyro", sum.check.gyro, factor[0]);
     setVerdict(&table, "accel", sum.check.accel, factor[1]);
     setVerdict(&table, "vision", sum.check.vision, factor[2]);
   }
   TitledTable titled = {
-      "noise" + windowId(window),
-      "Check of the noise, VI-BA after " + initializer + ", " + windowText(window),
+      "noise" + shapeId(shape),
+      "Check of the noise, VI-BA after " + initializer + ", " + shapeText(shape),
       "chi2/dof is 1 where all noise in use is right. One step: the factor of the first step "
       "of the variance components, with the others' noise as configured; too small and too large "
       "are more "
@@ -187,12 +184,12 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
           "noise is wrong its size and even its direction are. `etalon calibrate-noise` iterates.",
       std::move(table), true};
   titled.metric = "noise";
-  titled.keyframes = window.first;
-  titled.rate_hz = window.second;
+  titled.keyframes = shape.keyframes;
+  titled.rate_hz = shape.rate_hz;
   return titled;
 }
 
-std::string floorNote(const BenchmarkRecord& record, const std::string& key) {
+std::string boundNote(const BenchmarkRecord& record, const std::string& key) {
   if (key == "rre_deg")
     return " Gyro alone, at best: the least that integrating the gyro can have, with the bias that "
            "fits the window's ground truth best, over all slots; rotations that vision has a part "
@@ -206,7 +203,7 @@ std::string floorNote(const BenchmarkRecord& record, const std::string& key) {
   return " Tilt: of the ground truth's world against gravity.";
 }
 
-TitledTable floorTable(const BenchmarkRecord& record) {
+TitledTable boundTable(const BenchmarkRecord& record) {
   const bool problems =
       std::any_of(record.sequences.begin(), record.sequences.end(),
                   [](const BenchmarkSequence& sequence) { return !sequence.error.empty(); });
@@ -230,15 +227,15 @@ TitledTable floorTable(const BenchmarkRecord& record) {
     table.setText("ground_truth", sequence.has_ground_truth ? "yes" : "none");
     table.setText("error", sequence.error);
     if (!sequence.has_ground_truth) continue;
-    const GroundTruthFloor& floor = sequence.floor;
-    table.setNumber("interval_s", floor.interval_s);
-    table.setNumber("rre_deg", floor.rre_deg);
-    table.setNumber("world_tilt_deg", floor.world_tilt_deg);
+    const GroundTruthBound& bound = sequence.bound;
+    table.setNumber("interval_s", bound.interval_s);
+    table.setNumber("rre_deg", bound.rre_deg);
+    table.setNumber("world_tilt_deg", bound.world_tilt_deg);
     table.setNumber("truth_gyro_median", sequence.gyro_agreement.median);
     table.setNumber("truth_gyro_rms", sequence.gyro_agreement.rms);
-    if (std::isnan(floor.rre_deg)) continue;
-    table.setNumber("gyro_bias_rps", floor.bias.gyro.norm());
-    table.setNumber("accel_bias_mps2", floor.bias.accel.norm());
+    if (std::isnan(bound.rre_deg)) continue;
+    table.setNumber("gyro_bias_rps", bound.bias.gyro.norm());
+    table.setNumber("accel_bias_mps2", bound.bias.accel.norm());
   }
   TitledTable titled = {
       "floor", "Floor of the ground truth",

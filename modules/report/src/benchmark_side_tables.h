@@ -10,8 +10,6 @@
 
 namespace etalon {
 
-using Window = std::pair<int, double>;  ///< keyframes, rate_hz
-
 constexpr const char* kWithout = "without VI-BA";
 constexpr const char* kWith = "with VI-BA";
 
@@ -23,24 +21,24 @@ inline std::string groupOf(const std::string& stage) {
 /** toString() as JSON. */
 std::string titledTableJson(const TitledTable& table);
 
-std::string windowText(const Window& window);
+std::string shapeText(const WindowShape& shape);
 /** For TitledTable::id. */
-std::string windowId(const Window& window);
+std::string shapeId(const WindowShape& shape);
 
-/** Step 1, initializer, its own stages, VI-BA: times over all sequences. */
-TitledTable runtimePartsTable(const BenchmarkRecord& record, const Window& window);
+/** Stereo odometry, initializer, its own stages, VI-BA: times over all sequences. */
+TitledTable runtimePartsTable(const BenchmarkRecord& record, const WindowShape& shape);
 
 /** The first initializer that has a check of the noise; empty if none has. */
-std::string checkedInitializer(const BenchmarkRecord& record, const Window& window);
+std::string checkedInitializer(const BenchmarkRecord& record, const WindowShape& shape);
 
 /** The noise in use against the residuals after the first initializer that has a check; nothing if
  * none has. */
-std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Window& window);
+std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const WindowShape& shape);
 
 /** What the column beside an error is, in sentences. @param key of RRE, gyro bias or gravity */
-std::string floorNote(const BenchmarkRecord& record, const std::string& key);
+std::string boundNote(const BenchmarkRecord& record, const std::string& key);
 
 /** What the ground truth of each sequence is worth. */
-TitledTable floorTable(const BenchmarkRecord& record);
+TitledTable boundTable(const BenchmarkRecord& record);
 
 }  // namespace etalon

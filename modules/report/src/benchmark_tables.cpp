@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "benchmark_side_tables.h"
-#include "etalon/benchmark/benchmark_slots.h"
-#include "etalon/core/table_text.h"
+#include "etalon/benchmark/windows.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
@@ -17,11 +17,11 @@ const SummaryRow& rowOf(const std::vector<SummaryRow>& summary, const SummaryRow
   return *std::find_if(summary.begin(), summary.end(), [&](const SummaryRow& row) {
     return row.sequence == key.sequence && row.keyframes == key.keyframes &&
            row.rate_hz == key.rate_hz && row.initializer == key.initializer &&
-           row.stage == key.stage && row.slots == kAllSlots;
+           row.stage == key.stage && row.which == kAllWindows;
   });
 }
 
-/** An initializer must have an estimate in so many of the slots for its figures to count as best.
+/** An initializer must have an estimate in so many of the windows for its figures to count as best.
  */
 constexpr double kShareForBest = 0.75;
 
@@ -39,7 +39,7 @@ struct Layout {
  * columns beside. */
 template <typename Value, typename More>
 Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                   const Window& window, const Layout& layout, Value value, More more) {
+                   const WindowShape& shape, const Layout& layout, Value value, More more) {
   std::vector<Table::Column> columns = {{"sequence", "sequence"}};
   columns.insert(columns.end(), layout.before.begin(), layout.before.end());
   const std::vector<std::string> initializers = initializersOf(record);
@@ -54,8 +54,8 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
   std::vector<std::string> sequences = sequencesOf(record);
   sequences.emplace_back(kAllSequences);
   SummaryRow key;
-  key.keyframes = window.first;
-  key.rate_hz = window.second;
+  key.keyframes = shape.keyframes;
+  key.rate_hz = shape.rate_hz;
   for (const std::string& sequence : sequences) {
     key.sequence = sequence;
     if (sequence == kAllSequences) table.addRule();
@@ -80,12 +80,12 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
 }
 
 /** What a program wants to know of a table in the papers' layout. */
-TitledTable described(TitledTable table, const Window& window, const std::string& metric,
+TitledTable described(TitledTable table, const WindowShape& shape, const std::string& metric,
                       const std::string& statistic, bool marks_best) {
   table.metric = metric;
   table.statistic = statistic;
-  table.keyframes = window.first;
-  table.rate_hz = window.second;
+  table.keyframes = shape.keyframes;
+  table.rate_hz = shape.rate_hz;
   table.marks_best = marks_best;
   return table;
 }
@@ -123,29 +123,29 @@ double valueOf(const FigureSummary& figure, SummaryStatistic statistic) {
 }
 
 TitledTable successTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                         const Window& window) {
+                         const WindowShape& shape) {
   Layout layout;
   layout.decimals = 1;
   layout.factor = 100.0;
   layout.least_is_best = false;
   layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
   Table table = papersLayout(
-      record, summary, window, layout, [](const SummaryRow& row) { return row.success_rate; },
+      record, summary, shape, layout, [](const SummaryRow& row) { return row.success_rate; },
       [](Table* t, const SummaryRow& row) {
         t->setNumber("slots", row.count);
         t->setNumber("judged", row.judged);
       });
-  return described({"success" + windowId(window), "Success [%], " + windowText(window),
+  return described({"success" + shapeId(shape), "Success [%], " + shapeText(shape),
                     "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
                     "slots whose ground truth allows to judge it; a refused slot counts as a "
                     "failure.",
                     std::move(table), true, kSuccessRate},
-                   window, kSuccessRate, "rate", true);
+                   shape, kSuccessRate, "rate", true);
 }
 
 /** What the acceptance after VI-BA costs: success, were every estimate accepted. */
 TitledTable goodEstimatesTable(const BenchmarkRecord& record,
-                               const std::vector<SummaryRow>& summary, const Window& window) {
+                               const std::vector<SummaryRow>& summary, const WindowShape& shape) {
   Layout layout;
   layout.decimals = 1;
   layout.factor = 100.0;
@@ -153,47 +153,47 @@ TitledTable goodEstimatesTable(const BenchmarkRecord& record,
   layout.stages = {kStageViBa};
   layout.before = {{"slots", "slots", true, 0}, {"judged", "judged", true, 0}};
   Table table = papersLayout(
-      record, summary, window, layout, [](const SummaryRow& row) { return row.good_estimate_rate; },
+      record, summary, shape, layout, [](const SummaryRow& row) { return row.good_estimate_rate; },
       [](Table* t, const SummaryRow& row) {
         t->setNumber("slots", row.count);
         t->setNumber("judged", row.judged);
       });
-  return described({"good_estimates" + windowId(window),
-                    "Good estimates, accepted or not [%], " + windowText(window),
+  return described({"good_estimates" + shapeId(shape),
+                    "Good estimates, accepted or not [%], " + shapeText(shape),
                     "As success, but of all estimates of VI-BA, whether they were accepted as a "
                     "start or not: what is more here than there was refused without need.",
                     std::move(table), true},
-                   window, "good_estimates", "rate", true);
+                   shape, "good_estimates", "rate", true);
 }
 
 TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                         const Window& window) {
+                         const WindowShape& shape) {
   Layout layout;
   layout.mark_best = false;
   layout.before = {{"slots", "slots", true, 0}};
   Table table = papersLayout(
-      record, summary, window, layout,
+      record, summary, shape, layout,
       [](const SummaryRow& row) { return static_cast<double>(row.count - row.accepted); },
       [](Table* t, const SummaryRow& row) { t->setNumber("slots", row.count); });
-  return described({"refusals" + windowId(window), "Slots refused, " + windowText(window),
+  return described({"refusals" + shapeId(shape), "Slots refused, " + shapeText(shape),
                     "Without VI-BA: the initializer gave no estimate. With VI-BA: there was none, "
                     "or it was not accepted as a start.",
                     std::move(table), true},
-                   window, "refusals", "count", false);
+                   shape, "refusals", "count", false);
 }
 
 TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                         const Window& window) {
+                         const WindowShape& shape) {
   Layout layout;
   layout.decimals = 2;
   Table table = papersLayout(
-      record, summary, window, layout, [](const SummaryRow& row) { return row.runtime_ms.median; },
+      record, summary, shape, layout, [](const SummaryRow& row) { return row.runtime_ms.median; },
       nothingMore);
   return described(
-      {"runtime" + windowId(window), "Run time [ms], median, " + windowText(window),
+      {"runtime" + shapeId(shape), "Run time [ms], median, " + shapeText(shape),
        "Without VI-BA: the initializer alone, step 1 apart. With VI-BA: the VI-BA alone.",
        std::move(table), true},
-      window, "runtime_ms", "median", true);
+      shape, "runtime_ms", "median", true);
 }
 
 /** Tilt and velocity; a recording's ground truth does not tell the biases as well as the IMU's
@@ -203,33 +203,32 @@ constexpr size_t kPrintedNees = 2;
 /** Whether the errors are as large as the estimates' covariances say. @param index in neesMetrics()
  */
 TitledTable neesTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                      const Window& window, size_t index) {
-  const SegmentMetric metric = neesMetrics()[index];
+                      const WindowShape& shape, size_t index) {
+  const WindowMetric metric = neesMetrics()[index];
   Layout layout;
   layout.decimals = metric.decimals;
   layout.mark_best = false;
   Table table = papersLayout(
-      record, summary, window, layout,
+      record, summary, shape, layout,
       [index](const SummaryRow& row) { return row.nees[index].mean; }, nothingMore);
   return described(
-      {metric.key + "_mean" + windowId(window), metric.title + ", mean, " + windowText(window),
+      {metric.key + "_mean" + shapeId(shape), metric.title + ", mean, " + shapeText(shape),
        "Squared error over the covariance that the estimate claims, a degree of freedom: 1 where "
        "errors are as large as predicted, 4 where they are twice as large. Over the slots with a "
        "covariance; the ground truth's own error counts as the estimate's.",
        std::move(table), false, ""},
-      window, metric.key, "mean", false);
+      shape, metric.key, "mean", false);
 }
 
 }  // namespace
 
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                       std::pair<int, double> window, const SegmentMetric& metric,
-                       SummaryStatistic statistic) {
-  const std::vector<SegmentMetric> metrics = segmentMetrics();
-  const auto index = static_cast<size_t>(
-      std::find_if(metrics.begin(), metrics.end(),
-                   [&](const SegmentMetric& m) { return m.key == metric.key; }) -
-      metrics.begin());
+                       WindowShape shape, const WindowMetric& metric, SummaryStatistic statistic) {
+  const std::vector<WindowMetric> metrics = windowMetrics();
+  const auto index =
+      static_cast<size_t>(std::find_if(metrics.begin(), metrics.end(),
+                                       [&](const WindowMetric& m) { return m.key == metric.key; }) -
+                          metrics.begin());
   Layout layout;
   layout.decimals = metric.decimals;
   layout.factor = metric.factor;
@@ -239,22 +238,22 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
   if (rotation || gravity || gyro_bias) {
     layout.after = {{"floor", gravity ? "tilt" : "at best", true, metric.decimals, 1.0, false,
                      rotation ? "gyro alone" : "ground truth"}};
-    note += floorNote(record, metric.key);
+    note += boundNote(record, metric.key);
   }
   Table table = papersLayout(
-      record, summary, window, layout,
+      record, summary, shape, layout,
       [&](const SummaryRow& row) { return valueOf(row.errors[index], statistic); },
       [&](Table* t, const SummaryRow& row) {
-        const auto floorOf = [&](double GyroWindowFloor::*floor) {
-          return valueOf(gyroFloor(record, window, row.sequence, floor), statistic);
+        const auto boundOf = [&](double GyroWindowBound::*bound) {
+          return valueOf(gyroBound(record, shape, row.sequence, bound), statistic);
         };
         const BenchmarkSequence* sequence = sequenceOf(record, row.sequence);
         if (rotation)
-          t->setNumber("floor", floorOf(&GyroWindowFloor::rre_deg));
+          t->setNumber("floor", boundOf(&GyroWindowBound::rre_deg));
         else if (gyro_bias)
-          t->setNumber("floor", floorOf(&GyroWindowFloor::gyro_bias_rps));
+          t->setNumber("floor", boundOf(&GyroWindowBound::gyro_bias_rps));
         else if (gravity && sequence)
-          t->setNumber("floor", sequence->floor.world_tilt_deg);
+          t->setNumber("floor", sequence->bound.world_tilt_deg);
       });
   const std::string suffix = statistic == SummaryStatistic::kP90 ? "p90" : nameOf(statistic);
   const bool papers = rotation || metric.key == "ate_m";
@@ -262,12 +261,12 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
                                   metric.key == "velocity_mps" || metric.key == "gyro_bias_rps" ||
                                   metric.key == "accel_bias_mps2";
   return described(
-      {metric.key + "_" + suffix + windowId(window),
-       metric.title + ", " + nameOf(statistic) + ", " + windowText(window), note, std::move(table),
+      {metric.key + "_" + suffix + shapeId(shape),
+       metric.title + ", " + nameOf(statistic) + ", " + shapeText(shape), note, std::move(table),
        (papers && statistic == SummaryStatistic::kMean) ||
            (median_is_headline && statistic == SummaryStatistic::kMedian),
        metric.key},
-      window, metric.key, suffix, true);
+      shape, metric.key, suffix, true);
 }
 
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
@@ -275,26 +274,26 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
   const std::vector<std::string> stages = stagesOf(record);
   const bool vi_ba = std::find(stages.begin(), stages.end(), kStageViBa) != stages.end();
   std::vector<TitledTable> tables;
-  for (const Window& window : windowsOf(record)) {
+  for (const WindowShape& shape : shapesOf(record)) {
     const size_t first = tables.size();
-    tables.push_back(successTable(record, summary, window));
-    if (vi_ba) tables.push_back(goodEstimatesTable(record, summary, window));
-    tables.push_back(refusalTable(record, summary, window));
-    for (const SegmentMetric& metric : segmentMetrics())
+    tables.push_back(successTable(record, summary, shape));
+    if (vi_ba) tables.push_back(goodEstimatesTable(record, summary, shape));
+    tables.push_back(refusalTable(record, summary, shape));
+    for (const WindowMetric& metric : windowMetrics())
       for (const SummaryStatistic statistic :
            {SummaryStatistic::kMean, SummaryStatistic::kMedian, SummaryStatistic::kP90})
-        tables.push_back(errorTable(record, summary, window, metric, statistic));
+        tables.push_back(errorTable(record, summary, shape, metric, statistic));
     for (size_t m = 0; m < kPrintedNees; ++m)
-      tables.push_back(neesTable(record, summary, window, m));
-    tables.push_back(runtimeTable(record, summary, window));
-    tables.push_back(runtimePartsTable(record, window));
-    if (std::optional<TitledTable> noise = noiseTable(record, window))
+      tables.push_back(neesTable(record, summary, shape, m));
+    tables.push_back(runtimeTable(record, summary, shape));
+    tables.push_back(runtimePartsTable(record, shape));
+    if (std::optional<TitledTable> noise = noiseTable(record, shape))
       tables.push_back(std::move(*noise));
-    const std::vector<std::string> absent = tooShort(record, {window.first, window.second});
+    const std::vector<std::string> absent = tooShort(record, shape);
     for (size_t i = first; i < tables.size() && !absent.empty(); ++i)
       tables[i].note += " Not in the table: " + joined(absent, "; ") + ".";
   }
-  tables.push_back(floorTable(record));
+  tables.push_back(boundTable(record));
   return tables;
 }
 

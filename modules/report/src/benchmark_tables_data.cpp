@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmark_side_tables.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_tables.h"
 
 // The tables of a benchmark for programs: one JSON document, one CSV table.
@@ -55,17 +55,17 @@ std::string dumped(const Json& json) {
 
 /** What a number of the CSV table is of; empty where it is of all. */
 struct Label {
-  std::string window;  ///< keyframes,rate_hz
-  std::string slots, sequence, initializer, stage;
+  std::string shape;  ///< keyframes,rate_hz
+  std::string which, sequence, initializer, stage;
 };
 
-std::string windowFields(int keyframes, double rate_hz) {
+std::string shapeFields(int keyframes, double rate_hz) {
   return std::to_string(keyframes) + "," + csvNumber(rate_hz);
 }
 
 std::string line(const std::string& metric, const std::string& statistic, const Label& label,
                  int count, double value) {
-  return csvField(metric) + "," + statistic + "," + label.window + "," + label.slots + "," +
+  return csvField(metric) + "," + statistic + "," + label.shape + "," + label.which + "," +
          csvField(label.sequence) + "," + csvField(label.initializer) + "," + label.stage + "," +
          (count >= 0 ? std::to_string(count) : "") + "," + csvNumber(value) + "\n";
 }
@@ -77,17 +77,17 @@ std::string lines(const std::string& metric, const Label& label, const FigureSum
 }
 
 std::string lines(const SummaryRow& row) {
-  const Label label = {windowFields(row.keyframes, row.rate_hz), row.slots, row.sequence,
+  const Label label = {shapeFields(row.keyframes, row.rate_hz), row.which, row.sequence,
                        row.initializer, row.stage};
   std::string csv = line(kSuccessRate, "rate", label, row.judged, row.success_rate) +
                     line("good_estimates", "rate", label, row.judged, row.good_estimate_rate) +
                     line("refusals", "count", label, row.count, row.count - row.accepted);
-  const std::vector<SegmentMetric> metrics = segmentMetrics();
+  const std::vector<WindowMetric> metrics = windowMetrics();
   for (size_t m = 0; m < metrics.size(); ++m) csv += lines(metrics[m].key, label, row.errors[m]);
-  const std::vector<SegmentMetric> nees = neesMetrics();
+  const std::vector<WindowMetric> nees = neesMetrics();
   for (size_t m = 0; m < nees.size(); ++m) csv += lines(nees[m].key, label, row.nees[m]);
   return csv + lines("runtime_ms", label, row.runtime_ms) +
-         lines("visual_odometry_ms", label, row.visual_odometry_ms);
+         lines("visual_odometry_ms", label, row.stereo_odometry_ms);
 }
 
 /** Lines of a table whose rows are of a sequence each: a metric a column of numbers. */
@@ -131,17 +131,17 @@ std::string benchmarkTablesCsv(const BenchmarkRecord& record) {
   std::string csv =
       "metric,statistic,keyframes,rate_hz,slots,sequence,initializer,stage,count,value\n";
   for (const SummaryRow& row : summarize(record)) csv += lines(row);
-  for (const Window& window : windowsOf(record)) {
-    const Label label = {windowFields(window.first, window.second), kAllSlots, "", "", ""};
-    csv += linesOfParts(runtimePartsTable(record, window), label);
-    if (const std::optional<TitledTable> noise = noiseTable(record, window)) {
+  for (const WindowShape& shape : shapesOf(record)) {
+    const Label label = {shapeFields(shape.keyframes, shape.rate_hz), kAllWindows, "", "", ""};
+    csv += linesOfParts(runtimePartsTable(record, shape), label);
+    if (const std::optional<TitledTable> noise = noiseTable(record, shape)) {
       Label after_vi_ba = label;
       after_vi_ba.stage = kStageViBa;
-      after_vi_ba.initializer = checkedInitializer(record, window);
+      after_vi_ba.initializer = checkedInitializer(record, shape);
       csv += linesOfColumns(*noise, after_vi_ba);
     }
   }
-  return csv + linesOfColumns(floorTable(record), {",", "", "", "", ""});
+  return csv + linesOfColumns(boundTable(record), {",", "", "", "", ""});
 }
 
 }  // namespace etalon

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "benchmark_side_tables.h"
-#include "etalon/benchmark/benchmark_summary.h"
-#include "etalon/core/table_text.h"
+#include "etalon/benchmark/summary.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_tables.h"
 #include "etalon/report/comparison_table.h"
 #include "report_assets.h"
@@ -61,11 +61,11 @@ std::string joined(const Items& items, const std::string& separator, const Text&
   return result;
 }
 
-std::string sequenceText(const BenchmarkSequence& s, size_t slots, const std::string& noun) {
+std::string sequenceText(const BenchmarkSequence& s, size_t attempts, const std::string& noun) {
   std::string text = "<b>" + escaped(s.name) + "</b> ";
   if (!s.error.empty())
     return text + "<span class=\"bad\">could not be used: " + escaped(s.error) + "</span>";
-  text += counted(slots, noun) + ", " + number(s.duration_s) + " s";
+  text += counted(attempts, noun) + ", " + number(s.duration_s) + " s";
   if (!s.has_ground_truth) text += ", no ground truth";
   if (s.unreadable_images > 0)
     text += ", " + counted(static_cast<size_t>(s.unreadable_images), "unreadable image");
@@ -75,10 +75,10 @@ std::string sequenceText(const BenchmarkSequence& s, size_t slots, const std::st
 }
 
 std::string sequencesText(const BenchmarkRecord& record, const std::string& noun) {
-  std::map<std::string, size_t> slots;
-  for (const SlotRecord& slot : record.slots) ++slots[slot.sequence];
+  std::map<std::string, size_t> counts;
+  for (const WindowResult& result : record.results) ++counts[result.sequence];
   return joined(record.sequences, "<br>",
-                [&](const BenchmarkSequence& s) { return sequenceText(s, slots[s.name], noun); });
+                [&](const BenchmarkSequence& s) { return sequenceText(s, counts[s.name], noun); });
 }
 
 std::string initializersText(const BenchmarkRecord& record) {
@@ -90,12 +90,12 @@ std::string initializersText(const BenchmarkRecord& record) {
   });
 }
 
-std::string windowsText(const BenchmarkRecord& record) {
-  return joined(windowsOf(record), "; ", [](const std::pair<int, double>& window) {
-    std::string text = std::to_string(window.first) + " keyframes";
-    if (window.second > 0)
-      text += " at " + number(window.second) + " Hz (" +
-              number((window.first - 1) / window.second) + " s)";
+std::string shapesText(const BenchmarkRecord& record) {
+  return joined(shapesOf(record), "; ", [](const WindowShape& shape) {
+    std::string text = std::to_string(shape.keyframes) + " keyframes";
+    if (shape.rate_hz > 0)
+      text += " at " + number(shape.rate_hz) + " Hz (" +
+              number((shape.keyframes - 1) / shape.rate_hz) + " s)";
     return text;
   });
 }
@@ -127,32 +127,32 @@ std::string groupText(const std::string& title, const std::string& tables) {
   return "<details class=\"more\"><summary>" + title + "</summary>\n" + tables + "</details>\n";
 }
 
-/** The papers' window where it is there, else the first. */
-std::pair<int, double> mainWindow(const BenchmarkRecord& record) {
-  const std::vector<std::pair<int, double>> windows = windowsOf(record);
-  const std::pair<int, double> papers = {10, 4.0};
-  if (std::find(windows.begin(), windows.end(), papers) != windows.end() || windows.empty())
+/** The shape of the papers' windows where it is there, else the first. */
+WindowShape mainShape(const BenchmarkRecord& record) {
+  const std::vector<WindowShape> shapes = shapesOf(record);
+  const WindowShape papers{10, 4.0};
+  if (std::find(shapes.begin(), shapes.end(), papers) != shapes.end() || shapes.empty())
     return papers;
-  return windows.front();
+  return shapes.front();
 }
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/** Those to read first, of one window; closed behind them those of other windows, and the rest. */
+/** Those to read first, of one shape; closed behind them those of other shapes, and the rest. */
 std::string tablesText(const BenchmarkRecord& record) {
-  const std::string main_window = windowId(mainWindow(record));
-  std::string first, other_windows, rest;
+  const std::string main_shape = shapeId(mainShape(record));
+  std::string first, other_shapes, rest;
   for (const TitledTable& table : benchmarkTables(record)) {
     if (!table.headline)
       rest += tableText(table, false);
-    else if (endsWith(table.id, main_window) || !endsWith(table.id, "hz"))
+    else if (endsWith(table.id, main_shape) || !endsWith(table.id, "hz"))
       first += tableText(table, true);
     else
-      other_windows += tableText(table, true);
+      other_shapes += tableText(table, true);
   }
-  return first + groupText("The same for the other windows", other_windows) +
+  return first + groupText("The same for the other windows", other_shapes) +
          groupText("Every metric by mean, median and 90th percentile; parts of the run time", rest);
 }
 
@@ -176,14 +176,14 @@ std::string benchmarkReportHtml(const BenchmarkRecord& record) {
   nlohmann::json data = reportData(record);
   data["kind"] = "benchmark";
   const BenchmarkProtocol& protocol = record.protocol;
-  std::string tried = counted(record.slots.size(), "attempt") + ", a slot every " +
+  std::string tried = counted(record.results.size(), "attempt") + ", a slot every " +
                       number(protocol.every_s) + " s; every slot counts, refused or not";
   if (record.shards > 1)
     tried += "<br><span class=\"bad\">part " + std::to_string(record.shard) + " of " +
              std::to_string(record.shards) + ", not the whole benchmark</span>";
   const std::string summary =
       term("Sequences", sequencesText(record, "attempt")) +
-      term("Initializers", initializersText(record)) + term("Windows", windowsText(record)) +
+      term("Initializers", initializersText(record)) + term("Windows", shapesText(record)) +
       term("Attempts", tried) +
       term("Stages", protocol.vi_ba ? "initializer alone (init); after visual-inertial bundle "
                                       "adjustment and acceptance (vi_ba)"
@@ -206,11 +206,11 @@ std::string runReportHtml(const RunRecord& record, const Trajectory& odometry,
     started = number(at_s) + " s after the first image";
   }
   const BenchmarkSequence& sequence = benchmark.sequences.front();
-  const std::string summary =
-      term("Recording", sequencesText(benchmark, "attempt")) +
-      term("Source", escaped(record.source)) + term("Initializer", initializersText(benchmark)) +
-      term("Window", windowsText(benchmark)) + term("Initialised", started) +
-      term("Versions", versionsText(record.versions));
+  const std::string summary = term("Recording", sequencesText(benchmark, "attempt")) +
+                              term("Source", escaped(record.source)) +
+                              term("Initializer", initializersText(benchmark)) +
+                              term("Window", shapesText(benchmark)) + term("Initialised", started) +
+                              term("Versions", versionsText(record.versions));
   const std::vector<std::pair<std::string, RunRecord>> runs = {{sequence.name, record}};
   const std::string table =
       "<section class=\"table\"><h3>The attempt that counts</h3>\n<div "

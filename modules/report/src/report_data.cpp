@@ -8,9 +8,9 @@
 #include <string>
 #include <tuple>
 
-#include "etalon/benchmark/benchmark_summary.h"
+#include "etalon/benchmark/summary.h"
 #include "etalon/evaluation/alignment.h"
-#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {
 namespace {
@@ -58,12 +58,13 @@ bool canBeDrawn(const std::vector<KeyframeState>& states) {
 }
 
 /** The keyframes that an estimate is aligned with: ground truth; without it the last stage. */
-std::map<TimeNs, Eigen::Vector3d> referenceOf(const SlotRecord& slot) {
+std::map<TimeNs, Eigen::Vector3d> referenceOf(const WindowResult& result) {
   std::map<TimeNs, Eigen::Vector3d> reference;
-  for (const GroundTruthState& state : slot.truth)
+  for (const GroundTruthState& state : result.truth)
     if (state.T_WB.t.allFinite()) reference.emplace(state.t, state.T_WB.t);
   if (!reference.empty()) return reference;
-  for (auto stage = slot.attempt.stages.rbegin(); stage != slot.attempt.stages.rend(); ++stage) {
+  for (auto stage = result.attempt.stages.rbegin(); stage != result.attempt.stages.rend();
+       ++stage) {
     if (!canBeDrawn(stage->states)) continue;
     for (const KeyframeState& state : stage->states) reference.emplace(state.t, state.T_WB.t);
     return reference;
@@ -89,18 +90,18 @@ Json positionsOf(const StageRecord& stage, const std::map<TimeNs, Eigen::Vector3
   return flat;
 }
 
-Json noiseOf(const SlotRecord& slot) {
-  if (!slot.noise) return nullptr;
+Json noiseOf(const WindowResult& result) {
+  if (!result.noise) return nullptr;
   Json groups = Json::array();
-  for (const ResidualGroup& group : {slot.noise->gyro, slot.noise->accel, slot.noise->vision})
+  for (const ResidualGroup& group : {result.noise->gyro, result.noise->accel, result.noise->vision})
     groups.push_back({rounded(group.chi2), rounded(group.dof)});
   return groups;
 }
 
-/** Builds the slots of the data and the dictionaries that they refer to. */
-class SlotData {
+/** Builds the results of the data and the dictionaries that they refer to. */
+class ResultData {
  public:
-  explicit SlotData(const BenchmarkRecord& record) : metrics_(segmentMetrics()) {
+  explicit ResultData(const BenchmarkRecord& record) : metrics_(windowMetrics()) {
     for (const BenchmarkSequence& sequence : record.sequences) {
       first_images_.push_back(sequence.first_image);
       sequences_(sequence.name);
@@ -109,40 +110,40 @@ class SlotData {
       initializers_(initializer.name);
     const auto init = judgedSuccess(record, kStageInit);
     const auto vi_ba = judgedSuccess(record, kStageViBa);
-    for (size_t i = 0; i < record.slots.size(); ++i)
-      add(record.slots[i], record.protocol.every_s, {init[i], vi_ba[i]});
+    for (size_t i = 0; i < record.results.size(); ++i)
+      add(record.results[i], record.protocol.every_s, {init[i], vi_ba[i]});
   }
 
   void writeTo(Json* data) {
-    (*data)["windows"] = windows_;
+    (*data)["windows"] = shapes_;
     (*data)["statuses"] = statuses_.texts();
     (*data)["reasons"] = reasons_.texts();
     (*data)["timings"] = timings_.texts();
     (*data)["frames"] = std::move(frames_);
-    (*data)["slots"] = std::move(slots_);
+    (*data)["slots"] = std::move(results_);
     (*data)["sequence_names"] = sequences_.texts();
     (*data)["initializer_names"] = initializers_.texts();
   }
 
  private:
-  size_t windowOf(const SlotRecord& slot) {
-    const Json window = {slot.keyframes, rounded(slot.rate_hz)};
-    const auto place = std::find(windows_.begin(), windows_.end(), window);
-    const auto index = static_cast<size_t>(place - windows_.begin());
-    if (place == windows_.end()) windows_.push_back(window);
+  size_t shapeOf(const WindowResult& result) {
+    const Json shape = {result.keyframes, rounded(result.rate_hz)};
+    const auto place = std::find(shapes_.begin(), shapes_.end(), shape);
+    const auto index = static_cast<size_t>(place - shapes_.begin());
+    if (place == shapes_.end()) shapes_.push_back(shape);
     return index;
   }
 
   /** Stamps of the window's keyframes and true positions: the same for all initializers. */
-  size_t framesOf(const SlotRecord& slot, size_t sequence, size_t window) {
-    const auto key = std::make_tuple(sequence, window, slot.segment);
+  size_t framesOf(const WindowResult& result, size_t sequence, size_t shape) {
+    const auto key = std::make_tuple(sequence, shape, result.window);
     const auto [place, is_new] = frame_index_.emplace(key, frames_.size());
     if (is_new) frames_.push_back({Json::array(), nullptr});
     Json& frame = frames_[place->second];
-    const std::vector<TimeNs>& stamps = slot.attempt.keyframes;
+    const std::vector<TimeNs>& stamps = result.attempt.keyframes;
     if (!frame[0].empty() || stamps.empty()) return place->second;
     std::map<TimeNs, Eigen::Vector3d> truth;
-    for (const GroundTruthState& state : slot.truth)
+    for (const GroundTruthState& state : result.truth)
       if (state.T_WB.t.allFinite()) truth.emplace(state.t, state.T_WB.t);
     Json positions = Json::array();
     for (const TimeNs t : stamps) {
@@ -157,53 +158,54 @@ class SlotData {
     return place->second;
   }
 
-  Json stageOf(const SlotRecord& slot, const char* name,
+  Json stageOf(const WindowResult& result, const char* name,
                const std::map<TimeNs, Eigen::Vector3d>& reference) const {
-    const StageRecord* stage = slot.attempt.stage(name);
+    const StageRecord* stage = result.attempt.stage(name);
     if (stage == nullptr) return nullptr;
     Json errors = Json::array();
-    const SegmentErrors none;
-    for (const SegmentMetric& metric : metrics_)
+    const WindowErrors none;
+    for (const WindowMetric& metric : metrics_)
       errors.push_back(rounded((stage->errors ? *stage->errors : none).*metric.error));
     return {std::move(errors), positionsOf(*stage, reference)};
   }
 
-  void add(const SlotRecord& slot, double every_s,
+  void add(const WindowResult& result, double every_s,
            const std::vector<std::optional<bool>>& successes) {
-    const size_t sequence = sequences_(slot.sequence);
-    const size_t window = windowOf(slot);
+    const size_t sequence = sequences_(result.sequence);
+    const size_t shape = shapeOf(result);
     const TimeNs first = sequence < first_images_.size() ? first_images_[sequence] : 0;
-    const double start_s = slot.attempt.keyframes.empty() && slot.t0 == 0
-                               ? slot.segment * every_s
-                               : secondsBetween(first, slot.t0);
+    const double start_s = result.attempt.keyframes.empty() && result.t0 == 0
+                               ? result.window * every_s
+                               : secondsBetween(first, result.t0);
     Json judged = Json::array();
     for (const std::optional<bool>& success : successes)
       judged.push_back(success ? Json(*success ? 1 : 0) : Json(nullptr));
     Json timings = Json::array();
-    for (const StageTiming& timing : slot.attempt.timings)
+    for (const StageTiming& timing : result.attempt.timings)
       timings.push_back({timings_(timing.stage), rounded(timing.milliseconds)});
-    const std::map<TimeNs, Eigen::Vector3d> reference = referenceOf(slot);
+    const std::map<TimeNs, Eigen::Vector3d> reference = referenceOf(result);
     // A start is read in hundredths of a second.
     const double start_ms = std::round(1e3 * start_s);
-    slots_.push_back(Json::array(
-        {sequence, window, slot.segment, rounded(1e-3 * start_ms + 0.0),
-         initializers_(slot.initializer), statuses_(slot.attempt.status),
-         reasons_(slot.attempt.reason), framesOf(slot, sequence, window), std::move(judged),
-         std::move(timings),
-         Json::array({stageOf(slot, kStageInit, reference), stageOf(slot, kStageViBa, reference)}),
-         noiseOf(slot)}));
+    results_.push_back(
+        Json::array({sequence, shape, result.window, rounded(1e-3 * start_ms + 0.0),
+                     initializers_(result.initializer), statuses_(result.attempt.status),
+                     reasons_(result.attempt.reason), framesOf(result, sequence, shape),
+                     std::move(judged), std::move(timings),
+                     Json::array({stageOf(result, kStageInit, reference),
+                                  stageOf(result, kStageViBa, reference)}),
+                     noiseOf(result)}));
   }
 
-  std::vector<SegmentMetric> metrics_;
+  std::vector<WindowMetric> metrics_;
   std::vector<TimeNs> first_images_;
   Dictionary sequences_, initializers_, statuses_, reasons_, timings_;
   std::map<std::tuple<size_t, size_t, int>, size_t> frame_index_;
-  Json windows_ = Json::array(), frames_ = Json::array(), slots_ = Json::array();
+  Json shapes_ = Json::array(), frames_ = Json::array(), results_ = Json::array();
 };
 
 Json metricsData() {
   Json metrics = Json::array();
-  for (const SegmentMetric& m : segmentMetrics()) {
+  for (const WindowMetric& m : windowMetrics()) {
     Json metric = {{"key", m.key},       {"name", m.name},         {"title", m.title},
                    {"factor", m.factor}, {"decimals", m.decimals}, {"limit", nullptr}};
     if (m.key == "gravity_deg") metric["limit"] = kSuccessGravityDeg;
@@ -216,14 +218,13 @@ Json metricsData() {
 Json sequencesData(const BenchmarkRecord& record) {
   Json sequences = Json::array();
   for (const BenchmarkSequence& s : record.sequences) {
-    Json floors = Json::array();  // a window each, in the order of data.windows
-    for (const auto& window : windowsOf(record))
-      floors.push_back(
-          rounded(gyroFloor(record, window, s.name, &GyroWindowFloor::rre_deg).median));
+    Json bounds = Json::array();  // a shape each, in the order of data.windows
+    for (const auto& shape : shapesOf(record))
+      bounds.push_back(rounded(gyroBound(record, shape, s.name, &GyroWindowBound::rre_deg).median));
     sequences.push_back({{"name", s.name},
                          {"duration_s", rounded(s.duration_s)},
                          {"has_ground_truth", s.has_ground_truth},
-                         {"floor_rre_deg", std::move(floors)},
+                         {"floor_rre_deg", std::move(bounds)},
                          {"error", s.error}});
   }
   return sequences;
@@ -242,7 +243,7 @@ nlohmann::json reportData(const BenchmarkRecord& record) {
   for (const BenchmarkInitializer& i : record.initializers)
     data["initializers"].push_back(
         {{"name", i.name}, {"version", i.version}, {"description", i.description}});
-  SlotData(record).writeTo(&data);
+  ResultData(record).writeTo(&data);
   return data;
 }
 
@@ -296,25 +297,25 @@ BenchmarkRecord benchmarkOfRun(const RunRecord& record, const GroundTruth& groun
   initializer.version = record.initializer_version;
   benchmark.initializers = {initializer};
 
-  SlotRecord slot;
-  slot.sequence = sequence.name;
-  slot.initializer = initializer.name;
+  WindowResult result;
+  result.sequence = sequence.name;
+  result.initializer = initializer.name;
   for (const AttemptRecord& attempt : record.attempts) {
     const int keyframes = static_cast<int>(attempt.keyframes.size());
-    if (keyframes <= slot.keyframes || keyframes < 2) continue;
-    slot.keyframes = keyframes;
+    if (keyframes <= result.keyframes || keyframes < 2) continue;
+    result.keyframes = keyframes;
     const double span_s = secondsBetween(attempt.keyframes.front(), attempt.keyframes.back());
-    if (span_s > 0) slot.rate_hz = std::round(100.0 * (keyframes - 1) / span_s) / 100.0;
+    if (span_s > 0) result.rate_hz = std::round(100.0 * (keyframes - 1) / span_s) / 100.0;
   }
   for (const AttemptRecord& attempt : record.attempts) {
-    slot.t0 = attempt.keyframes.empty() ? attempt.t : attempt.keyframes.front();
-    slot.attempt = attempt;
-    slot.truth.clear();
+    result.t0 = attempt.keyframes.empty() ? attempt.t : attempt.keyframes.front();
+    result.attempt = attempt;
+    result.truth.clear();
     for (const TimeNs t : attempt.keyframes)
-      if (const auto state = ground_truth.at(t)) slot.truth.push_back(*state);
-    benchmark.slots.push_back(slot);
+      if (const auto state = ground_truth.at(t)) result.truth.push_back(*state);
+    benchmark.results.push_back(result);
     if (attempt.stage(kStageViBa) != nullptr) benchmark.protocol.vi_ba = true;
-    ++slot.segment;
+    ++result.window;
   }
   return benchmark;
 }

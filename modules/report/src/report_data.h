@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/record.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/runlog/initialization_json.h"
 
@@ -10,8 +10,8 @@ namespace etalon {
 
 /**
  * What the report's scripts draw, as compact as it can be: names, statuses and reasons once each,
- * slots as arrays that refer to them, numbers rounded to 6 digits, NaN as null, positions as whole
- * multiples of 10 um. Layout: see report/data.js, which reads it.
+ * results as arrays that refer to them, numbers rounded to 6 digits, NaN as null, positions as
+ * whole multiples of 10 um. Layout: see report/data.js, which reads it.
  */
 nlohmann::json reportData(const BenchmarkRecord& record);
 
@@ -21,7 +21,7 @@ nlohmann::json trajectoryData(const Trajectory& odometry, const GroundTruth& gro
                               TimeNs first_image);
 
 /** A run as if it were a benchmark of one recording and one initializer: its attempts are the
- * slots. */
+ * windows. */
 BenchmarkRecord benchmarkOfRun(const RunRecord& record, const GroundTruth& ground_truth);
 
 /** JSON that can stand inside a <script> element: valid UTF-8, no '<'. */

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
-#include "etalon/core/median.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/statistics.h"
 #include "etalon/core/tum_file.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "etalon/core/errors.h"
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "etalon/core/table_text.h"
+#include "etalon/core/text.h"
 #include "etalon/report/table.h"
 
 // The renderings of a Table that are for reading.

@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using testing::exampleBenchmark;
-using testing::exampleSlot;
+using testing::exampleResult;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -25,9 +25,9 @@ PairedComparison find(const std::vector<PairedComparison>& comparisons, const st
   throw Error("no comparison of " + figure);
 }
 
-TEST(PairedComparison, PairsSlotsWhereBothHaveAValue) {
+TEST(PairedComparison, PairsWindowsWhereBothHaveAValue) {
   const auto all = comparePaired(exampleBenchmark(), "good", "bad", comparedFigures());
-  EXPECT_EQ(all.size(), 2 * (1 + segmentMetrics().size()));
+  EXPECT_EQ(all.size(), 2 * (1 + windowMetrics().size()));
   const PairedComparison gravity = find(all, kStageInit, "gravity_deg");
   EXPECT_EQ(gravity.count_a, 5);
   EXPECT_EQ(gravity.count_b, 4);  // refused once
@@ -44,20 +44,21 @@ TEST(PairedComparison, PairsSlotsWhereBothHaveAValue) {
 TEST(PairedComparison, RefusalsEnterIntoSuccess) {
   const PairedComparison success = find(
       comparePaired(exampleBenchmark(), "good", "bad", {kSuccessRate}), kStageInit, kSuccessRate);
-  EXPECT_EQ(success.count_a, 5);  // the slot without ground truth is not judged
+  EXPECT_EQ(success.count_a, 5);  // the window without ground truth is not judged
   EXPECT_EQ(success.count_b, 5);
   EXPECT_DOUBLE_EQ(success.value_a, 0.6);
   EXPECT_DOUBLE_EQ(success.value_b, 0.2);
   EXPECT_NEAR(success.interval.difference, 0.4, 1e-15);
 }
 
-/** `count` slots; b's gravity is off by `more` degrees more, on average. */
-BenchmarkRecord manySlots(int count, double more) {
+/** `count` windows; b's gravity is off by `more` degrees more, on average. */
+BenchmarkRecord manyResults(int count, double more) {
   BenchmarkRecord record;
-  for (int segment = 10; segment < 10 + count; ++segment) {
-    const double wobble = 0.1 * std::sin(segment), shared = 1.0 + 0.5 * std::sin(7.0 * segment);
-    record.slots.push_back(exampleSlot("V1", segment, "a", {true, true, shared}));
-    record.slots.push_back(exampleSlot("V1", segment, "b", {true, true, shared + more + wobble}));
+  for (int window = 10; window < 10 + count; ++window) {
+    const double wobble = 0.1 * std::sin(window), shared = 1.0 + 0.5 * std::sin(7.0 * window);
+    record.results.push_back(exampleResult("V1", window, "a", {true, true, shared}));
+    record.results.push_back(
+        exampleResult("V1", window, "b", {true, true, shared + more + wobble}));
   }
   return record;
 }
@@ -68,39 +69,39 @@ TEST(PairedComparison, SaysWhichIsBetterOrThatNoneIs) {
     return comparePaired(record, a, b, {"gravity_deg"}).front().verdict();
   };
   // The spread of a window's gravity is 0.35 deg; that of the difference is 0.07.
-  EXPECT_EQ(verdict(manySlots(40, 0.1), "a", "b"), "a is better, this recording alone");
-  EXPECT_EQ(verdict(manySlots(40, 0.1), "b", "a"), "a is better, this recording alone");
-  EXPECT_EQ(verdict(manySlots(40, 0.0), "a", "b"), "no significant difference");
+  EXPECT_EQ(verdict(manyResults(40, 0.1), "a", "b"), "a is better, this recording alone");
+  EXPECT_EQ(verdict(manyResults(40, 0.1), "b", "a"), "a is better, this recording alone");
+  EXPECT_EQ(verdict(manyResults(40, 0.0), "a", "b"), "no significant difference");
   // More success is better, less error is: every window of b fails from 2 deg on.
-  const BenchmarkRecord failing = manySlots(40, 2.0);
+  const BenchmarkRecord failing = manyResults(40, 2.0);
   EXPECT_EQ(comparePaired(failing, "b", "a", {kSuccessRate}).front().verdict(),
             "a is better, this recording alone");
   EXPECT_EQ(comparePaired(failing, "a", "b", {kSuccessRate}).front().verdict(),
             "a is better, this recording alone");
 }
 
-/** Recordings of 30 slots, `every_ns` from slot to slot; b's gravity is off by so many degrees
- * more.
+/** Recordings of 30 windows, `every_ns` from window to window; b's gravity is off by so many
+ * degrees more.
  */
 BenchmarkRecord recordings(const std::vector<double>& more, TimeNs every_ns = 2'500'000'000) {
   BenchmarkRecord record;
   for (size_t r = 0; r < more.size(); ++r)
-    for (int segment = 0; segment < 30; ++segment) {
-      const double wobble = 0.1 * std::sin(3.0 * segment + static_cast<double>(r));
+    for (int window = 0; window < 30; ++window) {
+      const double wobble = 0.1 * std::sin(3.0 * window + static_cast<double>(r));
       const std::string name = "V" + std::to_string(r);
-      record.slots.push_back(exampleSlot(name, segment, "a", {true, true, 1.0 + wobble}));
-      record.slots.push_back(exampleSlot(name, segment, "b", {true, true, 1.0 + more[r]}));
-      for (size_t i = record.slots.size() - 2; i < record.slots.size(); ++i)
-        record.slots[i].t0 = every_ns * segment;
+      record.results.push_back(exampleResult(name, window, "a", {true, true, 1.0 + wobble}));
+      record.results.push_back(exampleResult(name, window, "b", {true, true, 1.0 + more[r]}));
+      for (size_t i = record.results.size() - 2; i < record.results.size(); ++i)
+        record.results[i].t0 = every_ns * window;
     }
   return record;
 }
 
-TEST(PairedComparison, ARecordingCountsAsOneNotAsItsSlots) {
+TEST(PairedComparison, ARecordingCountsAsOneNotAsItsWindows) {
   const auto compared = [](const BenchmarkRecord& record) {
     return comparePaired(record, "a", "b", {"gravity_deg"}).front();
   };
-  // Of 180 slots 120 say that b is worse, of six recordings four.
+  // Of 180 windows 120 say that b is worse, of six recordings four.
   const PairedComparison mixed = compared(recordings({0.3, -0.2, 0.3, 0.3, -0.2, 0.3}));
   EXPECT_EQ(mixed.interval.pairs, 180);
   EXPECT_EQ(mixed.interval.clusters, 6);
@@ -149,10 +150,10 @@ TEST(ComparisonTable, SaysForWhichRecordingsItHolds) {
 TEST(PairedComparison, ATinyDifferenceIsNotRelevantHoweverSureItIs) {
   const auto compared = [](double more) {
     BenchmarkRecord record;
-    for (int segment = 10; segment < 50; ++segment) {
-      const double shared = 1.0 + 0.5 * std::sin(7.0 * segment);
-      record.slots.push_back(exampleSlot("V1", segment, "a", {true, true, shared}));
-      record.slots.push_back(exampleSlot("V1", segment, "b", {true, true, shared + more}));
+    for (int window = 10; window < 50; ++window) {
+      const double shared = 1.0 + 0.5 * std::sin(7.0 * window);
+      record.results.push_back(exampleResult("V1", window, "a", {true, true, shared}));
+      record.results.push_back(exampleResult("V1", window, "b", {true, true, shared + more}));
     }
     return comparePaired(record, "a", "b", {"gravity_deg", "rre_deg"});
   };
@@ -180,8 +181,8 @@ TEST(PairedComparison, RefusesUnknownFigures) {
 
 TEST(CombineBenchmarks, NamesWhatBothHaveAfterTheBenchmark) {
   BenchmarkRecord one = exampleBenchmark(), two = exampleBenchmark();
-  for (SlotRecord& slot : two.slots)
-    if (slot.initializer == "bad") slot.initializer = "other";
+  for (WindowResult& result : two.results)
+    if (result.initializer == "bad") result.initializer = "other";
   two.initializers[1].name = "other";
   const BenchmarkRecord all = combineBenchmarks({{"old", one}, {"new", two}});
   EXPECT_THAT(initializersOf(all), ElementsAre("old/good", "bad", "new/good", "other"));
@@ -204,7 +205,7 @@ TEST(CombineBenchmarks, NamesWhatBothHaveAfterTheBenchmark) {
 TEST(SelectInitializers, KeepsTheseInThisOrder) {
   const BenchmarkRecord record = selectInitializers(exampleBenchmark(), {"bad", "good"});
   EXPECT_THAT(initializersOf(record), ElementsAre("bad", "good"));
-  EXPECT_EQ(record.slots.size(), exampleBenchmark().slots.size());
+  EXPECT_EQ(record.results.size(), exampleBenchmark().results.size());
   EXPECT_THAT(initializersOf(selectInitializers(record, {"good"})), ElementsAre("good"));
   try {
     selectInitializers(record, {"best"});
@@ -217,7 +218,7 @@ TEST(SelectInitializers, KeepsTheseInThisOrder) {
 TEST(ComparisonTable, TextsForPeopleAndNumbersForPrograms) {
   const BootstrapOptions options;
   const TitledTable table = comparisonTable(
-      comparePaired(manySlots(40, 0.1), "a", "b", {kSuccessRate, "ate_m"}, options), options);
+      comparePaired(manyResults(40, 0.1), "a", "b", {kSuccessRate, "ate_m"}, options), options);
   EXPECT_THAT(table.note,
               HasSubstr("95 %, paired percentile bootstrap of recordings and their slots, 10000 "
                         "resamples, seed 1"));

@@ -9,7 +9,7 @@
 #include <set>
 #include <sstream>
 
-#include "etalon/benchmark/benchmark_slots.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/testing/example_benchmark.h"
 
@@ -68,7 +68,7 @@ TEST(BenchmarkTables, EveryErrorHasMeanMedianAndPercentile) {
   std::set<std::string> ids;
   for (const TitledTable& table : benchmarkTables(record))
     EXPECT_TRUE(ids.insert(table.id).second) << table.id;
-  for (const SegmentMetric& metric : segmentMetrics())
+  for (const WindowMetric& metric : windowMetrics())
     for (const char* statistic : {"_mean_10_4hz", "_median_10_4hz", "_p90_10_4hz"})
       EXPECT_EQ(ids.count(metric.key + statistic), 1u) << metric.key;
   EXPECT_DOUBLE_EQ(jsonOf(record, "gravity_deg_mean_10_4hz")[0]["good_init"], 1.6);
@@ -124,18 +124,18 @@ TEST(BenchmarkTables, NoiseInWords) {
   EXPECT_EQ(noise[0]["accel_noise"], "too large");
   EXPECT_EQ(noise[0]["vision_noise"], "about right");
   EXPECT_EQ(noise[2]["slots"], 6);
-  for (SlotRecord& slot : record.slots) slot.noise.reset();
+  for (WindowResult& result : record.results) result.noise.reset();
   EXPECT_THROW(find(benchmarkTables(record), "noise_10_4hz"), Error);
 }
 
-TEST(BenchmarkTables, FloorOfEverySequence) {
+TEST(BenchmarkTables, BoundOfEverySequence) {
   BenchmarkRecord record = exampleBenchmark();
-  auto floor = jsonOf(record, "floor");
-  ASSERT_EQ(floor.size(), 2u);
-  EXPECT_EQ(floor[0]["rre_deg"], 0.0333);
-  EXPECT_EQ(floor[0]["gyro_bias_rps"], 0.08);
-  EXPECT_EQ(floor[1]["ground_truth"], "none");
-  EXPECT_TRUE(floor[1]["rre_deg"].is_null());
+  auto bound = jsonOf(record, "floor");
+  ASSERT_EQ(bound.size(), 2u);
+  EXPECT_EQ(bound[0]["rre_deg"], 0.0333);
+  EXPECT_EQ(bound[0]["gyro_bias_rps"], 0.08);
+  EXPECT_EQ(bound[1]["ground_truth"], "none");
+  EXPECT_TRUE(bound[1]["rre_deg"].is_null());
   const auto text = [&] {
     return find(benchmarkTables(record), "floor").table.toString(TableFormat::kText);
   };
@@ -147,19 +147,19 @@ TEST(BenchmarkTables, FloorOfEverySequence) {
 TEST(BenchmarkTables, OneSetAWindow) {
   BenchmarkRecord record = exampleBenchmark();
   const size_t one = benchmarkTables(record).size();
-  SlotRecord slot = record.slots.front();
-  slot.keyframes = 5;
-  slot.rate_hz = 10.0;
-  record.slots.push_back(slot);
+  WindowResult result = record.results.front();
+  result.keyframes = 5;
+  result.rate_hz = 10.0;
+  record.results.push_back(result);
   const std::vector<TitledTable> two = benchmarkTables(record);
-  EXPECT_EQ(two.size(), 2 * one - 1);  // the floor once
+  EXPECT_EQ(two.size(), 2 * one - 1);  // the lower bound once
   EXPECT_EQ(find(two, "success_5_10hz").title, "Success [%], 5 keyframes at 10 Hz");
 }
 
 TEST(BenchmarkTables, GoodEstimatesCountWhetherAcceptedOrNot) {
   BenchmarkRecord record = exampleBenchmark();
-  for (SlotRecord& slot : record.slots)  // a gate that refuses everything
-    if (!slot.attempt.stages.empty()) slot.attempt.status = "diverged";
+  for (WindowResult& result : record.results)  // a gate that refuses everything
+    if (!result.attempt.stages.empty()) result.attempt.status = "diverged";
   const auto success = jsonOf(record, "success_10_4hz");
   const auto good = jsonOf(record, "good_estimates_10_4hz");
   EXPECT_EQ(success[0]["good_vi_ba"], 0);
@@ -227,7 +227,7 @@ TEST(BenchmarkTables, JsonIsOneDocumentThatSaysWhatEachTableIs) {
   EXPECT_EQ(column["stage"], "vi_ba");
   EXPECT_EQ(column["factor"], 1000);
   EXPECT_DOUBLE_EQ((*table)["rows"][0]["good_init"], 0.026);
-  EXPECT_TRUE(json.back()["keyframes"].is_null());  // the floor is of all windows
+  EXPECT_TRUE(json.back()["keyframes"].is_null());  // the lower bound is of all windows
 }
 
 /** Fields of a line without quotes. */

@@ -50,7 +50,7 @@ class Maker {
       stage.states.push_back(keyframe);
     }
     if (!with_errors) return stage;
-    SegmentErrors errors;
+    WindowErrors errors;
     errors.keyframes = static_cast<int>(truth.size());
     errors.rre_deg = about(0.03 * size);
     errors.ate_m = about(0.008 * size);
@@ -72,7 +72,7 @@ class Maker {
     AttemptRecord attempt;
     for (const GroundTruthState& state : truth) attempt.keyframes.push_back(state.t);
     attempt.t = truth.back().t;
-    attempt.timings = {{kTimingVisualOdometry, about(12.0, 0.2)},
+    attempt.timings = {{kTimingStereoOdometry, about(12.0, 0.2)},
                        {kTimingInitialize, about(0.5 * std::pow(1.9, method), 0.3)}};
     if (chance(0.25 * hardness)) {
       attempt.status = chance(0.5) ? "too_little_motion" : "ill_conditioned";
@@ -120,14 +120,14 @@ BenchmarkSequence sequenceOf(int s, const ReportExampleSize& size) {
   sequence.source = "/recordings/" + sequence.name;
   sequence.source_kind = "euroc";
   sequence.first_image = kFirstImage;
-  sequence.duration_s = 2.5 * size.slots;
+  sequence.duration_s = 2.5 * size.windows;
   sequence.last_image = kFirstImage + nanoseconds(sequence.duration_s);
-  sequence.stereo_frames = 50 * size.slots;
+  sequence.stereo_frames = 50 * size.windows;
   sequence.has_ground_truth = s % 7 < 5;
   if (sequence.has_ground_truth) {
-    sequence.floor.interval_s = 0.25;
-    sequence.floor.rre_deg = 0.005 + 0.01 * s;
-    sequence.floor.world_tilt_deg = 0.1 * s;
+    sequence.bound.interval_s = 0.25;
+    sequence.bound.rre_deg = 0.005 + 0.01 * s;
+    sequence.bound.world_tilt_deg = 0.1 * s;
   }
   sequence.frontend_ms = 9.5 + s;
   if (s % 7 == 6) sequence.error = "cam1/data.csv:17: expected 2 fields, there are 1";
@@ -156,27 +156,27 @@ BenchmarkRecord reportExample(const ReportExampleSize& size) {
     if (!sequence.error.empty()) continue;
     for (const int keyframes : size.keyframes)
       for (const double rate_hz : size.rates_hz)
-        for (int segment = 0; segment < size.slots; ++segment)
+        for (int window = 0; window < size.windows; ++window)
           for (int i = 0; i < size.initializers; ++i) {
-            SlotRecord slot;
-            slot.sequence = sequence.name;
-            slot.segment = segment;
-            slot.keyframes = keyframes;
-            slot.rate_hz = rate_hz;
-            slot.initializer = record.initializers[static_cast<size_t>(i)].name;
-            const auto truth = windowAt(2.5 * segment, keyframes, rate_hz, s);
-            slot.t0 = truth.front().t;
+            WindowResult result;
+            result.sequence = sequence.name;
+            result.window = window;
+            result.keyframes = keyframes;
+            result.rate_hz = rate_hz;
+            result.initializer = record.initializers[static_cast<size_t>(i)].name;
+            const auto truth = windowAt(2.5 * window, keyframes, rate_hz, s);
+            result.t0 = truth.front().t;
             const double short_window = 1.0 + 1.0 / (keyframes / rate_hz);
             const double stretch =
-                segment < 2 ? 6.0 : 1.0 + std::max(0.0, std::sin(0.2 * segment + s));
-            slot.attempt =
+                window < 2 ? 6.0 : 1.0 + std::max(0.0, std::sin(0.2 * window + s));
+            result.attempt =
                 maker.attempt(truth, i, 0.6 * stretch * short_window, sequence.has_ground_truth);
-            if (sequence.has_ground_truth) slot.truth = truth;
-            if (slot.attempt.stage(kStageViBa) != nullptr)
-              slot.noise = NoiseCheck{{maker.about(25.0), 27.0},
-                                      {maker.about(20.0), 27.0},
-                                      {maker.about(900.0, 0.2), 800.0}};
-            record.slots.push_back(slot);
+            if (sequence.has_ground_truth) result.truth = truth;
+            if (result.attempt.stage(kStageViBa) != nullptr)
+              result.noise = NoiseCheck{{maker.about(25.0), 27.0},
+                                        {maker.about(20.0), 27.0},
+                                        {maker.about(900.0, 0.2), 800.0}};
+            record.results.push_back(result);
           }
   }
   return record;

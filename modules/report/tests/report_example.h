@@ -1,6 +1,6 @@
 #pragma once
 
-#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/record.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/runlog/initialization_json.h"
 
@@ -9,7 +9,7 @@ namespace etalon::testing {
 /** How much of a benchmark to make up. */
 struct ReportExampleSize {
   int sequences = 7;  ///< the last but one has no ground truth, the last could not be used
-  int slots = 60;
+  int windows = 60;
   int initializers = 7;
   std::vector<int> keyframes{5, 10};
   std::vector<double> rates_hz{4.0, 10.0};

@@ -48,27 +48,27 @@ bool isUtf8(const std::string& text) {
 
 testing::ReportExampleSize smallExample() { return {7, 8, 3, {10}, {4.0}}; }
 
-TEST(Report, HoldsEverySlotWithStatusReasonAndStages) {
+TEST(Report, HoldsEveryWindowWithStatusReasonAndStages) {
   const BenchmarkRecord record = testing::reportExample(smallExample());
   const json data = dataOf(benchmarkReportHtml(record));
   EXPECT_EQ(data.at("kind"), "benchmark");
-  ASSERT_EQ(data.at("slots").size(), record.slots.size());
+  ASSERT_EQ(data.at("slots").size(), record.results.size());
   size_t refused = 0;
-  for (size_t i = 0; i < record.slots.size(); ++i) {
-    const SlotRecord& slot = record.slots[i];
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    const WindowResult& result = record.results[i];
     const json& packed = data.at("slots").at(i);
-    EXPECT_EQ(data.at("sequence_names").at(packed[0].get<size_t>()), slot.sequence);
-    EXPECT_EQ(data.at("windows").at(packed[1].get<size_t>()).at(0), slot.keyframes);
-    EXPECT_EQ(packed[2], slot.segment);
-    EXPECT_EQ(packed[3], 2.5 * slot.segment);
-    EXPECT_EQ(data.at("initializer_names").at(packed[4].get<size_t>()), slot.initializer);
-    EXPECT_EQ(data.at("statuses").at(packed[5].get<size_t>()), slot.attempt.status);
-    EXPECT_EQ(data.at("reasons").at(packed[6].get<size_t>()), slot.attempt.reason);
-    EXPECT_EQ(packed[10][0].is_null(), slot.attempt.stage(kStageInit) == nullptr);
+    EXPECT_EQ(data.at("sequence_names").at(packed[0].get<size_t>()), result.sequence);
+    EXPECT_EQ(data.at("windows").at(packed[1].get<size_t>()).at(0), result.keyframes);
+    EXPECT_EQ(packed[2], result.window);
+    EXPECT_EQ(packed[3], 2.5 * result.window);
+    EXPECT_EQ(data.at("initializer_names").at(packed[4].get<size_t>()), result.initializer);
+    EXPECT_EQ(data.at("statuses").at(packed[5].get<size_t>()), result.attempt.status);
+    EXPECT_EQ(data.at("reasons").at(packed[6].get<size_t>()), result.attempt.reason);
+    EXPECT_EQ(packed[10][0].is_null(), result.attempt.stage(kStageInit) == nullptr);
     if (packed[10][0].is_null()) ++refused;
   }
   EXPECT_GT(refused, 0U);
-  EXPECT_LT(refused, record.slots.size());
+  EXPECT_LT(refused, record.results.size());
   EXPECT_EQ(data.at("sequences").size(), 7U);
   EXPECT_THAT(data.at("sequences").at(6).at("error").get<std::string>(), HasSubstr("expected"));
 }
@@ -76,15 +76,15 @@ TEST(Report, HoldsEverySlotWithStatusReasonAndStages) {
 TEST(Report, PositionsAreAlignedWithGroundTruthAndCountFromItsFirstKeyframe) {
   const BenchmarkRecord record = testing::reportExample(smallExample());
   const json data = reportData(record);
-  for (size_t i = 0; i < record.slots.size(); ++i) {
-    const SlotRecord& slot = record.slots[i];
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    const WindowResult& result = record.results[i];
     const json& vi_ba = data.at("slots").at(i)[10][1];
-    if (slot.truth.empty() || vi_ba.is_null()) continue;
+    if (result.truth.empty() || vi_ba.is_null()) continue;
     const json& truth = data.at("frames").at(data.at("slots").at(i)[7].get<size_t>())[1];
     ASSERT_EQ(truth.size(), 30U);
     ASSERT_EQ(vi_ba[1].size(), 30U);
     EXPECT_EQ(truth[0], 0);
-    const Eigen::Vector3d step = slot.truth[9].T_WB.t - slot.truth[0].T_WB.t;
+    const Eigen::Vector3d step = result.truth[9].T_WB.t - result.truth[0].T_WB.t;
     for (size_t d = 0; d < 3; ++d) {
       EXPECT_NEAR(truth[27 + d].get<double>() * 1e-5, step[static_cast<Eigen::Index>(d)], 1e-5);
       // The example's estimates are up to 0.4 * 0.01 * 18 m off (1 sigma), in a world of their own
@@ -99,8 +99,8 @@ TEST(Report, WithoutGroundTruthTheStagesAreAlignedWithEachOther) {
   const BenchmarkRecord record = testing::reportExample(size);
   const json data = reportData(record);
   size_t seen = 0;
-  for (size_t i = 0; i < record.slots.size(); ++i) {
-    if (record.slots[i].sequence != "no_ground_truth") continue;
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    if (record.results[i].sequence != "no_ground_truth") continue;
     const json& packed = data.at("slots").at(i);
     if (packed[10][1].is_null()) continue;
     ++seen;
@@ -114,11 +114,11 @@ TEST(Report, WithoutGroundTruthTheStagesAreAlignedWithEachOther) {
 
 TEST(Report, NotANumberIsNullAndAnEstimateAtInfinityIsNotDrawn) {
   BenchmarkRecord record = testing::exampleBenchmark();
-  StageRecord& stage = record.slots[0].attempt.stages[0];
+  StageRecord& stage = record.results[0].attempt.stages[0];
   stage.errors->ate_m = std::numeric_limits<double>::infinity();
-  stage.errors->rre_deg = SegmentErrors::kNone;
+  stage.errors->rre_deg = WindowErrors::kNone;
   KeyframeState state;
-  state.T_WB.t.x() = SegmentErrors::kNone;
+  state.T_WB.t.x() = WindowErrors::kNone;
   stage.states = {state};
   const json data = dataOf(benchmarkReportHtml(record));
   const json& packed = data.at("slots").at(0)[10][0];
@@ -137,11 +137,11 @@ TEST(Report, HostileTextsStayTexts) {
   record.sequences[1].warnings = {hostile};
   record.versions = {{hostile, hostile}};
   record.config = hostile;
-  for (SlotRecord& slot : record.slots) {
-    if (slot.sequence == "V1") slot.sequence = hostile;
-    if (slot.initializer == "good") slot.initializer = hostile;
-    slot.attempt.status = slot.attempt.reason = hostile;
-    slot.attempt.timings.push_back({hostile, 1.0});
+  for (WindowResult& result : record.results) {
+    if (result.sequence == "V1") result.sequence = hostile;
+    if (result.initializer == "good") result.initializer = hostile;
+    result.attempt.status = result.attempt.reason = hostile;
+    result.attempt.timings.push_back({hostile, 1.0});
   }
   const std::string html = benchmarkReportHtml(record);
   EXPECT_TRUE(isUtf8(html));
@@ -172,9 +172,9 @@ TEST(Report, NeedsNothingElseAndCarriesTheLicences) {
 
 TEST(Report, StaysSmallEnoughForAWholeBenchmark) {
   const BenchmarkRecord record = testing::reportExample({});
-  ASSERT_EQ(record.slots.size(), 6U * 60 * 7 * 4);
+  ASSERT_EQ(record.results.size(), 6U * 60 * 7 * 4);
   const std::string html = benchmarkReportHtml(record);
-  // 7 sequences shall stay below 25 MB; these are 6, and some slots have no stages.
+  // 7 sequences shall stay below 25 MB; these are 6, and some windows have no stages.
   EXPECT_LT(html.size(), 20'000'000U);
 }
 

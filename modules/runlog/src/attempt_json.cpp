@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "etalon/core/printable.h"
-#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {
 
@@ -35,7 +35,7 @@ KeyframeState stateFromJson(const JsonReader& json) {
 
 namespace {
 
-Json errorsJson(const SegmentErrors& e) {
+Json errorsJson(const WindowErrors& e) {
   Json json;
   json["keyframes"] = e.keyframes;
   json["rre_deg"] = numberJson(e.rre_deg);
@@ -47,12 +47,12 @@ Json errorsJson(const SegmentErrors& e) {
   json["scale_error"] = numberJson(e.scale_error);
   json["ate_yaw_m"] = numberJson(e.ate_yaw_m);
   json["gravity_corrected_deg"] = numberJson(e.gravity_corrected_deg);
-  for (const SegmentMetric& metric : neesMetrics()) json[metric.key] = numberJson(e.*metric.error);
+  for (const WindowMetric& metric : neesMetrics()) json[metric.key] = numberJson(e.*metric.error);
   return json;
 }
 
-SegmentErrors errorsFromJson(const JsonReader& json) {
-  SegmentErrors e;
+WindowErrors errorsFromJson(const JsonReader& json) {
+  WindowErrors e;
   e.keyframes = json.at("keyframes").count();
   e.rre_deg = json.at("rre_deg").number();
   e.ate_m = json.at("ate_m").number();
@@ -64,7 +64,7 @@ SegmentErrors errorsFromJson(const JsonReader& json) {
   if (json.has("ate_yaw_m")) e.ate_yaw_m = json.at("ate_yaw_m").number();
   if (json.has("gravity_corrected_deg"))
     e.gravity_corrected_deg = json.at("gravity_corrected_deg").number();
-  for (const SegmentMetric& metric : neesMetrics())
+  for (const WindowMetric& metric : neesMetrics())
     if (json.has(metric.key)) e.*metric.error = json.at(metric.key).number();
   return e;
 }

@@ -21,8 +21,8 @@ StageRecord makeStage(const std::string& name, std::vector<KeyframeState> states
                       const ImuBias& bias, const Eigen::MatrixXd& claimed_covariance,
                       double gravity_mps2, const Truth& truth) {
   StageRecord stage = StageRecord::fromStates(name, std::move(states), bias, gravity_mps2);
-  SegmentErrors errors =
-      evaluateSegment(stage.states, bias, truth.ground_truth, truth.gravity_direction_G);
+  WindowErrors errors =
+      evaluateWindow(stage.states, bias, truth.ground_truth, truth.gravity_direction_G);
   setNees(stage.states, bias, truth.ground_truth, claimed_covariance, &errors);
   if (errors.keyframes > 0) stage.errors = errors;
   return stage;
@@ -42,8 +42,8 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   record.reason = attempt.decision.reason;
   record.reason_value = attempt.decision.value;
 
-  if (attempt.used_visual_odometry)
-    record.timings.push_back({kTimingVisualOdometry, attempt.visual_odometry_ms});
+  if (attempt.used_stereo_odometry)
+    record.timings.push_back({kTimingStereoOdometry, attempt.stereo_odometry_ms});
   record.timings.push_back({kTimingInitialize, attempt.initialize_ms});
   if (attempt.has_vi_ba) record.timings.push_back({kTimingViBa, attempt.vi_ba_ms});
   for (const StageTiming& timing : attempt.init.timings) record.timings.push_back(timing);

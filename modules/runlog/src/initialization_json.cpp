@@ -155,7 +155,7 @@ const StageRecord* AttemptRecord::stage(const std::string& name) const {
 double AttemptRecord::milliseconds(const std::string& name) const {
   for (const StageTiming& timing : timings)
     if (timing.stage == name) return timing.milliseconds;
-  return SegmentErrors::kNone;
+  return WindowErrors::kNone;
 }
 
 const AttemptRecord* RunRecord::acceptedAttempt() const {

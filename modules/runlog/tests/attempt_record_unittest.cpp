@@ -28,10 +28,10 @@ InitializationAttempt exampleAttempt() {
   attempt.has_vi_ba = true;
   attempt.vi_ba.bias.gyro.x() = 0.01;
   attempt.decision.accepted = true;
-  attempt.visual_odometry_ms = 10.0;
+  attempt.stereo_odometry_ms = 10.0;
   attempt.initialize_ms = 2.0;
   attempt.vi_ba_ms = 30.0;
-  attempt.used_visual_odometry = true;
+  attempt.used_stereo_odometry = true;
   return attempt;
 }
 
@@ -48,7 +48,7 @@ TEST(AttemptRecord, HoldsBothStagesWithTheirErrors) {
   EXPECT_TRUE(record.accepted());
   EXPECT_EQ(record.t, attempt.t);
   EXPECT_EQ(record.keyframes, attempt.keyframes);
-  EXPECT_EQ(record.milliseconds(kTimingVisualOdometry), 10.0);
+  EXPECT_EQ(record.milliseconds(kTimingStereoOdometry), 10.0);
   EXPECT_EQ(record.milliseconds(kTimingInitialize), 2.0);
   EXPECT_EQ(record.milliseconds(kTimingViBa), 30.0);
   EXPECT_EQ(record.milliseconds("map"), 1.5);

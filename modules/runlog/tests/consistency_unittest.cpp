@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "etalon/benchmark/benchmark_summary.h"
+#include "etalon/benchmark/summary.h"
 #include "etalon/core/so3.h"
-#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/evaluation/window_metrics.h"
 #include "etalon/runlog/attempt_record.h"
 
 namespace etalon {
@@ -59,13 +59,13 @@ struct Example {
 TEST(Consistency, NeesAreErrorsOverTheClaimedCovariance) {
   const Example example;
   const AttemptRecord record = makeAttemptRecord(example.attempt, 9.81, example.truth);
-  const SegmentErrors vi_ba = *record.stage(kStageViBa)->errors;
+  const WindowErrors vi_ba = *record.stage(kStageViBa)->errors;
   // Rounding of the rotations is 1e-16 of 0.003 rad.
   EXPECT_NEAR(vi_ba.tilt_nees, (0.6 * 0.6 + 2.0 * 2.0) / 2.0, 1e-9);
   EXPECT_NEAR(vi_ba.velocity_nees, (1.0 + 0.25 + 0.25) / 3.0, 1e-12);
   EXPECT_NEAR(vi_ba.gyro_bias_nees, 4.0 / 3.0, 1e-9);
   EXPECT_NEAR(vi_ba.accel_bias_nees, 0.0, 1e-12);
-  const SegmentErrors init = *record.stage(kStageInit)->errors;
+  const WindowErrors init = *record.stage(kStageInit)->errors;
   EXPECT_NEAR(init.tilt_nees, (0.25 + 0.25) / 2.0, 1e-9);
   EXPECT_NEAR(init.velocity_nees, 0.09 / 3.0, 1e-12);
 }
@@ -76,9 +76,9 @@ TEST(Consistency, WithoutClaimOrTruthThereIsNone) {
   example.attempt.vi_ba.covariance(29, 29) = 0.0;  // b_g is said to be known without error
   example.truth.has_velocity = false;
   const AttemptRecord record = makeAttemptRecord(example.attempt, 9.81, example.truth);
-  for (const SegmentMetric& metric : neesMetrics())
+  for (const WindowMetric& metric : neesMetrics())
     EXPECT_TRUE(std::isnan(record.stage(kStageInit)->errors.value().*metric.error)) << metric.key;
-  const SegmentErrors vi_ba = *record.stage(kStageViBa)->errors;
+  const WindowErrors vi_ba = *record.stage(kStageViBa)->errors;
   EXPECT_TRUE(std::isnan(vi_ba.gyro_bias_nees));
   EXPECT_TRUE(std::isnan(vi_ba.velocity_nees));
   EXPECT_FALSE(std::isnan(vi_ba.tilt_nees));
@@ -88,23 +88,23 @@ TEST(Consistency, WithoutClaimOrTruthThereIsNone) {
                              ->errors->tilt_nees));
 }
 
-TEST(Consistency, SegmentsAndSummaryHaveTheColumns) {
+TEST(Consistency, WindowsAndSummaryHaveTheColumns) {
   const Example example;
   BenchmarkRecord record;
-  SlotRecord slot;
-  slot.sequence = "V1";
-  slot.keyframes = 3;
-  slot.rate_hz = 4.0;
-  slot.initializer = "eta";
-  slot.attempt = makeAttemptRecord(example.attempt, 9.81, example.truth);
-  record.slots = {slot, slot, slot};
-  record.slots[1].attempt.stages[1].errors->tilt_nees = 0.5;
-  record.slots[2].attempt.stages[1].errors->tilt_nees = SegmentErrors::kNone;
-  const std::string segments = segmentsCsv(segmentRows(record));
-  EXPECT_NE(segments.find(",scale_error,tilt_nees,velocity_nees,gyro_bias_nees,accel_bias_nees,"
-                          "runtime_ms\n"),
+  WindowResult result;
+  result.sequence = "V1";
+  result.keyframes = 3;
+  result.rate_hz = 4.0;
+  result.initializer = "eta";
+  result.attempt = makeAttemptRecord(example.attempt, 9.81, example.truth);
+  record.results = {result, result, result};
+  record.results[1].attempt.stages[1].errors->tilt_nees = 0.5;
+  record.results[2].attempt.stages[1].errors->tilt_nees = WindowErrors::kNone;
+  const std::string windows = windowsCsv(windowRows(record));
+  EXPECT_NE(windows.find(",scale_error,tilt_nees,velocity_nees,gyro_bias_nees,accel_bias_nees,"
+                         "runtime_ms\n"),
             std::string::npos);
-  EXPECT_NE(segments.find(",2.18,0.5,1.33333333,"), std::string::npos) << segments;
+  EXPECT_NE(windows.find(",2.18,0.5,1.33333333,"), std::string::npos) << windows;
   const SummaryRow vi_ba = summarize(record)[2];
   ASSERT_EQ(vi_ba.stage, kStageViBa);
   EXPECT_EQ(vi_ba.nees[0].count, 2);

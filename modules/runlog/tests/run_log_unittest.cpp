@@ -101,7 +101,7 @@ TEST(RunLog, GivesTheRecordBackFromFolderAndFile) {
   const testing::TemporaryFolder folder;
   const RunLog log = exampleLog();
   writeRunLog(folder / kRunLogName, log);
-  for (const std::string& run : {folder.path(), folder / kRunLogName}) {
+  for (const std::string& run : {folder.path(), (folder / kRunLogName).string()}) {
     const RunRecord record = readRunRecord(run);
     EXPECT_EQ(record.source, log.record.source);
     EXPECT_EQ(record.config, log.record.config);

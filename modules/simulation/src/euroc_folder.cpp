@@ -31,6 +31,12 @@ std::string list(const std::vector<double>& numbers, const char* separator = ","
   return text;
 }
 
+std::string list(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 std::string row(TimeNs t, const std::vector<Eigen::Vector3d>& vectors) {
   std::string text = std::to_string(t);
   for (const Eigen::Vector3d& v : vectors) text += "," + list({v.x(), v.y(), v.z()});
@@ -49,13 +55,14 @@ std::string poseYaml(const std::string& type, const std::string& comment, const 
 }
 
 std::string cameraYaml(const CameraCalibration& camera, const std::string& comment) {
-  const PinholeRadtan& m = camera.model;
+  const CameraModel& m = camera.model;
   return poseYaml("camera", comment, camera.T_BC) +
          "\n# Camera specific definitions.\nrate_hz: " + shortest(camera.rate_hz) +
-         "\nresolution: [" + std::to_string(m.width) + ", " + std::to_string(m.height) +
-         "]\ncamera_model: pinhole\nintrinsics: [" + list({m.fu, m.fv, m.cu, m.cv}, ", ") +
-         "] # fu, fv, cu, cv\ndistortion_model: radial-tangential\ndistortion_coefficients: [" +
-         list({m.k1, m.k2, m.p1, m.p2}, ", ") + "]\n";
+         "\nresolution: [" + std::to_string(m.width()) + ", " + std::to_string(m.height()) +
+         "]\ncamera_model: " + m.kind()->camera_model + "\nintrinsics: [" +
+         list(m.intrinsics(), ", ") + "] # " + list(m.kind()->intrinsics) +
+         "\ndistortion_model: " + m.kind()->distortion.front() + "\ndistortion_coefficients: [" +
+         list(m.coefficients(), ", ") + "]\n";
 }
 
 std::string imuYaml(const ImuCalibration& imu, const std::string& comment) {

@@ -24,11 +24,11 @@ constexpr int kTile = 16;      // px
 constexpr int kSubpixels = 4;  // a pixel, on a 2x2 grid
 constexpr size_t kTextures = 4;
 
-/** The ray through one point of a pixel: direction (x, y, 1) in the camera frame. */
+/** The ray through one point of a pixel. */
 struct Ray {
-  float x, y;
-  float spread;  // distance to the neighbouring ray, in units of x and y
-  float length;  // of the direction
+  Vector3f direction = Vector3f::Zero();  // in the camera frame
+  float spread = -1.0f;  // distance to the neighbouring ray where this one ends; < 0: no light
+  float length = 0.0f;   // of the direction
 };
 
 /** A box with its textures, relative to the centre of the room. */
@@ -134,28 +134,32 @@ void StereoRenderer::Impl::makeSurfaces(const Room& room) {
 }
 
 void StereoRenderer::Impl::makeRays(const CameraCalibration& calibration, Camera* camera) const {
-  const PinholeRadtan& model = calibration.model;
-  camera->width = model.width;
-  camera->height = model.height;
+  const CameraModel& model = calibration.model;
+  camera->width = model.width();
+  camera->height = model.height();
   camera->T_BC = calibration.T_BC;
-  const double corner2 = std::pow(std::hypot(0.5 * model.width, 0.5 * model.height), 2);
-  for (int y = 0; y < model.height; ++y) {
-    for (int x = 0; x < model.width; ++x) {
+  const Eigen::Vector2d& centre = model.principalPoint();
+  const double corner2 = std::pow(std::hypot(0.5 * camera->width, 0.5 * camera->height), 2);
+  for (int y = 0; y < camera->height; ++y) {
+    for (int x = 0; x < camera->width; ++x) {
       for (int k = 0; k < kSubpixels; ++k) {
         const Eigen::Vector2d pixel(x + (k % 2 == 0 ? -0.25 : 0.25), y + (k < 2 ? -0.25 : 0.25));
-        const std::optional<Eigen::Vector2d> xy = model.pixelToNormalized(pixel);
-        if (!xy) {
+        Eigen::Matrix2d J;
+        const auto direction = model.measure(pixel, &J);
+        if (!direction && model.isPerspective()) {
           throw ConfigError("pixel (" + std::to_string(x) + ", " + std::to_string(y) +
                             ") cannot be undistorted with this calibration; nothing to render");
         }
-        Eigen::Matrix2d J;
-        model.normalizedToPixel(*xy, &J);
-        const double spread = 0.5 / std::sqrt(J.determinant());
-        camera->rays.push_back({static_cast<float>(xy->x()), static_cast<float>(xy->y()),
-                                static_cast<float>(spread),
-                                static_cast<float>(xy->homogeneous().norm())});
+        Ray ray;
+        if (direction) {
+          const Vector3d along = direction->ray();
+          ray.direction = along.cast<float>();
+          ray.spread = static_cast<float>(0.5 / std::sqrt(J.determinant()));
+          ray.length = static_cast<float>(along.norm());
+        }
+        camera->rays.push_back(ray);
       }
-      const double r2 = std::pow(x - model.cu, 2) + std::pow(y - model.cv, 2);
+      const double r2 = std::pow(x - centre.x(), 2) + std::pow(y - centre.y(), 2);
       camera->gain.push_back(
           static_cast<float>(1.0 - options.vignetting * std::min(1.0, r2 / corner2)));
     }
@@ -194,10 +198,16 @@ void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, 
   found->clear();
   const auto direction = [&](int x, int y, int k) {
     const Ray& r = camera.rays[camera.index(x, y) * kSubpixels + static_cast<size_t>(k)];
-    return Vector3f(Vector3f(r.x, r.y, 1.0f).normalized());
+    return Vector3f(r.direction.normalized());
   };
   const std::array<Vector3f, 4> corners = {direction(x0, y0, 0), direction(x1 - 1, y0, 1),
                                            direction(x0, y1 - 1, 2), direction(x1 - 1, y1 - 1, 3)};
+  const bool dark =
+      std::any_of(corners.begin(), corners.end(), [](const Vector3f& c) { return c.isZero(); });
+  if (dark) {  // at the edge of the lens: whatever there is
+    *found = pass.placed;
+    return;
+  }
   const Vector3f axis = (corners[0] + corners[1] + corners[2] + corners[3]).normalized();
   float cosine = 1.0f;
   for (const Vector3f& c : corners) cosine = std::min(cosine, axis.dot(c));
@@ -243,7 +253,8 @@ float StereoRenderer::Impl::shade(const Coat& coat, float u, float v, float du, 
 
 float StereoRenderer::Impl::trace(const Pass& pass, const std::vector<PlacedSolid>& candidates,
                                   const Ray& ray) const {
-  const Vector3f d = withoutZeros(pass.R_WC * Vector3f(ray.x, ray.y, 1.0f));
+  if (!(ray.spread >= 0.0f)) return 0.0f;
+  const Vector3f d = withoutZeros(pass.R_WC * ray.direction);
   const Vector3f& o = pass.origin;
   // Out of the room, whose walls are met from inside.
   const float sx = (std::copysign(half_room.x(), d.x()) - o.x()) / d.x();

@@ -39,11 +39,12 @@ namespace {
 
 struct View {
   SE3 T_CW;
-  const PinholeRadtan& model;
+  const CameraModel& model;
 
   std::optional<Vector2d> see(const Vector3d& p_W, const TrackSynthesisOptions& options) const {
     const Vector3d p_C = T_CW * p_W;
-    if (p_C.z() < options.min_depth_m || p_C.z() > options.max_depth_m) return std::nullopt;
+    const double range = model.rangeOf(p_C);
+    if (range < options.min_depth_m || range > options.max_depth_m) return std::nullopt;
     std::optional<Vector2d> pixel = model.project(p_C);
     if (!pixel || !model.inImage(*pixel, options.border_px)) return std::nullopt;
     return pixel;

@@ -9,7 +9,9 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/simulation/euroc_rig.h"
+#include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/profile_trajectory.h"
 #include "etalon/simulation/room.h"
 #include "etalon/simulation/stereo_renderer.h"
@@ -39,9 +41,9 @@ class Renderer : public testing::Test {
     return trajectory_.at(t).T_WB * rig_.cameras[camera].T_BC;
   }
   std::optional<Vector3d> surfaceAt(size_t camera, TimeNs t, const Vector2d& pixel) const {
-    const std::optional<Vector2d> xy = rig_.cameras[camera].model.pixelToNormalized(pixel);
+    const std::optional<Vector3d> ray = rig_.cameras[camera].model.unproject(pixel);
     const SE3 T_WC = cameraPose(camera, t);
-    return room_.firstHit(T_WC.t, T_WC.R * Vector3d(xy->x(), xy->y(), 1.0));
+    return room_.firstHit(T_WC.t, T_WC.R * ray.value());
   }
 
   /** Corners of one image, found again in another by KLT and by geometry: found - predicted, px,
@@ -53,7 +55,7 @@ class Renderer : public testing::Test {
     if (turned) cv::rotate(b, b, cv::ROTATE_180);
     std::vector<cv::Point2f> corners, from, predicted;
     cv::goodFeaturesToTrack(a, corners, 600, 0.01, 12);
-    const PinholeRadtan& model = rig_.cameras[camera_b].model;
+    const CameraModel& model = rig_.cameras[camera_b].model;
     for (const cv::Point2f& corner : corners) {
       const auto p_W = surfaceAt(camera_a, t_a, {corner.x, corner.y});
       const auto pixel = model.project(cameraPose(camera_b, t_b).inverse() * p_W.value());
@@ -62,7 +64,7 @@ class Renderer : public testing::Test {
       if ((surfaceAt(camera_b, t_b, *pixel).value() - *p_W).norm() > 1e-3) continue;
       from.push_back(corner);
       const Vector2d expected =
-          turned ? Vector2d(Vector2d(model.width - 1, model.height - 1) - *pixel) : *pixel;
+          turned ? Vector2d(Vector2d(model.width() - 1, model.height() - 1) - *pixel) : *pixel;
       predicted.emplace_back(static_cast<float>(expected.x()), static_cast<float>(expected.y()));
     }
     std::vector<cv::Point2f> found = predicted;
@@ -78,11 +80,6 @@ class Renderer : public testing::Test {
       if (status[i] && d.norm() < 3.0) differences.push_back(d);
     }
     return differences;
-  }
-
-  static double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values.at(values.size() / 2);
   }
 
   void expectAgreement(const std::vector<Vector2d>& differences) const {
@@ -128,6 +125,28 @@ TEST_F(Renderer, TurnedImageAgreesWithProjectedCorners) {
   rig_.cameras[1].T_BC.R = rig_.cameras[0].T_BC.R * expSO3({0.0, 0.0, 3.14159265358979323846});
   const StereoRenderer renderer(room_, rig_, noiseFree());
   expectAgreement(disagreement(renderer, 0, instant(5.0), 1, instant(5.0), true));
+}
+
+TEST_F(Renderer, FisheyeImagesAgreeWithProjectedCorners) {
+  rig_ = fisheyeCalibration();
+  const StereoRenderer renderer(room_, rig_, noiseFree());
+  expectAgreement(disagreement(renderer, 0, instant(5.0), 1, instant(5.0)));
+  expectAgreement(disagreement(renderer, 0, instant(5.0), 0, instant(5.05)));
+}
+
+TEST_F(Renderer, IsBlackBeyondTheLens) {
+  // theta_d = theta (1 - 0.1 theta^2) rises up to 104.6 degrees, 232 px from the centre.
+  for (CameraCalibration& camera : rig_.cameras)
+    camera.model = CameraModel("pinhole", "equidistant", 512, 512, {191.0, 191.0, 255.5, 255.5},
+                               {-0.1, 0.0, 0.0, 0.0});
+  const StereoRenderer renderer(room_, rig_, noiseFree());
+  const cv::Mat image = renderer.render(0, trajectory_, instant(5.0));
+  for (int y = 0; y < image.rows; y += 3)
+    for (int x = 0; x < image.cols; x += 3) {
+      const double radius = std::hypot(x - 255.5, y - 255.5);
+      if (radius > 230.0 && radius < 234.0) continue;
+      EXPECT_EQ(image.at<std::uint8_t>(y, x) > 0, radius < 232.0) << x << " " << y;
+    }
 }
 
 TEST_F(Renderer, HasTextureEverywhere) {

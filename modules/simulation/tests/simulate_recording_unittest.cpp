@@ -66,10 +66,11 @@ class SimulateRecording : public testing::Test {
     o.output = (root_ / folder).string();
     o.duration_s = 0.2;
     for (CameraCalibration& camera : o.calibration.cameras) {
-      PinholeRadtan& m = camera.model;
-      m.width /= 4;
-      m.height /= 4;
-      for (double* x : {&m.fu, &m.fv, &m.cu, &m.cv}) *x /= 4.0;
+      const CameraModel& m = camera.model;
+      std::vector<double> intrinsics = m.intrinsics();
+      for (double& x : intrinsics) x /= 4.0;
+      camera.model = CameraModel("pinhole", "radial-tangential", m.width() / 4, m.height() / 4,
+                                 intrinsics, m.coefficients());
     }
     return o;
   }

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "etalon/core/statistics.h"
+
 namespace etalon::plugins {
 
 using Eigen::Matrix3d;
@@ -27,8 +29,7 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
                                              const std::vector<Matrix3d>& R_VB, double sigma_px,
                                              double min_parallax_rad)
     : keyframe_count_(static_cast<int>(keyframes.size())), min_parallax_rad_(min_parallax_rad) {
-  const PinholeRadtan& left = calibration.cameras[0].model;
-  sigma_rad_ = sigma_px / std::sqrt(left.fu * left.fv);
+  sigma_rad_ = sigma_px / std::sqrt(calibration.cameras[0].model.focal().prod());
   std::map<LandmarkId, Landmark> seen;
   for (size_t k = 0; k < keyframes.size(); ++k)
     for (size_t c = 0; c < 2; ++c) {
@@ -39,9 +40,9 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
       view.offset = R_VB[k] * camera.T_BC.t;
       for (const Observation& o : keyframes[k]->observations) {
         if (c == 1 && !o.has_right) continue;
-        const auto xy = camera.model.pixelToNormalized(c == 0 ? o.left : o.right);
-        if (!xy) continue;
-        view.ray = R_VC * xy->homogeneous().normalized();
+        const auto ray = camera.model.unproject(c == 0 ? o.left : o.right);
+        if (!ray) continue;
+        view.ray = R_VC * ray->normalized();
         seen[o.id].views.push_back(view);
       }
     }
@@ -146,9 +147,7 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
     }
   }
   if (sizes.empty()) return;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  noise_ = *middle / 1.17741;  // the median of a two-dimensional normal distribution's norm
+  noise_ = median(sizes) / 1.17741;  // the median of a two-dimensional normal distribution's norm
   const double scale = std::max(1.0, noise_);
   inlier_share_ = static_cast<double>(std::count_if(
                       sizes.begin(), sizes.end(), [&](double r) { return r < kInlier * scale; })) /

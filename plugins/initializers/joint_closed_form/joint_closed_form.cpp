@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "closed_form_motion.h"
+#include "etalon/core/degrees.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -192,7 +193,7 @@ class JointClosedForm : public Initializer {
 
   /** The refusal's reason is empty if the solution is good. */
   InitializationResult check(const TrackInformation& tracks, const JointEstimate& estimate) const {
-    const double sigma_deg = 180.0 / M_PI * estimate.sigma_gravity;
+    const double sigma_deg = degrees(estimate.sigma_gravity);
     if (!(sigma_deg <= max_sigma_gravity_deg_))
       return InitializationResult::refusal(
           InitializationStatus::kIllConditioned,

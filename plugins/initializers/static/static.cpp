@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
@@ -46,12 +47,6 @@ std::vector<double> displacements(const TrackedFrame& a, const TrackedFrame& b) 
       result.push_back((b.observations[j].left - o.left).norm());
   }
   return result;
-}
-
-double medianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 }  // namespace
@@ -118,7 +113,7 @@ class Static : public Initializer {
       if (moved.size() < static_cast<size_t>(min_tracks_))
         return tooFewTracks(frames[first], moved.size(),
                             secondsBetween(frames[first].t, frames[k].t));
-      farthest = std::max(farthest, medianOf(&moved));
+      farthest = std::max(farthest, median(std::move(moved)));
     }
     if (!(farthest <= max_displacement_))
       return InitializationResult::refusal(

@@ -13,6 +13,7 @@
 
 #include "etalon/contract/synthetic_window.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/statistics.h"
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/window_initialization.h"
 #include "etalon/simulation/imu_synthesis.h"
@@ -96,13 +97,6 @@ class Flight {
   std::vector<ImuBias> biases_;
   std::vector<Eigen::Vector3d> landmarks_;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /** Errors of the windows that were not refused. */
 struct Column {

@@ -8,7 +8,7 @@ StageRecord stageOf(const std::string& name, double gravity_deg, bool with_truth
   StageRecord stage;
   stage.stage = name;
   if (!with_truth) return stage;
-  SegmentErrors errors;
+  WindowErrors errors;
   errors.keyframes = 10;
   errors.gravity_deg = gravity_deg;
   errors.rre_deg = 0.1 * gravity_deg;
@@ -19,40 +19,40 @@ StageRecord stageOf(const std::string& name, double gravity_deg, bool with_truth
 
 }  // namespace
 
-SlotRecord exampleSlot(const std::string& sequence, int segment, const std::string& initializer,
-                       const ExampleOutcome& outcome) {
-  SlotRecord slot;
-  slot.sequence = sequence;
-  slot.segment = segment;
-  slot.t0 = 2'500'000'000LL * segment;
-  slot.keyframes = 10;
-  slot.rate_hz = 4.0;
-  slot.initializer = initializer;
+WindowResult exampleResult(const std::string& sequence, int window, const std::string& initializer,
+                           const ExampleOutcome& outcome) {
+  WindowResult result;
+  result.sequence = sequence;
+  result.window = window;
+  result.t0 = 2'500'000'000LL * window;
+  result.keyframes = 10;
+  result.rate_hz = 4.0;
+  result.initializer = initializer;
   const bool with_truth = sequence != "none";
-  if (with_truth) slot.gyro_floor = {0.01 * (segment + 1), 0.001 * (segment + 1)};
+  if (with_truth) result.gyro_bound = {0.01 * (window + 1), 0.001 * (window + 1)};
   for (int k = 0; k < 10 && with_truth; ++k) {
     GroundTruthState state;
-    state.t = slot.t0 + 250'000'000LL * k;
-    if (segment != 4) {
+    state.t = result.t0 + 250'000'000LL * k;
+    if (window != 4) {
       state.T_WB.t.x() = 0.1 * k;
       state.v_WB.x() = 0.4;
     }
-    slot.truth.push_back(state);
+    result.truth.push_back(state);
   }
-  AttemptRecord& attempt = slot.attempt;
-  attempt.timings = {{kTimingVisualOdometry, 10.0 + segment}, {kTimingInitialize, 2.0}};
+  AttemptRecord& attempt = result.attempt;
+  attempt.timings = {{kTimingStereoOdometry, 10.0 + window}, {kTimingInitialize, 2.0}};
   if (!outcome.estimate) {
     attempt.status = "degenerate_motion";
     attempt.reason = "stands still";
-    return slot;
+    return result;
   }
   attempt.status = outcome.accepted ? kStatusSuccess : "diverged";
   attempt.stages = {stageOf(kStageInit, outcome.gravity_deg, with_truth),
                     stageOf(kStageViBa, 0.5 * outcome.gravity_deg, with_truth)};
   attempt.timings.push_back({kTimingViBa, 20.0});
   attempt.timings.push_back({"map", 1.5});
-  slot.noise = NoiseCheck{{400.0, 100.0}, {25.0, 100.0}, {100.0, 100.0}};
-  return slot;
+  result.noise = NoiseCheck{{400.0, 100.0}, {25.0, 100.0}, {100.0, 100.0}};
+  return result;
 }
 
 BenchmarkRecord exampleBenchmark() {
@@ -64,21 +64,21 @@ BenchmarkRecord exampleBenchmark() {
   BenchmarkSequence v1, none;
   v1.name = "V1";
   v1.has_ground_truth = true;
-  v1.floor.interval_s = 0.25;
-  v1.floor.rre_deg = 0.0333;
-  v1.floor.world_tilt_deg = 0.25;
-  v1.floor.bias.gyro.z() = 0.08;
+  v1.bound.interval_s = 0.25;
+  v1.bound.rre_deg = 0.0333;
+  v1.bound.world_tilt_deg = 0.25;
+  v1.bound.bias.gyro.z() = 0.08;
   v1.gyro_agreement = {0.08, 0.57};
   none.name = "none";
   record.sequences = {v1, none};
   const double good[] = {1.0, 2.0, 3.0, 1.5, 0.5}, bad[] = {2.0, 6.0, 0.0, 5.0, 1.5};
-  for (int segment = 0; segment < 5; ++segment) {
-    record.slots.push_back(exampleSlot("V1", segment, "good", {true, true, good[segment]}));
-    record.slots.push_back(
-        exampleSlot("V1", segment, "bad", {segment != 2, segment != 3, bad[segment]}));
+  for (int window = 0; window < 5; ++window) {
+    record.results.push_back(exampleResult("V1", window, "good", {true, true, good[window]}));
+    record.results.push_back(
+        exampleResult("V1", window, "bad", {window != 2, window != 3, bad[window]}));
   }
-  record.slots.push_back(exampleSlot("none", 0, "good", {true, true, 1.0}));
-  record.slots.push_back(exampleSlot("none", 0, "bad", {false, false, 0.0}));
+  record.results.push_back(exampleResult("none", 0, "good", {true, true, 1.0}));
+  record.results.push_back(exampleResult("none", 0, "bad", {false, false, 0.0}));
   return record;
 }
 

@@ -8,17 +8,6 @@
 
 namespace etalon::testing {
 
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "etalon_run_XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 static StageRecord exampleStage(const std::string& name, double seed) {
   std::vector<KeyframeState> states;
   for (int k = 0; k < 3; ++k) {
@@ -31,7 +20,7 @@ static StageRecord exampleStage(const std::string& name, double seed) {
   }
   const ImuBias bias{Eigen::Vector3d(1e-3, seed, -3e-3), Eigen::Vector3d(0.1, -0.2, seed)};
   StageRecord stage = StageRecord::fromStates(name, std::move(states), bias, 9.81);
-  SegmentErrors errors;
+  WindowErrors errors;
   errors.keyframes = 3;
   errors.rre_deg = 0.0123 * seed;
   errors.ate_m = 0.00456 * seed;
@@ -68,7 +57,7 @@ RunRecord exampleRecord() {
   accepted.t = kFirstImage + 500'000'001;
   accepted.keyframes = {kFirstImage + 1, kFirstImage + 250'000'001, kFirstImage + 500'000'001};
   accepted.status = kStatusSuccess;
-  accepted.timings = {{kTimingVisualOdometry, 12.5}, {kTimingInitialize, 3.25}, {kTimingViBa, 30}};
+  accepted.timings = {{kTimingStereoOdometry, 12.5}, {kTimingInitialize, 3.25}, {kTimingViBa, 30}};
   accepted.stages = {exampleStage(kStageInit, 1.1), exampleStage(kStageViBa, 0.7)};
   accepted.stages[1].covariance.resize(2, 2);
   accepted.stages[1].covariance << 1e-6, 2e-7, 3e-7, 1.0 / 3.0;
@@ -93,11 +82,8 @@ RunRecord exampleRecord() {
 RunLog exampleLog() {
   RunLog log;
   log.record = exampleRecord();
-  for (CameraCalibration& camera : log.calibration.cameras) {
-    camera.model.width = 752;
-    camera.model.height = 480;
-    camera.model.fu = camera.model.fv = 458.0;
-  }
+  for (CameraCalibration& camera : log.calibration.cameras)
+    camera.model = CameraModel("pinhole", "none", 752, 480, {458.0, 458.0, 0.0, 0.0}, {});
   log.calibration.cameras[1].T_BC.t.x() = 0.11;
   for (int i = 0; i < 11; ++i) {
     const TimeNs t = kFirstImage + 50'000'000LL * i;

@@ -12,12 +12,15 @@ using Eigen::Vector3d;
 namespace {
 
 /** Root of the covariance of a unit bearing whose pixel has the standard deviation `sigma_px`. */
-Eigen::Matrix<double, 3, 2> bearingNoise(const PinholeRadtan& camera, double sigma_px,
+Eigen::Matrix<double, 3, 2> bearingNoise(const CameraModel& camera, double sigma_px,
                                          const Vector3d& f) {
   Eigen::Matrix2d pixel_by_xy;
-  camera.normalizedToPixel(f.hnormalized(), &pixel_by_xy);
-  // f = x / |x| with x = (xy, 1) = f / f.z.
-  const Matrix3d f_by_x = f.z() * (Matrix3d::Identity() - f * f.transpose());
+  const auto direction = camera.directionOf(f, &pixel_by_xy);
+  if (!direction) return Eigen::Matrix<double, 3, 2>::Zero();  // at the very edge of the lens
+  // In the frame M of the direction, f = x / |x| with x = (xy, 1) = f / f.z.
+  const Vector3d f_M = direction->R_MC * f;
+  const Matrix3d f_by_x =
+      direction->R_MC.transpose() * (f_M.z() * (Matrix3d::Identity() - f_M * f_M.transpose()));
   return sigma_px * f_by_x.leftCols<2>() * pixel_by_xy.inverse();
 }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "etalon/core/degrees.h"
+
 namespace etalon {
 
 void InertialOnlyStepOptions::declare(ParameterSet& parameters) {
@@ -75,7 +77,7 @@ InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
     return refused(InitializationStatus::kIllConditioned,
                    "the inertial-only MAP is singular: smallest information of gravity %g (%.0f)",
                    step.map.smallest_eigenvalue_gravity, 0.0);
-  const double sigma_gravity_deg = 180.0 / M_PI / std::sqrt(step.map.smallest_eigenvalue_gravity);
+  const double sigma_gravity_deg = degrees(1.0 / std::sqrt(step.map.smallest_eigenvalue_gravity));
   if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
     return refused(InitializationStatus::kIllConditioned,
                    "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted",

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/initialization/steps/normal_epipolar.h"
 #include "steps/epipolar_bias_covariance.h"
 
@@ -42,13 +43,13 @@ struct Linearization {
 enum class Weights { kStart, kCauchy, kTukey };
 
 /** Bearings of a keyframe in a camera, in increasing order of id; they go on counting. */
-std::vector<Bearing> bearingsOf(const PinholeRadtan& camera, int index, const TrackedFrame& frame,
+std::vector<Bearing> bearingsOf(const CameraModel& camera, int index, const TrackedFrame& frame,
                                 int* observations) {
   std::vector<Bearing> bearings;
   for (const Observation& o : frame.observations) {
     if (index == 1 && !o.has_right) continue;
-    if (const auto xy = camera.pixelToNormalized(index == 0 ? o.left : o.right))
-      bearings.push_back({o.id, (*observations)++, xy->homogeneous().normalized()});
+    if (const auto ray = camera.unproject(index == 0 ? o.left : o.right))
+      bearings.push_back({o.id, (*observations)++, ray->normalized()});
   }
   return bearings;
 }
@@ -71,24 +72,13 @@ void thin(size_t count, std::vector<EpipolarMatch>* matches) {
   matches->resize(count);
 }
 
-double median(std::vector<double>* values) {
-  if (values->empty()) return 0.0;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 /** From the median; outliers inflate it: once more without those that it shows. */
-double robustSigma(std::vector<double>* sizes) {
+double robustSigma(std::vector<double> sizes) {
+  if (sizes.empty()) return 0.0;
   const double limit = 3.0 * kMedianToSigma * median(sizes);
-  const auto inliers =
-      std::count_if(sizes->begin(), sizes->end(), [&](double size) { return size <= limit; });
-  // The smaller half already stands in front.
-  const auto middle = sizes->begin() + inliers / 2;
-  if (middle == sizes->end()) return 0.0;
-  std::nth_element(sizes->begin(), middle,
-                   sizes->begin() + static_cast<std::ptrdiff_t>(sizes->size() / 2 + 1));
-  return kMedianToSigma * *middle;
+  sizes.erase(std::remove_if(sizes.begin(), sizes.end(), [&](double size) { return size > limit; }),
+              sizes.end());
+  return kMedianToSigma * median(std::move(sizes));
 }
 
 /** The schedule and what it works on, in one file: its parts share the pairs and make no sense
@@ -102,8 +92,7 @@ class Estimator {
       : calibration_(calibration), options_(options), preintegrations_(preintegrations) {
     for (size_t c = 0; c < 2; ++c) {
       R_BC_[c] = calibration.cameras[c].T_BC.R;
-      const PinholeRadtan& model = calibration.cameras[c].model;
-      sigma_rad_[c] = options.sigma_px / std::sqrt(model.fu * model.fv);
+      sigma_rad_[c] = options.sigma_px / std::sqrt(calibration.cameras[c].model.focal().prod());
     }
     collectPairs(calibration, keyframes);
   }
@@ -234,7 +223,7 @@ void Estimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R, bool rotati
                          : t.dot(n) / (sigma * std::sqrt(std::max(2.0 - a * a - b * b, 1e-3)));
     sizes.push_back(std::abs(match.residual));
   }
-  pair->sigma = robustSigma(&sizes);
+  pair->sigma = robustSigma(std::move(sizes));
 }
 
 bool Estimator::atRest() {
@@ -362,7 +351,7 @@ double Estimator::noise(int span) const {
   std::vector<double> sigmas;
   for (const EpipolarPair& pair : pairs_)
     if (pair.j - pair.i <= span) sigmas.push_back(pair.sigma);
-  return median(&sigmas);
+  return sigmas.empty() ? 0.0 : median(std::move(sigmas));
 }
 
 void Estimator::describe(NormalEpipolarBias* result) const {

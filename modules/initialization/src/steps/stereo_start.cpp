@@ -6,24 +6,19 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-double medianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 Vector3d medianOf(const std::vector<Vector3d>& points) {
   Vector3d result;
   std::vector<double> values(points.size());
   for (int axis = 0; axis < 3; ++axis) {
     for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
-    result[axis] = medianOf(&values);
+    result[axis] = median(values);
   }
   return result;
 }
@@ -37,8 +32,10 @@ constexpr double kMaxDepth = 100.0;  // m: beyond, disparity says nothing
 bool meet(const VisualWindow& window, const VisualMeasurement& left, const VisualMeasurement& right,
           double max_chi2, Vector3d* p_B) {
   const SE3 T_BC0 = window.T_CB[0].inverse(), T_BC1 = window.T_CB[1].inverse();
-  const Vector3d f0 = T_BC0.R * left.measurement.xy.homogeneous();
-  const Vector3d f1 = T_BC1.R * right.measurement.xy.homogeneous();
+  const Matrix3d R_BM0 = T_BC0.R * left.measurement.R_MC.transpose();
+  const Matrix3d R_BM1 = T_BC1.R * right.measurement.R_MC.transpose();
+  const Vector3d f0 = R_BM0 * left.measurement.xy.homogeneous();
+  const Vector3d f1 = R_BM1 * right.measurement.xy.homogeneous();
   const Vector3d d = T_BC1.t - T_BC0.t;
   const double a = f0.squaredNorm(), b = f0.dot(f1), c = f1.squaredNorm();
   const double determinant = a * c - b * b;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
@@ -90,8 +91,9 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
     const double w = weight(r.squaredNorm());
     H.noalias() += w * A.transpose() * A;
     b.noalias() -= w * A.transpose() * r;
-    const Vector3d axis = pose.R * T_CB.R.row(2).transpose();
-    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + T_CB.t.z()));
+    const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
+    const Vector3d axis = pose.R * (axis_C * T_CB.R).transpose();
+    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + axis_C.dot(T_CB.t)));
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
@@ -127,7 +129,7 @@ void TrackInformation::updateScale() {
   if (of_valid.empty()) return;
   // |r| of two Gaussian coordinates has its median at 1.18 sigma: c is two sigmas of what is seen.
   constexpr double kFactor = 2.0 / 1.18;
-  c2_ = std::max(scale_ * scale_, kFactor * kFactor * medianOf(&of_valid));
+  c2_ = std::max(scale_ * scale_, kFactor * kFactor * median(std::move(of_valid)));
 }
 
 void TrackInformation::linearize(const std::vector<SE3>& T_VB) {

@@ -63,7 +63,7 @@ InverseDepthLandmark firstGuess(const VisualWindow& window, int begin, int end,
     const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
     const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
                      window.T_CB[static_cast<size_t>(m.camera)].inverse();
-    const Eigen::Vector3d ray = T_WC.R * m.measurement.xy.homogeneous().normalized();
+    const Eigen::Vector3d ray = T_WC.R * m.measurement.ray().normalized();
     if (i == begin) {
       origin = T_WC.t;
       first_ray = ray;

@@ -7,14 +7,13 @@
 
 namespace etalon {
 
-std::optional<ReprojectionMeasurement> makeMeasurement(const PinholeRadtan& camera,
+std::optional<ReprojectionMeasurement> makeMeasurement(const CameraModel& camera,
                                                        const Eigen::Vector2d& pixel,
                                                        double sigma_px) {
-  const std::optional<Eigen::Vector2d> xy = camera.pixelToNormalized(pixel);
-  if (!xy) return std::nullopt;
   ReprojectionMeasurement measurement;
-  measurement.xy = *xy;
-  camera.normalizedToPixel(*xy, &measurement.sqrt_information);
+  const auto direction = camera.measure(pixel, &measurement.sqrt_information);
+  if (!direction) return std::nullopt;
+  static_cast<MeasuredDirection&>(measurement) = *direction;
   measurement.sqrt_information /= sigma_px;
   return measurement;
 }
@@ -32,16 +31,17 @@ bool homogeneousResidual(const SE3& T_CB, const ReprojectionMeasurement& measure
                          Eigen::Matrix<double, 2, 3>* J_ray, Eigen::Vector2d* J_baseline) {
   constexpr double kMinDepth = 0.01;  // m
   const Eigen::Vector3d ray_B = T_WB.R.transpose() * ray_W;
-  const Eigen::Vector3d ray_C = T_CB.R * ray_B + rho * T_CB.t;
-  if (!(ray_C.z() > std::max(0.0, kMinDepth * rho))) return false;
-  const double inv_z = 1.0 / ray_C.z();
-  const Eigen::Vector2d xy = ray_C.head<2>() * inv_z;
+  const Eigen::Vector3d ray_M = measurement.R_MC * (T_CB.R * ray_B + rho * T_CB.t);
+  if (!(ray_M.z() > std::max(0.0, kMinDepth * rho))) return false;
+  const double inv_z = 1.0 / ray_M.z();
+  const Eigen::Vector2d xy = ray_M.head<2>() * inv_z;
   *r = measurement.sqrt_information * (xy - measurement.xy);
   if (!J_pose && !J_ray) return true;
 
-  Eigen::Matrix<double, 2, 3> J_C;  // d(r)/d(ray_C)
-  J_C.leftCols<2>() = measurement.sqrt_information * inv_z;
-  J_C.col(2).noalias() = -(J_C.leftCols<2>() * xy);
+  Eigen::Matrix<double, 2, 3> J_M;  // d(r)/d(ray_M)
+  J_M.leftCols<2>() = measurement.sqrt_information * inv_z;
+  J_M.col(2).noalias() = -(J_M.leftCols<2>() * xy);
+  const Eigen::Matrix<double, 2, 3> J_C = J_M * measurement.R_MC;
   const Eigen::Matrix<double, 2, 3> J_B = J_C * T_CB.R;
   const Eigen::Matrix<double, 2, 3> J_W = J_B * T_WB.R.transpose();
   if (J_pose) {

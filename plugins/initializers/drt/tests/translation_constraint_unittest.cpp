@@ -84,8 +84,8 @@ std::map<LandmarkId, std::vector<Ray>> raysOf(const Case& c) {
       for (const Observation& o : keyframes[k]->observations) {
         if (camera == 1 && !o.has_right) continue;
         const CameraCalibration& calibration = c.window.calibration.cameras[camera];
-        const auto xy = calibration.model.pixelToNormalized(camera == 0 ? o.left : o.right);
-        rays[o.id].push_back({k, c.R_VB[k] * calibration.T_BC.R * xy->homogeneous().normalized(),
+        const auto ray = calibration.model.unproject(camera == 0 ? o.left : o.right);
+        rays[o.id].push_back({k, c.R_VB[k] * calibration.T_BC.R * ray->normalized(),
                               c.R_VB[k] * calibration.T_BC.t});
       }
   return rays;
@@ -97,8 +97,8 @@ std::map<LandmarkId, std::vector<Ray>> raysOf(const Case& c) {
  * to the second: the vertex of a parabola through three points.
  */
 double cost(const Case& c, const std::vector<Vector3d>& p, const std::vector<Vector3d>& at) {
-  const PinholeRadtan& left = c.window.calibration.cameras[0].model;
-  const double sigma_rad = kSigmaPx / std::sqrt(left.fu * left.fv);
+  const double sigma_rad =
+      kSigmaPx / std::sqrt(c.window.calibration.cameras[0].model.focal().prod());
   double sum = 0.0;
   for (const auto& [id, rays] : raysOf(c)) {
     if (rays.front().keyframe == rays.back().keyframe) continue;

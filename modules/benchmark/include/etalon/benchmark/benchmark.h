@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "etalon/benchmark/benchmark_record.h"
-#include "etalon/benchmark/benchmark_store.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/benchmark/record.h"
+#include "etalon/benchmark/store.h"
 #include "etalon/core/child_process.h"
 #include "etalon/pipeline/run_configuration.h"
 
@@ -16,9 +16,9 @@ namespace etalon {
 
 /** Where a benchmark stands. */
 struct BenchmarkProgress {
-  enum class Stage { kFrontEnd, kSlots };
+  enum class Stage { kFrontEnd, kWindows };
   Stage stage = Stage::kFrontEnd;
-  size_t done = 0;           ///< stereo pairs, or slots of this run (all initializers)
+  size_t done = 0;           ///< stereo pairs, or windows of this run (all initializers)
   size_t total = 0;          ///< of this run: what was on disk does not count
   double elapsed_s = 0.0;    ///< in this stage
   double remaining_s = 0.0;  ///< at the rate so far
@@ -29,12 +29,12 @@ struct BenchmarkOptions {
   std::string out;                   ///< the benchmark's folder (benchmark_store.h)
   std::string tracks;                ///< folder of the cached tracks; empty: `out`/tracks
   BenchmarkProtocol protocol;
-  int jobs = 1;  ///< threads of the front end, processes of the slots
-  /** Processor time that an initializer and the VI-BA may use for a slot, s. */
+  int jobs = 1;  ///< threads of the front end, processes of the windows
+  /** Processor time that an initializer and the VI-BA may use for a window, s. */
   double time_limit_s = kDefaultTimeLimitS;
   int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
   double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
-  bool overwrite = false;              ///< begin anew: discard the slots in `out`
+  bool overwrite = false;              ///< begin anew: discard the windows in `out`
   std::map<std::string, std::string> versions;
   BenchmarkReport report;  ///< makes report.html; without it there is none
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
@@ -47,23 +47,24 @@ struct BenchmarkOptions {
 
 struct BenchmarkOutcome {
   BenchmarkRecord record;
-  size_t slots_found = 0;    ///< slots (times initializers) that were on disk already
-  size_t slots_tried = 0;    ///< the same for this run
-  size_t slots_missing = 0;  ///< of the shard: more than 0 only if interrupted
+  size_t results_found = 0;    ///< windows (times initializers) that were on disk already
+  size_t results_tried = 0;    ///< the same for this run
+  size_t results_missing = 0;  ///< of the shard: more than 0 only if interrupted
   bool interrupted = false;
-  double frontend_s = 0.0, slots_s = 0.0;  ///< wall clock
-  std::vector<std::string> files;          ///< results written; empty if interrupted
-  std::vector<std::string> notes;          ///< what happened to the cached tracks, in sentences
+  double frontend_s = 0.0, windows_s = 0.0;  ///< wall clock
+  std::vector<std::string> files;            ///< results written; empty if interrupted
+  std::vector<std::string> notes;            ///< what happened to the cached tracks, in sentences
 };
 
 /**
- * The exhaustive initialization test: every slot of every recording, for every window and
+ * The exhaustive initialization test: every window of every recording, for every shape and
  * initializer, is an independent, deterministic problem; the front end runs once a recording. Every
- * finished slot is on disk at once; the same call resumes. Slots are tried in child processes (a
- * fork: call it while the process has one thread): an initializer that crashes, ends the process or
- * uses up its time loses the slot, which is recorded as kStatusCrashed or kStatusTimeLimit, and the
- * next one is tried. The results do not depend on `jobs`, on interruptions or shards (run times
- * apart). A recording that cannot be used has its `error` set in the record, and the others go on.
+ * finished window is on disk at once; the same call resumes. Windows are tried in child processes
+ * (a fork: call it while the process has one thread): an initializer that crashes, ends the process
+ * or uses up its time loses the window, which is recorded as kStatusCrashed or kStatusTimeLimit,
+ * and the next one is tried. The results do not depend on `jobs`, on interruptions or shards (run
+ * times apart). A recording that cannot be used has its `error` set in the record, and the others
+ * go on.
  *
  * @throws ConfigError if `out` holds a benchmark of other code, configuration, data or protocol, or
  *         two recordings have the same name; DataError if results cannot be written
@@ -78,7 +79,7 @@ BenchmarkOutcome runBenchmark(const SuiteConfiguration& configuration,
 BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const std::string& out,
                                  bool overwrite, const BenchmarkReport& report);
 
-/** How two benchmarks differ in what must agree for their slots to be parts of one: code,
+/** How two benchmarks differ in what must agree for their windows to be parts of one: code,
  * configuration, protocol, initializers, recordings. Empty if in nothing. */
 std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b);
 

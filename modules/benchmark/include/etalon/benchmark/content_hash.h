@@ -32,9 +32,9 @@ class ContentHash {
 };
 
 /**
- * Hash of a recording's files: for a EuRoC folder the names and bytes of all files in mav0; for a
- * rawlog its bytes and those of the images that it refers to.
- * @throws DataError if a file cannot be read; an image that is missing counts as empty
+ * Hash of the bytes, and where they matter of the names, of the files that RecordedSource::files()
+ * lists.
+ * @throws DataError if a file cannot be read
  */
 std::string recordingHash(const RecordedSource& recording);
 

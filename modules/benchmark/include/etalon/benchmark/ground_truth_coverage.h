@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/record.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/runlog/initialization_json.h"
 
@@ -36,7 +36,7 @@ size_t coveredPoses(const Trajectory& estimate, const AssociatedTrajectories& as
 void requireCoverage(AttemptRecord* attempt, double wanted);
 /** The same of the run's attempts, and of its whole trajectory. */
 void requireCoverage(RunRecord* run, double wanted);
-/** The same of all slots. */
+/** The same of all windows. */
 void requireCoverage(BenchmarkRecord* benchmark, double wanted);
 
 /** What ground truth covers of a run, a sentence; empty if it covers everything, or there is none.

@@ -43,7 +43,7 @@ enum class PairedStatistic {
  * recordings, not as often as there are pairs. A resample draws clusters with replacement, as many
  * as there are, and for each of them its pairs with replacement, as many as it has, in blocks of
  * neighbours that go on at the beginning where the pairs end (the circular block bootstrap of
- * Politis and Romano, 1992). The interval is between the quantiles (see quantileOf()) at (1 -
+ * Politis and Romano, 1992). The interval is between the quantiles (see quantile()) at (1 -
  * confidence) / 2 and its complement of the statistic over all pairs of a resample. Draws are
  * mt19937_64(seed) modulo the number of choices, one after the other: the same on every platform.
  *

@@ -16,7 +16,7 @@ struct ImuNoiseDensities {
 };
 
 struct CameraCalibration {
-  PinholeRadtan model;
+  CameraModel model;
   SE3 T_BC;               ///< camera to body (IMU)
   double rate_hz = 20.0;  ///< nominal
 };

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "etalon/datasets/recorded_source.h"
-#include "etalon/datasets/time_offset.h"
+#include "etalon/datasets/recording_checks.h"
 
 namespace etalon {
 
@@ -35,26 +35,24 @@ struct RecordingInfo {
   /** Pairs whose images are there, but not what the calibration says or no images; of embedded
    * images and of what only decoding shows, those that were decoded are counted. */
   int unusable_images = 0;
-  double mean_accel_norm = 0;  ///< m/s^2, if the unit is right
-  TimeOffsetEstimate time_offset;
-  /** Between R_BC0 of the calibration and the one that gyro and images say; only where the offset
-   * is clear. */
-  std::optional<double> rotation_disagreement_deg;
+  double mean_accel_norm = 0;         ///< m/s^2, if the unit is right
   std::vector<std::string> errors;    ///< sentences: with this no result can be right
   std::vector<std::string> warnings;  ///< sentences
+
+  /** Errors and warnings after those that are there. */
+  void append(const RecordingFindings& found);
 };
 
-struct InfoOptions {
-  /** Images to decode for the time offset between gyro and camera; 0 leaves it out. */
-  size_t max_frames = 160;
-  /** Offsets looked at, s. */
-  double max_offset_s = 0.5;
-};
+/** By number of the pair: file and what is wrong with it. */
+using ImageProblems = std::map<size_t, std::string>;
 
 StreamSummary summarize(const std::vector<TimeNs>& stamps);
 
-/** Describes a recording as a whole (whatever the source's range) and lists what looks wrong with
- * it. */
-RecordingInfo describeRecording(RecordedSource& source, const InfoOptions& options = {});
+/**
+ * Describes a recording as a whole (whatever the source's range) and lists what looks wrong with
+ * it, as far as streams, calibration and the headers of the images show it.
+ * @param decoded what decoding has shown besides
+ */
+RecordingInfo describeRecording(const RecordedSource& source, const ImageProblems& decoded = {});
 
 }  // namespace etalon

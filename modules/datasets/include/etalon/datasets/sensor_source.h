@@ -74,7 +74,7 @@ class SensorSource {
 
   /** What it is, for messages: the path. */
   virtual const std::string& name() const = 0;
-  /** "euroc" or "rawlog". */
+  /** Its format in a word, for people and records: "euroc", "rawlog". */
   virtual std::string kind() const = 0;
   virtual const StereoInertialCalibration& calibration() const = 0;
   /** Empty where the recording has none. */
@@ -94,7 +94,8 @@ class SensorSource {
 };
 
 /**
- * Opens an EuRoC (ASL) folder (one with `mav0/`, or `mav0` itself) or a `.rawlog` file.
+ * Opens a recording in any format that open_source.cpp lists: a EuRoC (ASL) folder (one with
+ * `mav0/`, or `mav0` itself) or a `.rawlog` file.
  * @throws DataError naming file, line and what was expected
  */
 std::unique_ptr<SensorSource> openSource(const std::string& path,

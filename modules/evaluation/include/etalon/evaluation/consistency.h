@@ -25,6 +25,6 @@ Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result);
  */
 void setNees(const std::vector<KeyframeState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,
-             SegmentErrors* errors);
+             WindowErrors* errors);
 
 }  // namespace etalon

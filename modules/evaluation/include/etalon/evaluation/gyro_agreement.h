@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "etalon/core/trajectory.h"
-#include "etalon/evaluation/ground_truth_floor.h"
+#include "etalon/evaluation/ground_truth_bound.h"
 #include "etalon/imu/imu_sample.h"
 
 namespace etalon {
@@ -15,8 +15,8 @@ namespace etalon {
  * two, and by its own. NaN where it cannot be found.
  */
 struct GyroAgreement {
-  double median = GroundTruthFloor::kNone;  ///< of the components, over 0.6745: sigma if Gaussian
-  double rms = GroundTruthFloor::kNone;     ///< jumps of the truth where it was corrected included
+  double median = GroundTruthBound::kNone;  ///< of the components, over 0.6745: sigma if Gaussian
+  double rms = GroundTruthBound::kNone;     ///< jumps of the truth where it was corrected included
 
   /** Whether the truth's rotations are the gyro's, smoothed. EuRoC as recorded: median 0.08 in
    * every room, that of the gyro's quantisation; rms 0.5 in the machine hall, 2 to 3 in the Vicon

@@ -18,14 +18,14 @@ namespace etalon {
 constexpr double kSuccessGravityDeg = 2.0;
 constexpr double kSuccessVelocityMps = 0.1;
 
-/** The scale of a segment is evaluated where its path is longer than this, m. */
+/** The scale of a window is evaluated where its path is longer than this, m. */
 constexpr double kMinPathForScale = 0.05;
 
 /**
- * Errors of one initialised segment against ground truth. A metric that the ground truth does not
+ * Errors of one initialised window against ground truth. A metric that the ground truth does not
  * allow is NaN. W is the estimate's gravity-aligned world, G the ground truth's.
  */
-struct SegmentErrors {
+struct WindowErrors {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   int keyframes = 0;            ///< keyframes with ground truth: those that were compared
@@ -56,31 +56,23 @@ struct SegmentErrors {
  * gravity along -z; a tilt of the ground truth's world counts as error, except in
  * gravity_corrected_deg. True biases are the ground truth's mean over the keyframes.
  * @param gravity_direction_G unit vector of gravity in the ground truth's world
- * (GroundTruthFloor::gravity_direction_G), for gravity_corrected_deg; NaN without
+ * (GroundTruthBound::gravity_direction_G), for gravity_corrected_deg; NaN without
  */
-SegmentErrors evaluateSegment(
+WindowErrors evaluateWindow(
     const std::vector<KeyframeState>& states, const ImuBias& bias, const GroundTruth& ground_truth,
     const std::optional<Eigen::Vector3d>& gravity_direction_G = std::nullopt);
 
 /** Statistics of a set of non-negative errors. NaN where the set is empty. */
 struct ErrorStatistics {
   std::size_t count = 0;
-  double rmse = SegmentErrors::kNone, mean = SegmentErrors::kNone, median = SegmentErrors::kNone;
-  double max = SegmentErrors::kNone;
-  double min = SegmentErrors::kNone;
-  double std = SegmentErrors::kNone;  ///< of the set itself: divided by count
-  double sse = SegmentErrors::kNone;  ///< sum of squares
+  double rmse = WindowErrors::kNone, mean = WindowErrors::kNone, median = WindowErrors::kNone;
+  double max = WindowErrors::kNone;
+  double min = WindowErrors::kNone;
+  double std = WindowErrors::kNone;  ///< of the set itself: divided by count
+  double sse = WindowErrors::kNone;  ///< sum of squares
 };
 
 ErrorStatistics statisticsOf(std::vector<double> errors);
-
-/**
- * Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan, American
- * Statistician 1996): the value at position q (n - 1) of the sorted set, counted from 0. NaN where
- * the set is empty or holds a NaN.
- * @param q in [0, 1]
- */
-double quantileOf(std::vector<double> values, double q);
 
 /** Length of the polygon through the points. */
 double pathLength(const std::vector<Eigen::Vector3d>& points);

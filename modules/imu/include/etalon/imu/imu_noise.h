@@ -1,22 +1,44 @@
 #pragma once
 
+#include <vector>
+
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
+#include "etalon/imu/imu_sample.h"
 
 namespace etalon {
 
 /**
- * How far the data sheet's white-noise densities are to be believed. A flying platform vibrates;
- * its accelerometer is several times noisier than at rest (docs/noise.md gives the measurement
- * behind the defaults).
+ * The accelerometer's white-noise density that the samples themselves show, m/s^2/sqrt(Hz), mean
+ * over the axes: from third differences, whose variance is 20 times that of a white sample, and
+ * which motion that is slow against the sampling hardly reaches. Vibration counts as noise here.
+ *
+ * The first and the last sample are left out, because they may be interpolated, and so is what lies
+ * about a gap. Infinite if fewer than 20 differences remain.
+ */
+double shownAccelNoiseDensity(const std::vector<ImuSample>& samples);
+
+/**
+ * How far the data sheet's white-noise densities are to be believed. A platform that vibrates has
+ * an accelerometer several times noisier than one whose motors are off (docs/noise.md gives the
+ * measurements behind the defaults).
  */
 struct ImuNoiseOptions {
   double gyro_noise_factor = 2.0;
-  double accel_noise_factor = 6.0;
+  double accel_noise_factor = 6.0;      ///< of a platform that vibrates
+  double min_accel_noise_factor = 3.0;  ///< of one that does not
 
   void declare(ParameterSet& parameters);
-  /** The densities to use: data sheet times factors. The random walks are left as they are. */
+  /** The densities to use on a platform that vibrates: data sheet times factors. The random walks
+   * are left as they are. */
   ImuNoiseDensities apply(const ImuNoiseDensities& data_sheet) const;
+  /**
+   * The densities to use for a window. The accelerometer's is what the window's samples show, but
+   * no less than the data sheet's times min_accel_noise_factor and no more than the data sheet's
+   * times accel_noise_factor: most of a vibration integrates to nothing.
+   */
+  ImuNoiseDensities apply(const ImuNoiseDensities& data_sheet,
+                          const std::vector<ImuSample>& window) const;
 };
 
 }  // namespace etalon

@@ -36,7 +36,7 @@ struct VisualSolution {
  *        fewer than keyframes
  * @throws DataError if a keyframe cannot be located
  */
-VisualSolution solveVisualOdometry(const StereoInertialCalibration& calibration,
+VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
                                    const std::vector<const TrackedFrame*>& keyframes,
                                    const std::vector<Eigen::Matrix3d>& R_prev_cur,
                                    const StereoOdometryOptions& options);

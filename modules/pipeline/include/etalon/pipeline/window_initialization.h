@@ -36,8 +36,8 @@ struct InitializationAttempt {
   VisualInertialBaResult vi_ba;                     ///< if has_vi_ba
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W after VI-BA, or the plugin's
   AcceptanceDecision decision;  ///< what the pipeline does with it, with the reason
-  double visual_odometry_ms = 0.0, initialize_ms = 0.0, vi_ba_ms = 0.0;
-  bool used_visual_odometry = false;
+  double stereo_odometry_ms = 0.0, initialize_ms = 0.0, vi_ba_ms = 0.0;
+  bool used_stereo_odometry = false;
   double visual_rms_px = 0.0;
 
   /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "etalon/benchmark/benchmark_record.h"
 #include "etalon/benchmark/paired_bootstrap.h"
+#include "etalon/benchmark/record.h"
 #include "etalon/report/benchmark_tables.h"
 
 namespace etalon {
@@ -28,7 +28,7 @@ BenchmarkRecord combineBenchmarks(
 
 /**
  * The record with these initializers alone, in this order.
- * @throws ConfigError naming those that there are, if it has no slot of one
+ * @throws ConfigError naming those that there are, if it has no result of one
  */
 BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
                                    const std::vector<std::string>& names);
@@ -43,20 +43,20 @@ constexpr int kMinRecordings = 6;
 struct RecordingDifference {
   std::string sequence;
   int pairs = 0;
-  double difference = SegmentErrors::kNone;  ///< of a - b: of the rates, or median of the errors
+  double difference = WindowErrors::kNone;  ///< of a - b: of the rates, or median of the errors
 };
 
-/** Two initializers on the slots that both have: same sequence, window and first keyframe. */
+/** Two initializers on the windows that both have: same sequence, window and first keyframe. */
 struct PairedComparison {
   std::string a, b;
   int keyframes = 0;
   double rate_hz = 0.0;
   std::string stage;
-  std::string figure;  ///< kSuccessRate or a key of segmentMetrics()
-  /** Slots with the figure on either side; interval.pairs: on both. */
+  std::string figure;  ///< kSuccessRate or a key of windowMetrics()
+  /** Windows with the figure on either side; interval.pairs: on both. */
   int count_a = 0, count_b = 0;
   /** Over the pairs: rate of success, or median of the error. */
-  double value_a = SegmentErrors::kNone, value_b = SegmentErrors::kNone;
+  double value_a = WindowErrors::kNone, value_b = WindowErrors::kNone;
   /** Of a - b: difference of the rates; median of the differences of the errors. */
   BootstrapInterval interval;
   int apart = 0;  ///< pairs whose windows do not overlap, as many as there are at least
@@ -73,11 +73,11 @@ struct PairedComparison {
 };
 
 /**
- * Every figure of two initializers, for every window and stage. An error enters where both give a
- * value; a refusal enters into the success of all slots that can be judged (judgedSuccess()).
- * Recordings are the clusters of the bootstrap; the slots of one whose windows overlap are its
+ * Every figure of two initializers, for every shape and stage. An error enters where both give a
+ * value; a refusal enters into the success of all windows that can be judged (judgedSuccess()).
+ * Recordings are the clusters of the bootstrap; those of its windows that overlap are its
  * blocks.
- * @param figures kSuccessRate or keys of segmentMetrics(), others are refused with ConfigError
+ * @param figures kSuccessRate or keys of windowMetrics(), others are refused with ConfigError
  */
 std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,
                                             const std::string& b,

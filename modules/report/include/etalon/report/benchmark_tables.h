@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "etalon/benchmark/benchmark_record.h"
-#include "etalon/benchmark/benchmark_summary.h"
-#include "etalon/evaluation/segment_metrics.h"
+#include "etalon/benchmark/record.h"
+#include "etalon/benchmark/summary.h"
+#include "etalon/evaluation/window_metrics.h"
 #include "etalon/report/table.h"
 
 namespace etalon {
@@ -30,31 +30,31 @@ constexpr double kNoiseTolerance = 1.25;
 
 /** The noise in use against the residuals. */
 struct NoiseVerdict {
-  double chi2_per_dof = SegmentErrors::kNone;
-  double factor = SegmentErrors::kNone;  ///< one step towards the noise, not where it ends
+  double chi2_per_dof = WindowErrors::kNone;
+  double factor = WindowErrors::kNone;  ///< one step towards the noise, not where it ends
   std::string words;  ///< "too small", "about right", "too large"; empty without residuals
 };
 
 /** @param factor what to multiply the noise by (correctionOf); NaN: sqrt(chi2 / dof) */
-NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor = SegmentErrors::kNone);
+NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor = WindowErrors::kNone);
 
 enum class SummaryStatistic { kMean, kMedian, kP90 };
 
 /**
- * One error in the layout of the papers' tables: a row a sequence and one over all slots, the
+ * One error in the layout of the papers' tables: a row a sequence and one over all windows, the
  * initializers beside each other without and with VI-BA, the best of each in bold; where there is
- * one, the floor of RRE or b_g (gyroFloor()) or the tilt of the ground truth's world beside it.
+ * one, the lower bound of RRE or b_g (gyroBound()) or the tilt of the ground truth's world beside
+ * it.
  * @param summary summarize(record)
  */
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
-                       std::pair<int, double> window, const SegmentMetric& metric,
-                       SummaryStatistic statistic);
+                       WindowShape shape, const WindowMetric& metric, SummaryStatistic statistic);
 
 /**
  * The tables of a benchmark. For every window: success, good estimates (with VI-BA) and refusals;
  * every error by mean, median and 90th percentile (see errorTable()); NEES of tilt and velocity;
- * run time; the check of the noise. Then the floor of the ground truth of every sequence. A note
- * says which recordings are too short for the window.
+ * run time; the check of the noise. Then the lower bound of the ground truth of every sequence. A
+ * note says which recordings are too short for the window.
  */
 std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record);
 
@@ -72,8 +72,8 @@ std::string benchmarkTablesJson(const BenchmarkRecord& record);
 
 /**
  * All figures of a benchmark's tables as one CSV table, a number a line (docs/evaluation.md):
- * metric, statistic, keyframes, rate_hz, slots, sequence, initializer, stage, count, value. No two
- * lines have the same text before `count`.
+ * metric, statistic, keyframes, rate_hz, windows, sequence, initializer, stage, count, value. No
+ * two lines have the same text before `count`.
  */
 std::string benchmarkTablesCsv(const BenchmarkRecord& record);
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "etalon/benchmark/benchmark_record.h"
+#include "etalon/benchmark/record.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/runlog/initialization_json.h"
 
@@ -10,13 +10,13 @@ namespace etalon {
 
 /**
  * The report of a benchmark: one HTML file that needs nothing else, no network either. Tables,
- * charts of every slot, failures with their reasons, configuration. Valid UTF-8 whatever the
+ * charts of every window, failures with their reasons, configuration. Valid UTF-8 whatever the
  * record's texts are.
  */
 std::string benchmarkReportHtml(const BenchmarkRecord& record);
 
 /**
- * The same kind of report for one run: its attempts take the place of slots, and the whole
+ * The same kind of report for one run: its attempts take the place of windows, and the whole
  * trajectory stands beside them.
  * @param odometry T_WB of all frames; may be empty
  * @param ground_truth may be empty

@@ -14,7 +14,7 @@ namespace etalon {
  * `ground_truth` covers a keyframe; the times of step 1, initializer and VI-BA first, then the
  * initializer's own stages.
  * @param gravity_mps2 magnitude of gravity that the run was configured with
- * @param gravity_direction_G see evaluateSegment()
+ * @param gravity_direction_G see evaluateWindow()
  */
 AttemptRecord makeAttemptRecord(
     const InitializationAttempt& attempt, double gravity_mps2, const GroundTruth& ground_truth,

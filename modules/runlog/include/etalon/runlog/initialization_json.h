@@ -17,12 +17,12 @@ namespace etalon {
 constexpr const char* kStageInit = "init";   ///< the initializer's own result
 constexpr const char* kStageViBa = "vi_ba";  ///< after visual-inertial BA
 /** Names of the timings that every attempt has; an initializer may add its own. */
-constexpr const char* kTimingVisualOdometry =
+constexpr const char* kTimingStereoOdometry =
     "visual_odometry";                                   ///< step 1, where it was asked for
 constexpr const char* kTimingInitialize = "initialize";  ///< the initializer without step 1
 constexpr const char* kTimingViBa = kStageViBa;
 constexpr const char* kStatusSuccess = "success";
-// Of a benchmark's slot, beside those of InitializationStatus:
+// Of a benchmark's window, beside those of InitializationStatus:
 constexpr const char* kStatusCrashed = "crashed";  ///< the process died, or an exception got out
 constexpr const char* kStatusTimeLimit = "time_limit";  ///< it was ended after its processor time
 
@@ -35,7 +35,7 @@ struct StageRecord {
   Eigen::Vector3d gravity_B0 = Eigen::Vector3d::Zero();  ///< in the first keyframe's body, m/s^2
   Eigen::MatrixXd covariance;                            ///< square; empty where there is none
   std::string covariance_order;                          ///< in words: what its rows stand for
-  std::optional<SegmentErrors> errors;                   ///< where there is ground truth
+  std::optional<WindowErrors> errors;                    ///< where there is ground truth
 
   /** Gravity in the first keyframe's body, R_WB0^T (0, 0, -g), from the states. */
   static StageRecord fromStates(const std::string& stage, std::vector<KeyframeState> states,
@@ -76,8 +76,8 @@ struct RunStatistics {
   int frames_not_located = 0;                  ///< frames whose pose is a prediction
   std::vector<InputFaultRecord> input_faults;  ///< what was dropped or bridged; empty if nothing
   double duration_s = 0.0;                     ///< from the first to the last delivered image
-  double wall_s = SegmentErrors::kNone;
-  double frame_median_ms = SegmentErrors::kNone;  ///< front end and odometry of a stereo frame
+  double wall_s = WindowErrors::kNone;
+  double frame_median_ms = WindowErrors::kNone;  ///< front end and odometry of a stereo frame
 };
 
 /** How much of a run's frames the ground truth covers. */

@@ -24,7 +24,8 @@ struct RenderOptions {
 /**
  * Draws a room as the two raw (distorted) cameras of a rig see it, on the CPU: one ray for each of
  * four points of a pixel, through the calibration's distortion, into mipmapped procedural textures.
- * Distances along rays and the projection of PinholeRadtan agree to well below a hundredth of a
+ * Pixels of a fisheye that lie beyond its lens are black.
+ * Distances along rays and the projection of the camera model agree to well below a hundredth of a
  * pixel.
  *
  * Immutable once made; render() may run in several threads at once and its result depends on its
@@ -33,7 +34,7 @@ struct RenderOptions {
 class StereoRenderer {
  public:
   /** Throws ConfigError for options outside their ranges or a camera whose pixels cannot be
-   * undistorted. */
+   * undistorted, unless it is a fisheye. */
   StereoRenderer(const Room& room, const StereoInertialCalibration& calibration,
                  const RenderOptions& options = {});
   ~StereoRenderer();

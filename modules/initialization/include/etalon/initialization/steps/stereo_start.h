@@ -9,8 +9,8 @@
 
 namespace etalon {
 
-double medianOf(std::vector<double>* values);                          ///< reorders them
-Eigen::Vector3d medianOf(const std::vector<Eigen::Vector3d>& points);  ///< per axis
+/** Median per axis, of one point at least. */
+Eigen::Vector3d medianOf(const std::vector<Eigen::Vector3d>& points);
 
 /** Landmarks from both cameras of single frames, in the body frame of each. */
 struct StereoPoints {

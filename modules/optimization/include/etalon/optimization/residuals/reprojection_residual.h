@@ -4,19 +4,22 @@
  * Reprojection residual: where a landmark is seen by one camera of the rig against where it was
  * measured.
  *
- * Frames      W world (or V, the frame of the visual odometry), B body, C camera.
+ * Frames      W world (or V, the frame of the stereo odometry), B body, C camera, M the
+ *             measurement's own, which is C turned: for perspective cameras C itself, else with its z
+ *             axis along the measured ray.
  * Parameters  T_WB pose of the body (6: rotation by right perturbation R Exp(d), position additive
  *             in W), p_W landmark (3, additive, m).
  * Residual    2 x 1, in sigmas of a pixel:
- *               p_C = T_CB T_WB^-1 p_W
- *               r = S (p_C.xy / p_C.z - m)
- *             with m the measured pixel, undistorted to normalised coordinates once.
+ *               p_M = R_MC T_CB T_WB^-1 p_W
+ *               r = S (p_M.xy / p_M.z - m)
+ *             with m the measured pixel as direction in M, computed once.
  * Whitening   S = (1 / sigma_px) d(pixel)/d(xy) at m, so that |r| is the distance in the distorted
  *             image in units of sigma_px, to first order in the residual. (Distorting the prediction
  *             instead costs three times as much and changes r by less than 1 % for residuals under
  *             10 px.)
  * Jacobians   right perturbation of the rotation; everything else additive.
- * Leaves out  a landmark behind the camera (returns false), robust loss (the caller's).
+ * Leaves out  a landmark behind the camera, or more than 90 degrees from the measured ray of a
+ *             fisheye (returns false); robust loss (the caller's).
  * Reference   Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, eq. (3), with the two cameras of an
  *             unrectified rig as two residuals.
  */
@@ -29,20 +32,19 @@
 
 namespace etalon {
 
-/** A measured pixel in the form that the residual wants. */
-struct ReprojectionMeasurement {
-  Eigen::Vector2d xy = Eigen::Vector2d::Zero();                    ///< undistorted, normalised
+/** A measured pixel in the form that the residual wants: its direction and how precise that is. */
+struct ReprojectionMeasurement : MeasuredDirection {
   Eigen::Matrix2d sqrt_information = Eigen::Matrix2d::Identity();  ///< S
 };
 
-/** Nothing if the pixel cannot be undistorted. */
-std::optional<ReprojectionMeasurement> makeMeasurement(const PinholeRadtan& camera,
+/** Nothing if the camera shows nothing at the pixel. */
+std::optional<ReprojectionMeasurement> makeMeasurement(const CameraModel& camera,
                                                        const Eigen::Vector2d& pixel,
                                                        double sigma_px);
 
 /**
- * @return false if the landmark is less than 1 cm in front of the camera; outputs are then
- * untouched
+ * @return false if the landmark is less than 1 cm from the camera along M's z axis; outputs are
+ * then untouched
  * @param J_pose if given: d(r)/d[rotation, position], 2x6
  * @param J_landmark if given: d(r)/d(p_W), 2x3
  */

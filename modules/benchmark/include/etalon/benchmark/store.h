@@ -1,0 +1,95 @@
+#pragma once
+
+#include <fstream>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "etalon/benchmark/record.h"
+
+namespace etalon {
+
+// The folder of a benchmark (docs/evaluation.md):
+//   benchmark.json         everything of BenchmarkRecord but its results
+//   slots/<sequence>.jsonl a line a finished window and initializer, as they come
+//   config.ini             the effective configuration
+//   segments.csv, summary.csv, report.html   written at the end
+//   tracks/                the front end's tracks (sequence_tracks.h)
+
+/** Whether the folder holds a benchmark, finished or not. */
+bool isBenchmarkFolder(const std::string& folder);
+
+/**
+ * The benchmark in a folder. Of an unfinished one the results that are there.
+ * @throws DataError naming file, line and what was expected
+ */
+BenchmarkRecord readBenchmark(const std::string& folder);
+
+/** Reads benchmark.json alone: a record without results. */
+BenchmarkRecord readBenchmarkHead(const std::string& folder);
+
+/** Writes benchmark.json and config.ini. @throws DataError if they cannot be written */
+void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record);
+
+/** Makes the HTML report of a finished benchmark (benchmarkReportHtml). */
+using BenchmarkReport = std::function<std::string(const BenchmarkRecord&)>;
+
+/** Writes segments.csv, summary.csv and, where `report` is given, report.html; their paths. */
+std::vector<std::string> writeBenchmarkResults(const std::string& folder,
+                                               const BenchmarkRecord& record,
+                                               const BenchmarkReport& report);
+
+/** Whether they were written: not so if the benchmark was interrupted. */
+bool hasBenchmarkResults(const std::string& folder);
+
+/** Removes results and tables, so that none of them outlive a benchmark that begins anew. */
+void discardBenchmark(const std::string& folder);
+
+/** What tells a result from all others: sequence, keyframes, rate, window, initializer. */
+std::string resultKey(const WindowResult& result);
+
+/**
+ * What is missing for the record to be complete, in sentences: results in all and by recording,
+ * shards, recordings that could not be used. Empty if nothing is.
+ */
+std::vector<std::string> incompleteness(const BenchmarkRecord& record);
+
+/** A result as its line in slots/, without the line's end. Numbers read back bit for bit
+ * (rotations, stored as quaternions, to rounding). */
+std::string resultToText(const WindowResult& result);
+/** @throws DataError if it is none */
+WindowResult resultFromText(const std::string& text);
+
+/** Puts the results into the order of BenchmarkRecord::results; drops those that the head does not
+ * list. */
+void sortResults(BenchmarkRecord* record);
+
+/** The results that are missing for the record to be complete, as resultKey() names them. */
+std::vector<std::string> missingResults(const BenchmarkRecord& record);
+
+/**
+ * Finished results on disk: appended line by line as they come, so that an interrupted benchmark
+ * loses nothing.
+ */
+class ResultStore {
+ public:
+  explicit ResultStore(std::string folder);
+
+  /** Reads a sequence's lines; a line that was cut in the middle of writing is dropped from the
+   * file. @throws DataError for lines that are no results */
+  std::vector<WindowResult> read(const std::string& sequence);
+
+  /** @throws DataError if it cannot be written */
+  void append(const WindowResult& result);
+  /** The same with resultToText() of a result of this sequence. */
+  void append(const std::string& sequence, const std::string& result_text);
+
+ private:
+  std::string path(const std::string& sequence) const;
+
+  std::string folder_;
+  std::map<std::string, std::ofstream> files_;
+};
+
+}  // namespace etalon

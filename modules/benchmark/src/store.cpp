@@ -1,0 +1,265 @@
+#include "etalon/benchmark/store.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include "etalon/benchmark/summary.h"
+#include "etalon/benchmark/windows.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
+#include "record_json.h"
+
+namespace etalon {
+namespace {
+
+namespace fs = std::filesystem;
+using ReplaceInvalid = nlohmann::ordered_json::error_handler_t;
+
+constexpr const char* kHeadName = "benchmark.json";
+constexpr const char* kWindowsName = "segments.csv";
+constexpr const char* kSummaryName = "summary.csv";
+constexpr const char* kReportName = "report.html";
+
+std::string pathIn(const std::string& folder, const std::string& name) {
+  return (fs::path(folder) / name).string();
+}
+
+std::string readText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) throw DataError(path, 0, std::string("cannot be read: ") + std::strerror(errno));
+  return text.str();
+}
+
+nlohmann::json parseJson(const std::string& text, const std::string& path, int line) {
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception& e) {
+    throw DataError(path, line, std::string("expected JSON: ") + e.what());
+  }
+}
+
+template <typename Element>
+size_t placeOf(const std::vector<Element>& elements, const std::string& name) {
+  const auto found = std::find_if(elements.begin(), elements.end(),
+                                  [&](const Element& e) { return e.name == name; });
+  return static_cast<size_t>(found - elements.begin());
+}
+
+}  // namespace
+
+bool isBenchmarkFolder(const std::string& folder) { return fs::exists(pathIn(folder, kHeadName)); }
+
+BenchmarkRecord readBenchmarkHead(const std::string& folder) {
+  const std::string path = pathIn(folder, kHeadName);
+  const nlohmann::json json = parseJson(readText(path), path, 0);
+  return benchmarkHeadFromJson(JsonReader(json, path));
+}
+
+BenchmarkRecord readBenchmark(const std::string& folder) {
+  BenchmarkRecord record = readBenchmarkHead(folder);
+  ResultStore store(folder);
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (WindowResult& result : store.read(sequence.name))
+      record.results.push_back(std::move(result));
+  sortResults(&record);
+  return record;
+}
+
+void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record) {
+  makeFolder(pathIn(folder, "slots"));
+  OutputFiles output(folder);
+  writeFile(output.path(kHeadName),
+            benchmarkHeadJson(record).dump(1, ' ', false, ReplaceInvalid::replace) + "\n");
+  std::string config = record.config;
+  for (const BenchmarkInitializer& initializer : record.initializers)
+    config += initializer.config + "\n";
+  writeFile(output.path("config.ini"), config);
+  output.putInPlace();
+}
+
+std::vector<std::string> writeBenchmarkResults(const std::string& folder,
+                                               const BenchmarkRecord& record,
+                                               const BenchmarkReport& report) {
+  OutputFiles output(folder);
+  std::vector<std::string> paths;
+  const auto write = [&](const char* name, const std::string& text) {
+    paths.push_back(pathIn(folder, name));
+    writeFile(output.path(name), text);
+  };
+  write(kWindowsName, windowsCsv(windowRows(record)));
+  write(kSummaryName, summaryCsv(record));
+  if (report) write(kReportName, report(record));
+  output.putInPlace();
+  return paths;
+}
+
+bool hasBenchmarkResults(const std::string& folder) {
+  return fs::exists(pathIn(folder, kWindowsName));
+}
+
+void discardBenchmark(const std::string& folder) {
+  for (const char* name : {kWindowsName, kSummaryName, kReportName, "slots"})
+    fs::remove_all(pathIn(folder, name));
+}
+
+std::string resultKey(const WindowResult& result) {
+  char rate[40];
+  std::snprintf(rate, sizeof rate, "%.9g", result.rate_hz);
+  return result.sequence + ", " + std::to_string(result.keyframes) + " keyframes at " + rate +
+         " Hz, slot " + std::to_string(result.window) + ", " + result.initializer;
+}
+
+void sortResults(BenchmarkRecord* record) {
+  const auto order = [record](const WindowResult& result) {
+    const auto& keyframes = record->protocol.keyframes;
+    const auto& rates = record->protocol.rates_hz;
+    return std::make_tuple(
+        placeOf(record->sequences, result.sequence),
+        std::find(keyframes.begin(), keyframes.end(), result.keyframes) - keyframes.begin(),
+        std::find(rates.begin(), rates.end(), result.rate_hz) - rates.begin(), result.window,
+        placeOf(record->initializers, result.initializer));
+  };
+  const auto listed = [record, &order](const WindowResult& result) {
+    const auto [sequence, keyframes, rate, window, initializer] = order(result);
+    return sequence < record->sequences.size() &&
+           keyframes < static_cast<std::ptrdiff_t>(record->protocol.keyframes.size()) &&
+           rate < static_cast<std::ptrdiff_t>(record->protocol.rates_hz.size()) &&
+           initializer < record->initializers.size();
+  };
+  std::vector<std::pair<decltype(order(WindowResult())), size_t>> places;
+  for (size_t i = 0; i < record->results.size(); ++i)
+    if (listed(record->results[i])) places.emplace_back(order(record->results[i]), i);
+  std::sort(places.begin(), places.end());
+  std::vector<WindowResult> sorted;
+  sorted.reserve(places.size());
+  for (const auto& place : places) sorted.push_back(std::move(record->results[place.second]));
+  record->results = std::move(sorted);
+}
+
+namespace {
+
+/** What a complete record has of a sequence, as resultKey() names it. */
+std::vector<std::string> expectedResults(const BenchmarkRecord& record,
+                                         const BenchmarkSequence& sequence) {
+  std::vector<std::string> keys;
+  if (!sequence.error.empty()) return keys;
+  WindowResult result;
+  result.sequence = sequence.name;
+  for (const WindowShape& shape : shapesOf(record.protocol)) {
+    result.keyframes = shape.keyframes;
+    result.rate_hz = shape.rate_hz;
+    const int windows =
+        windowCount(sequence.first_image, sequence.last_image, record.protocol.every_s, shape);
+    for (result.window = 0; result.window < windows; ++result.window) {
+      for (const BenchmarkInitializer& initializer : record.initializers) {
+        result.initializer = initializer.name;
+        keys.push_back(resultKey(result));
+      }
+    }
+  }
+  return keys;
+}
+
+/** resultKey()s of the record's results. */
+std::set<std::string> resultsThere(const BenchmarkRecord& record) {
+  std::set<std::string> there;
+  for (const WindowResult& result : record.results) there.insert(resultKey(result));
+  return there;
+}
+
+std::string ofAll(size_t missing, size_t all) {
+  return std::to_string(missing) + " of " + std::to_string(all) + " results";
+}
+
+}  // namespace
+
+std::vector<std::string> missingResults(const BenchmarkRecord& record) {
+  const std::set<std::string> there = resultsThere(record);
+  std::vector<std::string> missing;
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (const std::string& key : expectedResults(record, sequence))
+      if (there.count(key) == 0) missing.push_back(key);
+  return missing;
+}
+
+std::vector<std::string> incompleteness(const BenchmarkRecord& record) {
+  const std::set<std::string> there = resultsThere(record);
+  size_t all = 0, all_missing = 0;
+  std::vector<std::string> details;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    const std::vector<std::string> expected = expectedResults(record, sequence);
+    const auto missing = static_cast<size_t>(
+        std::count_if(expected.begin(), expected.end(),
+                      [&there](const std::string& key) { return there.count(key) == 0; }));
+    all += expected.size();
+    all_missing += missing;
+    if (!sequence.error.empty())
+      details.push_back(sequence.name + ": not in it: " + sequence.error);
+    else if (missing > 0)
+      details.push_back(sequence.name + ": " + ofAll(missing, expected.size()) + " missing");
+  }
+  std::vector<std::string> sentences;
+  if (all_missing > 0)
+    sentences.push_back("unfinished: " + ofAll(all_missing, all) + " are missing");
+  if (record.shards > 1)
+    sentences.push_back("it is shard " + std::to_string(record.shard) + " of " +
+                        std::to_string(record.shards) + "; etalon merge joins the shards");
+  sentences.insert(sentences.end(), details.begin(), details.end());
+  return sentences;
+}
+
+std::string resultToText(const WindowResult& result) {
+  return resultJson(result).dump(-1, ' ', false, ReplaceInvalid::replace);
+}
+
+WindowResult resultFromText(const std::string& text) {
+  constexpr char kName[] = "a slot";
+  const nlohmann::json json = parseJson(text, kName, 0);
+  return resultFromJson(JsonReader(json, kName));
+}
+
+ResultStore::ResultStore(std::string folder) : folder_(std::move(folder)) {}
+
+std::string ResultStore::path(const std::string& sequence) const {
+  return pathIn(folder_, "slots/" + sequence + ".jsonl");
+}
+
+std::vector<WindowResult> ResultStore::read(const std::string& sequence) {
+  std::vector<WindowResult> results;
+  const std::string file = path(sequence);
+  if (!fs::exists(file)) return results;
+  const std::string text = readText(file);
+  size_t begin = 0;
+  for (int line = 1; begin < text.size(); ++line) {
+    const size_t end = text.find('\n', begin);
+    if (end == std::string::npos) {  // the writer was killed in the middle of this line
+      fs::resize_file(file, begin);
+      break;
+    }
+    const nlohmann::json json = parseJson(text.substr(begin, end - begin), file, line);
+    results.push_back(resultFromJson(JsonReader(json, file + ":" + std::to_string(line))));
+    begin = end + 1;
+  }
+  return results;
+}
+
+void ResultStore::append(const WindowResult& result) {
+  append(result.sequence, resultToText(result));
+}
+
+void ResultStore::append(const std::string& sequence, const std::string& result_text) {
+  std::ofstream& file = files_[sequence];
+  if (!file.is_open()) file.open(path(sequence), std::ios::binary | std::ios::app);
+  file << result_text + "\n" << std::flush;
+  if (!file)
+    throw DataError(path(sequence), 0, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+}  // namespace etalon

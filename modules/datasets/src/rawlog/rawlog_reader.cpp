@@ -1,0 +1,95 @@
+#include "rawlog/rawlog_reader.h"
+
+#include <filesystem>
+
+#include "etalon/core/errors.h"
+#include "etalon/datasets/observation_conversion.h"
+#include "image_file.h"
+
+namespace etalon {
+
+namespace fs = std::filesystem;
+using mrpt::obs::CObservationStereoImages;
+
+bool RawlogReader::accepts(const std::string& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
+RawlogReader::RawlogReader(std::string path) : path_(std::move(path)) {}
+
+Recording RawlogReader::read() {
+  RawlogScan scan = scanRawlog(path_);
+  if (scan.frames.empty())
+    throw DataError(path_, 0,
+                    "expected CObservationStereoImages with a left and a right image, found none");
+  if (scan.imu.empty())
+    throw DataError(path_, 0, "expected CObservationIMU with rates and accelerations, found none");
+  Recording recording;
+  recording.calibration = calibrationOf(scan, path_, &recording.warnings);
+  recording.ground_truth.states = std::move(scan.truth);
+  restoreExact(&scan, &recording.ground_truth);
+  describeScan(scan, path_, &recording.warnings);
+  recording.unpaired_left = scan.without_right;
+  recording.imu = std::move(scan.imu);
+  for (const RawlogFrame& frame : scan.frames) recording.image_stamps.push_back(frame.t);
+  label_ = scan.stereo_label;
+  entries_ = std::move(scan.frames);
+  calibration_ = recording.calibration;
+  return recording;
+}
+
+LoadedFrame RawlogReader::load(size_t index, bool decode) {
+  const RawlogFrame& entry = entries_.at(index);
+  if (!entry.left_path.empty() && !entry.right_path.empty())
+    return loadPair(entry.t, entry.left_path, entry.right_path, calibration_, decode);
+  LoadedFrame result;
+  result.frame.t = entry.t;
+  result.file = path_;
+  if (!decode) return result;
+  try {
+    const auto observation = observationAt(entry.ordinal);
+    result.frame = toStereoFrame(*observation, fs::absolute(path_).parent_path().string());
+    result.frame.t = entry.t;
+  } catch (const DataError& e) {
+    result.problem = e.what();
+    return result;
+  }
+  result.problem = checkImage(result.frame.left, calibration_.cameras[0].model);
+  if (result.problem.empty())
+    result.problem = checkImage(result.frame.right, calibration_.cameras[1].model);
+  if (!result.problem.empty())
+    result.problem = "stereo frame at " + std::to_string(entry.t) + " ns: " + result.problem;
+  return result;
+}
+
+std::pair<std::string, std::string> RawlogReader::paths(size_t index) const {
+  return {entries_.at(index).left_path, entries_.at(index).right_path};
+}
+
+std::vector<RecordingFile> RawlogReader::files() const {
+  std::vector<RecordingFile> files = {{path_, ""}};
+  for (const RawlogFrame& entry : entries_)
+    for (const std::string& path : {entry.left_path, entry.right_path})
+      if (!path.empty() && fs::exists(path)) files.push_back({path, ""});
+  return files;
+}
+
+std::string RawlogReader::calibrationFile(const std::string& /*sensor*/) const { return path_; }
+
+CObservationStereoImages::Ptr RawlogReader::observationAt(size_t ordinal) {
+  if (!log_) log_ = std::make_unique<RawlogObservations>(path_);
+  if (ordinal < next_ordinal_ && !(last_ && ordinal + 1 == next_ordinal_))
+    throw DataError(path_, 0, "embedded images are read in the order of time");
+  while (!last_ || next_ordinal_ <= ordinal) {
+    const auto observation = log_->next();
+    if (!observation) throw DataError(path_, 0, "the log became shorter while it was read");
+    auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation);
+    if (!stereo || stereo->sensorLabel != label_) continue;
+    last_ = std::move(stereo);
+    ++next_ordinal_;
+  }
+  return last_;
+}
+
+}  // namespace etalon

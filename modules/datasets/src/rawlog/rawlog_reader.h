@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "etalon/datasets/recording_reader.h"
+#include "rawlog/rawlog_observations.h"
+#include "rawlog/rawlog_scan.h"
+
+namespace etalon {
+
+/**
+ * An MRPT rawlog (gz-compressed or not), object by object.
+ *
+ * In a log that this project wrote, calibration, noise model and exact stamps come from its
+ * comments (see recording_comment.h), and the streams are those that the comment names. In other
+ * logs the first sensor label with CObservationStereoImages and the first with CObservationIMU are
+ * taken, calibration comes from the observations, and the IMU's noise model is ImuNoiseDensities'
+ * default (with a warning). Observations of other labels and classes are ignored. External images
+ * are looked for relative to the log's folder; MRPT's process-wide base path is not used.
+ */
+class RawlogReader : public RecordingReader {
+ public:
+  /** Whether it is a file. */
+  static bool accepts(const std::string& path);
+
+  explicit RawlogReader(std::string path);
+
+  /** Reads through the whole log once, so that a truncated one is found before a run starts. */
+  Recording read() override;
+  /** Images by path, or from a second pass through the log where they are embedded. */
+  LoadedFrame load(size_t index, bool decode) override;
+  std::pair<std::string, std::string> paths(size_t index) const override;
+  /** The log and the images that it refers to, without names: they may have moved together. */
+  std::vector<RecordingFile> files() const override;
+  std::string calibrationFile(const std::string& sensor) const override;
+
+ private:
+  mrpt::obs::CObservationStereoImages::Ptr observationAt(size_t ordinal);
+
+  std::string path_, label_;
+  std::vector<RawlogFrame> entries_;
+  StereoInertialCalibration calibration_;
+  std::unique_ptr<RawlogObservations> log_;
+  mrpt::obs::CObservationStereoImages::Ptr last_;
+  size_t next_ordinal_ = 0;  ///< of the observation after last_
+};
+
+}  // namespace etalon

@@ -1,0 +1,247 @@
+#include "rawlog/rawlog_scan.h"
+
+#include <mrpt/obs/CObservationComment.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "etalon/core/errors.h"
+#include "etalon/datasets/mrpt_time.h"
+#include "etalon/datasets/observation_conversion.h"
+#include "rawlog/rawlog_observations.h"
+#include "sensor_yaml.h"
+
+namespace etalon {
+
+namespace {
+
+namespace fs = std::filesystem;
+using mrpt::obs::CObservationStereoImages;
+
+class Scanner {
+ public:
+  explicit Scanner(const std::string& path) : path_(path), reader_(path) {
+    scan_.ground_truth_label = kGroundTruthLabel;
+  }
+
+  RawlogScan run() {
+    while (const auto observation = reader_.next()) {
+      using namespace mrpt::obs;
+      if (const auto* comment = dynamic_cast<CObservationComment*>(observation.get()))
+        add(*comment);
+      else if (const auto* stereo = dynamic_cast<CObservationStereoImages*>(observation.get()))
+        add(*stereo);
+      else if (const auto* imu = dynamic_cast<CObservationIMU*>(observation.get()))
+        add(*imu);
+      else if (const auto* pose = dynamic_cast<CObservationRobotPose*>(observation.get()))
+        add(*pose);
+    }
+    return std::move(scan_);
+  }
+
+ private:
+  /** Whether the observation is of the chosen stream; the first label is chosen where no comment
+   * chose. */
+  bool chosen(const std::string& label, std::string* stream, bool none_yet) {
+    if (!scan_.comment && none_yet && stream->empty()) *stream = label;
+    if (label == *stream) return true;
+    if (!scan_.comment &&
+        std::count(scan_.other_labels.begin(), scan_.other_labels.end(), label) == 0)
+      scan_.other_labels.push_back(label);
+    return false;
+  }
+
+  template <typename Elements>
+  void checkStamp(TimeNs t, const Elements& elements, const std::string& what) const {
+    if (!isStamp(t))
+      throw DataError(path_, 0,
+                      reader_.where() + ": expected stamps of the " + what +
+                          " of the years 1970 to 2096, found " + std::to_string(t) + " ns");
+    if (!elements.empty() && t <= elements.back().t)
+      throw DataError(path_, 0,
+                      reader_.where() + ": expected strictly increasing stamps of the " + what +
+                          ", found " + std::to_string(t) + " ns after " +
+                          std::to_string(elements.back().t) + " ns");
+  }
+
+  void add(const mrpt::obs::CObservationComment& comment) {
+    const std::string format = formatOfComment(comment.text);
+    if (format == kRecordingFormat && !scan_.comment) {
+      scan_.comment = recordingCommentFromJson(comment.text, path_);
+      scan_.stereo_label = scan_.comment->stereo_label;
+      scan_.imu_label = scan_.comment->imu_label;
+      scan_.ground_truth_label = scan_.comment->ground_truth_label;
+    } else if (format == kIndexFormat && !scan_.index) {
+      scan_.index = recordingIndexFromJson(comment.text, path_);
+    }
+  }
+
+  void add(const CObservationStereoImages& stereo) {
+    if (!chosen(stereo.sensorLabel, &scan_.stereo_label, !scan_.first_stereo)) return;
+    RawlogFrame entry;
+    entry.t = fromMrptTime(stereo.timestamp);
+    entry.ordinal = scan_.stereo_observations++;
+    if (!scan_.first_stereo) {
+      scan_.first_stereo = stereo;
+      scan_.first_stereo->imageLeft = scan_.first_stereo->imageRight = mrpt::img::CImage();
+    }
+    if (!stereo.hasImageRight) {
+      scan_.without_right.push_back(entry.t);
+      return;
+    }
+    checkStamp(entry.t, scan_.frames, "stereo images '" + scan_.stereo_label + "'");
+    const fs::path folder = fs::absolute(path_).parent_path();
+    const auto resolve = [&](const mrpt::img::CImage& image) {
+      return image.isExternallyStored() ? (folder / image.getExternalStorageFile()).string() : "";
+    };
+    entry.left_path = resolve(stereo.imageLeft);
+    entry.right_path = resolve(stereo.imageRight);
+    scan_.frames.push_back(std::move(entry));
+  }
+
+  void add(const mrpt::obs::CObservationIMU& imu) {
+    if (!chosen(imu.sensorLabel, &scan_.imu_label, scan_.imu.empty())) return;
+    const std::optional<ImuSample> sample = toImuSample(imu);
+    if (!sample) {
+      ++scan_.incomplete_imu;
+      return;
+    }
+    if (!sample->gyro.allFinite() || !sample->accel.allFinite())
+      throw DataError(path_, 0, reader_.where() + ": expected finite IMU measurements");
+    checkStamp(sample->t, scan_.imu, "IMU '" + scan_.imu_label + "'");
+    if (scan_.imu.empty()) scan_.T_RB = fromMrptPose(imu.sensorPose);
+    scan_.imu.push_back(*sample);
+  }
+
+  void add(const mrpt::obs::CObservationRobotPose& pose) {
+    if (pose.sensorLabel != scan_.ground_truth_label) return;
+    GroundTruthState state;
+    state.t = fromMrptTime(pose.timestamp);
+    state.T_WB = fromMrptPose(pose.pose.mean);
+    if (!state.T_WB.matrix().allFinite())
+      throw DataError(path_, 0, reader_.where() + ": expected a finite pose of the ground truth");
+    checkStamp(state.t, scan_.truth, "ground truth");
+    scan_.truth.push_back(state);
+  }
+
+  std::string path_;
+  RawlogObservations reader_;
+  RawlogScan scan_;
+};
+
+/** Replaces `t`, cut down to MRPT's tick, by the exact stamp where the index knows it; its place in
+ * the list. */
+template <typename Elements, typename Stamp>
+std::optional<size_t> findExact(TimeNs t, const Elements& exact, Stamp stamp) {
+  const auto found = std::lower_bound(exact.begin(), exact.end(), t,
+                                      [&](const auto& e, TimeNs v) { return stamp(e) < v; });
+  if (found == exact.end() || truncateToMrptTick(stamp(*found)) != t) return std::nullopt;
+  return static_cast<size_t>(found - exact.begin());
+}
+
+template <typename Elements>
+double measuredRate(const Elements& elements, double fallback) {
+  if (elements.size() < 2) return fallback;
+  return static_cast<double>(elements.size() - 1) /
+         secondsBetween(elements.front().t, elements.back().t);
+}
+
+/** What is not usable as a calibration, whoever wrote the log. */
+void checkCalibration(const StereoInertialCalibration& calibration, const std::string& path) {
+  const auto require = [&path](bool condition, const std::string& expected) {
+    if (!condition)
+      throw DataError(path, 0, "the calibration cannot be used: expected " + expected);
+  };
+  for (size_t c = 0; c < 2; ++c) {
+    const auto& [m, T_BC, rate_hz] = calibration.cameras[c];
+    const std::string camera = " of cam" + std::to_string(c);
+    require(1 <= m.width() && m.width() <= 100'000 && 1 <= m.height() && m.height() <= 100'000,
+            "a size" + camera + " of 1 to 100000 pixels");
+    require(T_BC.t.allFinite(), "finite numbers" + camera);
+    require(std::isfinite(rate_hz) && rate_hz >= 0, "a rate" + camera + " that is not negative");
+    checkedRotation(T_BC.R, path, 0, "T_BC" + camera, nullptr);
+  }
+  const auto& [noise, rate_hz] = calibration.imu;
+  for (const double value : {noise.gyro_noise_density, noise.gyro_random_walk,
+                             noise.accel_noise_density, noise.accel_random_walk, rate_hz})
+    require(std::isfinite(value) && value >= 0,
+            "noise densities and a rate of the IMU that are not negative");
+}
+
+}  // namespace
+
+RawlogScan scanRawlog(const std::string& path) { return Scanner(path).run(); }
+
+void restoreExact(RawlogScan* scan, GroundTruth* truth) {
+  if (!scan->index) return;
+  const RecordingIndex& index = *scan->index;
+  const auto itself = [](TimeNs t) { return t; };
+  for (RawlogFrame& frame : scan->frames)
+    if (const auto i = findExact(frame.t, index.image_stamps, itself))
+      frame.t = index.image_stamps[*i];
+  for (ImuSample& sample : scan->imu)
+    if (const auto i = findExact(sample.t, index.imu_stamps, itself))
+      sample.t = index.imu_stamps[*i];
+  truth->has_velocity = index.ground_truth.has_velocity;
+  truth->has_biases = index.ground_truth.has_biases;
+  for (GroundTruthState& state : truth->states) {
+    const auto i = findExact(state.t, index.ground_truth.states,
+                             [](const GroundTruthState& s) { return s.t; });
+    if (!i) {
+      truth->has_velocity = truth->has_biases = false;
+      continue;
+    }
+    const GroundTruthState& exact = index.ground_truth.states[*i];
+    state.t = exact.t;
+    state.v_WB = exact.v_WB;
+    state.b_g = exact.b_g;
+    state.b_a = exact.b_a;
+  }
+}
+
+StereoInertialCalibration calibrationOf(const RawlogScan& scan, const std::string& path,
+                                        std::vector<std::string>* warnings) {
+  if (scan.comment) {
+    checkCalibration(scan.comment->calibration, path);
+    return scan.comment->calibration;
+  }
+  StereoInertialCalibration calibration = calibrationOf(
+      *scan.first_stereo, scan.T_RB, path + ", stereo observation '" + scan.stereo_label + "'");
+  for (CameraCalibration& camera : calibration.cameras)
+    camera.rate_hz = measuredRate(scan.frames, camera.rate_hz);
+  calibration.imu.rate_hz = measuredRate(scan.imu, calibration.imu.rate_hz);
+  warnings->push_back(path +
+                      ": no noise model of the IMU in the log; the densities of an ADIS16448 are "
+                      "assumed (gyro 1.6968e-4 rad/s/sqrt(Hz), accelerometer 2e-3 m/s^2/sqrt(Hz))");
+  const SE3& T_BC = calibration.cameras[0].T_BC;
+  if (T_BC.matrix().isIdentity(1e-9))
+    warnings->push_back(path +
+                        ": left camera and IMU have the same pose on the robot; are the sensors' "
+                        "poses set?");
+  checkCalibration(calibration, path);
+  return calibration;
+}
+
+void describeScan(const RawlogScan& scan, const std::string& path,
+                  std::vector<std::string>* warnings) {
+  if (scan.comment && !scan.index)
+    warnings->push_back(path +
+                        ": the index at the log's end is missing (was the log cut?): stamps are "
+                        "those of MRPT's clock, 100 ns");
+  if (scan.incomplete_imu > 0)
+    warnings->push_back(path + ": " + std::to_string(scan.incomplete_imu) +
+                        " IMU observations without all rates and accelerations were ignored");
+  const std::string used =
+      "' is ignored; used are '" + scan.stereo_label + "' and '" + scan.imu_label + "'";
+  for (const std::string& label : scan.other_labels) {
+    std::string sentence = path;
+    sentence.append(": the sensor '").append(label).append(used);
+    warnings->push_back(std::move(sentence));
+  }
+  if (!scan.without_right.empty())
+    warnings->push_back(path + ": " + std::to_string(scan.without_right.size()) +
+                        " stereo observations have no right image");
+}
+
+}  // namespace etalon

@@ -1,0 +1,226 @@
+#include "etalon/evaluation/ground_truth_bound.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "etalon/core/degrees.h"
+#include "etalon/core/so3.h"
+#include "etalon/imu/imu_buffer.h"
+#include "etalon/imu/preintegration.h"
+
+namespace etalon {
+namespace {
+
+/** An interval with a longer step between IMU samples is left out, s. */
+constexpr double kMaxImuGapS = 0.03;
+/** An interval's length may differ from the one asked for by this share of it. */
+constexpr double kMaxLengthDeviation = 0.2;
+/** Gauss-Newton on the gyro's bias: quadratic, from zero to rounding in three or four. */
+constexpr int kBiasIterations = 5;
+/** Gravity and accelerometer bias are told apart by rotation alone; the least eigenvalue of the
+ * mean of [I, R]^T [I, R] is 1 - cos(a) for a body that leans by +-a. This is a of 0.8 deg. */
+constexpr double kMinRotationSpread = 1e-4;
+
+/** A direction of gravity that is known worse than this is no reference for others, deg. */
+constexpr double kMaxGravitySigmaDeg = 0.1;
+
+/** An interval between two states of the ground truth, with the IMU between them. */
+struct Interval {
+  GroundTruthState begin, end;
+  Preintegration imu;
+
+  Eigen::Matrix3d rotation() const { return begin.T_WB.R.transpose() * end.T_WB.R; }
+};
+
+/** The state nearest to t. @param states not empty */
+const GroundTruthState& nearest(const std::vector<GroundTruthState>& states, TimeNs t) {
+  auto after =
+      std::lower_bound(states.begin(), states.end(), t,
+                       [](const GroundTruthState& s, TimeNs value) { return s.t < value; });
+  if (after == states.end()) return states.back();
+  if (after != states.begin() && t - (after - 1)->t < after->t - t) --after;
+  return *after;
+}
+
+/** Consecutive intervals from state to state: nothing is interpolated in the ground truth, whatever
+ * its rate. */
+std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
+                                  const std::vector<ImuSample>& samples, double interval_s) {
+  const ImuBuffer imu(samples);
+  std::vector<Interval> intervals;
+  const TimeNs step = durationNs(interval_s);
+  const std::vector<GroundTruthState>& states = ground_truth.states;
+  const GroundTruthState* begin = &states.front();
+  for (TimeNs t = states.front().t + step; t <= states.back().t + step / 2; t += step) {
+    const GroundTruthState& end = nearest(states, t);
+    const double length_s = secondsBetween(begin->t, end.t);
+    if (std::abs(length_s - interval_s) <= kMaxLengthDeviation * interval_s &&
+        imu.covers(begin->t, end.t) && imu.longestGap(begin->t, end.t) <= kMaxImuGapS)
+      intervals.push_back(
+          {*begin, end, Preintegration(imu.between(begin->t, end.t), ImuBias(), {})});
+    begin = &end;
+  }
+  return intervals;
+}
+
+/** Moves the intervals' integration to the gyro bias of least squared rotation error, rad/s. */
+Eigen::Vector3d fitGyroBias(std::vector<Interval>* intervals) {
+  ImuBias bias;
+  for (int iteration = 0; iteration < kBiasIterations; ++iteration) {
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (const Interval& interval : *intervals) {
+      const Eigen::Vector3d error =
+          logSO3(interval.rotation().transpose() * interval.imu.deltas().dR);
+      const Eigen::Matrix3d J = rightJacobianInverseSO3(error) * interval.imu.dR_dbg();
+      A += J.transpose() * J;
+      b -= J.transpose() * error;
+    }
+    bias.gyro += A.ldlt().solve(b);
+    for (Interval& interval : *intervals) interval.imu = interval.imu.reintegrated(bias);
+  }
+  return bias.gyro;
+}
+
+double rotationRmseDeg(const std::vector<Interval>& intervals) {
+  double sum = 0.0;
+  for (const Interval& interval : intervals)
+    sum += logSO3(interval.rotation().transpose() * interval.imu.deltas().dR).squaredNorm();
+  return degrees(std::sqrt(sum / static_cast<double>(intervals.size())));
+}
+
+using Matrix3x6 = Eigen::Matrix<double, 3, 6>;
+
+/** A (g_G, b_a) = rhs: three equations of one velocity change. */
+struct VelocityEquation {
+  Matrix3x6 A;
+  Eigen::Vector3d rhs;
+};
+
+/** v_1 - v_0 = g dt + R_0 (dv + dv_dba b_a). */
+VelocityEquation equationOf(const Interval& interval) {
+  const Eigen::Matrix3d& R = interval.begin.T_WB.R;
+  VelocityEquation equation;
+  equation.A << Eigen::Matrix3d::Identity() * interval.imu.dt(), R * interval.imu.dv_dba();
+  equation.rhs = interval.end.v_WB - interval.begin.v_WB - R * interval.imu.deltas().dv;
+  return equation;
+}
+
+/**
+ * The same from positions: the difference of the mean velocities of two consecutive intervals a and
+ * b, (p_2 - p_1) / dt_b - (p_1 - p_0) / dt_a
+ *   = g (dt_a + dt_b) / 2 + R_0 dv_a + R_1 dp_b / dt_b - R_0 dp_a / dt_a.
+ */
+VelocityEquation equationOf(const Interval& a, const Interval& b) {
+  const Eigen::Matrix3d &R_0 = a.begin.T_WB.R, &R_1 = b.begin.T_WB.R;
+  const double dt_a = a.imu.dt(), dt_b = b.imu.dt();
+  VelocityEquation equation;
+  equation.A << Eigen::Matrix3d::Identity() * (0.5 * (dt_a + dt_b)),
+      R_0 * a.imu.dv_dba() + R_1 * b.imu.dp_dba() / dt_b - R_0 * a.imu.dp_dba() / dt_a;
+  equation.rhs = (b.end.T_WB.t - b.begin.T_WB.t) / dt_b - (a.end.T_WB.t - a.begin.T_WB.t) / dt_a -
+                 R_0 * a.imu.deltas().dv - R_1 * b.imu.deltas().dp / dt_b +
+                 R_0 * a.imu.deltas().dp / dt_a;
+  return equation;
+}
+
+/** Least squares of all velocity equations. */
+struct GravityFit {
+  Eigen::Vector3d gravity_G, accel_bias;  ///< m/s^2
+  double direction_sigma_deg = 0.0;       ///< of gravity's direction, as the residuals say
+};
+
+std::vector<VelocityEquation> equationsOf(const std::vector<Interval>& intervals,
+                                          bool has_velocity) {
+  std::vector<VelocityEquation> equations;
+  for (size_t i = 0; i < intervals.size(); ++i) {
+    if (has_velocity)
+      equations.push_back(equationOf(intervals[i]));
+    else if (i > 0 && intervals[i - 1].end.t == intervals[i].begin.t)
+      equations.push_back(equationOf(intervals[i - 1], intervals[i]));
+  }
+  return equations;
+}
+
+/** Nothing where the motion does not tell gravity from the bias. */
+std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equations) {
+  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+  double squared_time = 0.0;
+  for (const VelocityEquation& equation : equations) {
+    A += equation.A.transpose() * equation.A;
+    b += equation.A.transpose() * equation.rhs;
+    squared_time += equation.A(0, 0) * equation.A(0, 0);
+  }
+  if (equations.size() < 3) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(A / squared_time);
+  if (!(eigen.eigenvalues()[0] > kMinRotationSpread)) return std::nullopt;
+  const Eigen::Matrix<double, 6, 1> x = A.ldlt().solve(b);
+
+  double squares = 0.0;
+  for (const VelocityEquation& equation : equations)
+    squares += (equation.A * x - equation.rhs).squaredNorm();
+  const double variance = squares / (3.0 * static_cast<double>(equations.size()) - 6.0);
+  const Eigen::Vector3d direction = x.head<3>().normalized();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+  const Eigen::Matrix3d covariance = variance * A.inverse().topLeftCorner<3, 3>();
+  GravityFit fit;
+  fit.gravity_G = x.head<3>();
+  fit.accel_bias = x.tail<3>();
+  fit.direction_sigma_deg =
+      degrees(std::sqrt((across * covariance * across).trace()) / fit.gravity_G.norm());
+  return fit;
+}
+
+}  // namespace
+
+GroundTruthBound groundTruthBound(const GroundTruth& ground_truth,
+                                  const std::vector<ImuSample>& imu, double interval_s) {
+  GroundTruthBound bound;
+  bound.bias.gyro.setConstant(GroundTruthBound::kNone);
+  bound.bias.accel.setConstant(GroundTruthBound::kNone);
+  if (ground_truth.empty() || imu.empty() || !(interval_s > 0.0)) return bound;
+  std::vector<Interval> intervals = intervalsOf(ground_truth, imu, interval_s);
+  if (intervals.empty()) return bound;
+
+  bound.interval_s = interval_s;
+  bound.bias.gyro = fitGyroBias(&intervals);
+  bound.rre_deg = rotationRmseDeg(intervals);
+  const auto fit = fitGravity(equationsOf(intervals, ground_truth.has_velocity));
+  if (fit && fit->direction_sigma_deg <= kMaxGravitySigmaDeg) {
+    bound.gravity_direction_G = fit->gravity_G.normalized();
+    bound.bias.accel = fit->accel_bias;
+    bound.world_tilt_deg =
+        degrees(angleBetween(bound.gravity_direction_G, -Eigen::Vector3d::UnitZ()));
+  }
+  return bound;
+}
+
+GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                                const std::vector<TimeNs>& keyframes) {
+  std::vector<Interval> intervals;
+  Eigen::Vector3d stated = Eigen::Vector3d::Zero();  // sum of the ground truth's b_g
+  int states = 0;
+  for (size_t k = 0; k < keyframes.size(); ++k) {
+    const auto end = ground_truth.at(keyframes[k]);
+    if (!end) continue;
+    stated += end->b_g;
+    ++states;
+    if (k == 0) continue;
+    const auto begin = ground_truth.at(keyframes[k - 1]);
+    if (begin && imu.covers(begin->t, end->t))
+      intervals.push_back(
+          {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
+  }
+  GyroWindowBound bound;
+  if (intervals.empty()) return bound;
+  const Eigen::Vector3d fitted = fitGyroBias(&intervals);
+  bound.rre_deg = rotationRmseDeg(intervals);
+  if (ground_truth.has_biases) bound.gyro_bias_rps = (fitted - stated / states).norm();
+  return bound;
+}
+
+}  // namespace etalon

@@ -1,0 +1,46 @@
+#include "etalon/frontend/recording_inspection.h"
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+RecordingFindings checkRecording(RecordedSource& source) {
+  RecordingFindings findings = checkCalibration(source);
+  findings.append(checkImu(source));
+  findings.append(checkRepeatedImages(source));
+  findings.append(checkImages(source));
+  return findings;
+}
+
+std::vector<std::string> requireSoundRecording(const std::string& path) {
+  const auto source = openRecording(path);
+  const RecordingFindings findings = checkRecording(*source);
+  if (findings.errors.empty()) return findings.warnings;
+  std::string text = "no result can be right with this recording: ";
+  for (const std::string& error : findings.errors)
+    text += (&error == &findings.errors.front() ? "" : "; ") + error;
+  throw DataError(path, 0, text);
+}
+
+RecordingInspection inspectRecording(RecordedSource& source, const InspectionOptions& options) {
+  RecordingInspection inspection;
+  if (options.max_frames == 0) {
+    inspection.info = describeRecording(source);
+    inspection.time_offset.reason = "not asked for";
+    return inspection;
+  }
+  ImageProblems problems;
+  const LoadedFrame first = source.loadFrame(0);  // what every run begins with
+  if (!first.problem.empty()) problems[0] = describe(first);
+  TimeOffsetEstimate& offset = inspection.time_offset;
+  offset = estimateTimeOffset(measureCameraRotation(source, options.max_frames, &problems),
+                              source.imuSamples(), options.max_offset_s);
+  RecordingInfo& info = inspection.info;
+  info = describeRecording(source, problems);
+  info.append(checkImages(*openRecording(source.name())));
+  info.append(checkMotion(offset, info.calibration, info.images.rate_hz));
+  inspection.rotation_disagreement_deg = rotationDisagreementDeg(offset, info.calibration);
+  return inspection;
+}
+
+}  // namespace etalon

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "etalon/pipeline/keyframe_window.h"
+
+namespace etalon {
+
+/** [pipeline] initializer = auto: at rest one plugin, in motion another. */
+constexpr const char* kAutoInitializer = "auto";
+
+/** Section [auto]. */
+struct AutoOptions {
+  std::string at_rest = "static";
+  std::string moving = "eta";
+  /** Of the window, before `moving` is tried: in seconds since the last window that was not known
+   * to move, over the window's length. */
+  double min_motion_share = 0.0;
+
+  void declare(ParameterSet& parameters);
+};
+
+/** The initializers of a pipeline. */
+struct PipelineInitializers {
+  std::string name;  ///< of `initializer`
+  std::shared_ptr<const Initializer> initializer;
+  /** Tried first, for a start at rest; null: there is none. */
+  std::shared_ptr<const Initializer> at_rest;
+  std::string at_rest_name;
+};
+
+/**
+ * Asks the initializers about every complete window until one is accepted, and keeps what they
+ * said.
+ *
+ * With an initializer for the start at rest: once that has started the odometry, the windows go on;
+ * when it refuses one with kTooMuchMotion, and enough of it is in motion, the other one is tried at
+ * every keyframe, and what is accepted takes over. The gyro bias of the start is its prior.
+ */
+class Starter {
+ public:
+  static constexpr size_t kDetailedAttempts = 40;  ///< ten seconds of keyframes
+
+  enum class Outcome { kRefused, kStarts, kTakesOver };
+  using MakeProblem = std::function<InitializationProblem(const WindowOptions&)>;
+
+  Starter(PipelineInitializers initializers, const AutoOptions& automatic,
+          const WindowOptions& options, const ImuNoiseDensities& noise);
+
+  /** An attempt at a window; what was accepted is the last of attempts(). */
+  Outcome attempt(const KeyframeWindow& window, const MakeProblem& problem);
+
+  /** Whether the odometry was started at rest, and the initializer for motion has not taken over
+   * yet. */
+  bool waitsForMotion() const { return waits_for_motion_; }
+  /** From now on nobody takes over: an odometry that reads the IMU itself needs it not. */
+  void endWaitForMotion() { waits_for_motion_ = false; }
+
+  /** Of a refusal that is older than the last kDetailedAttempts, time, status, reason and timings
+   * are kept, estimates are not: a pipeline that never starts must not fill the memory. Refusals of
+   * the at-rest initializer are here too, but those of a platform that began to move as it was
+   * waited for. */
+  const std::vector<InitializationAttempt>& attempts() const { return attempts_; }
+
+ private:
+  void keep(InitializationAttempt attempt);
+  bool startsAtRest(const InitializationProblem& problem);
+  bool isInMotion(const KeyframeWindow& window, const InitializationProblem& problem);
+  WindowOptions handoverOptions(const KeyframeWindow& window) const;
+
+  PipelineInitializers initializers_;
+  AutoOptions automatic_;
+  WindowOptions options_;
+  ImuNoiseDensities noise_;
+  bool waits_for_motion_ = false;
+  TimeNs last_rest_ = 0;  ///< last keyframe of the last window that was not known to move
+  TimeNs started_at_ = 0;
+  Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();  ///< of the start, rad/s
+  double sigma_gyro_bias_ = 0.0;                         ///< of the start, of the worst axis, rad/s
+  std::vector<InitializationAttempt> attempts_;
+};
+
+}  // namespace etalon

@@ -1,0 +1,104 @@
+#include "etalon/pipeline/starter.h"
+
+#include <cmath>
+
+namespace etalon {
+
+void AutoOptions::declare(ParameterSet& parameters) {
+  parameters.add(
+      "at_rest", &at_rest,
+      "With [pipeline] initializer = auto: the plugin that starts the odometry while the "
+      "platform stands still. It must refuse motion with too_much_motion, as static does.");
+  parameters.add("moving", &moving,
+                 "With [pipeline] initializer = auto: the plugin that takes over when motion "
+                 "begins, or starts the odometry in motion.");
+  parameters.add("min_motion_share", &min_motion_share, {0.0, 1.0},
+                 "Share of the window's time that must be in motion before the one for motion is "
+                 "tried; 0: as soon as the window is not at rest.");
+}
+
+Starter::Starter(PipelineInitializers initializers, const AutoOptions& automatic,
+                 const WindowOptions& options, const ImuNoiseDensities& noise)
+    : initializers_(std::move(initializers)),
+      automatic_(automatic),
+      options_(options),
+      noise_(noise) {}
+
+Starter::Outcome Starter::attempt(const KeyframeWindow& window, const MakeProblem& make_problem) {
+  const bool takes_over = waits_for_motion_;
+  const WindowOptions options = takes_over ? handoverOptions(window) : options_;
+  const InitializationProblem problem = make_problem(options);
+  if (takes_over) {
+    if (!isInMotion(window, problem)) return Outcome::kRefused;
+  } else if (initializers_.at_rest && startsAtRest(problem)) {
+    return Outcome::kStarts;
+  }
+  InitializationAttempt attempt =
+      attemptInitialization(problem, *initializers_.initializer, options);
+  if (initializers_.at_rest) attempt.initializer = initializers_.name;
+  keep(std::move(attempt));
+  if (!attempts_.back().decision.accepted) return Outcome::kRefused;
+  waits_for_motion_ = false;
+  return takes_over ? Outcome::kTakesOver : Outcome::kStarts;
+}
+
+/** Adds the attempt, and lightens the one that now is too old to be kept whole. */
+void Starter::keep(InitializationAttempt attempt) {
+  attempts_.push_back(std::move(attempt));
+  if (attempts_.size() <= kDetailedAttempts) return;
+  InitializationAttempt& old = attempts_[attempts_.size() - 1 - kDetailedAttempts];
+  if (!old.decision.accepted) old.dropEstimates();
+}
+
+/** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
+bool Starter::startsAtRest(const InitializationProblem& problem) {
+  InitializationAttempt attempt = attemptInitialization(problem, *initializers_.at_rest, options_);
+  attempt.initializer = initializers_.at_rest_name;
+  keep(std::move(attempt));
+  const InitializationAttempt& kept = attempts_.back();
+  if (!kept.decision.accepted) return false;
+  waits_for_motion_ = true;
+  last_rest_ = started_at_ = kept.t;
+  gyro_bias_ = kept.bias().gyro;
+  sigma_gyro_bias_ = kept.sigmaGyroBias();
+  return true;
+}
+
+/** Whether the window is known to move, and long enough. A window of which the at-rest initializer
+ * cannot tell is an attempt, so that the reason for waiting is seen. */
+bool Starter::isInMotion(const KeyframeWindow& window, const InitializationProblem& problem) {
+  InitializationResult result = initializers_.at_rest->initialize(problem);
+  const TimeNs now = window.stamps().back();
+  if (result.status == InitializationStatus::kTooMuchMotion)
+    return secondsBetween(last_rest_, now) >=
+           automatic_.min_motion_share * secondsBetween(window.stamps().front(), now);
+  last_rest_ = now;
+  if (result.ok()) return false;
+  InitializationAttempt attempt;
+  attempt.t = now;
+  attempt.initializer = initializers_.at_rest_name;
+  attempt.keyframes.assign(window.stamps().begin(), window.stamps().end());
+  attempt.decision.status = result.status;
+  attempt.decision.reason = result.reason;
+  attempt.decision.value = result.reason_value;
+  attempt.init = std::move(result);
+  keep(std::move(attempt));
+  return false;
+}
+
+/** What the start learnt of the gyro bias is the prior, unless the windows have measurements in
+ * common, which would count twice. Of the accelerometer's bias it learnt nothing apart from tilt.
+ */
+WindowOptions Starter::handoverOptions(const KeyframeWindow& window) const {
+  WindowOptions options = options_;
+  if (window.stamps().front() < started_at_) return options;
+  const double walk =
+      noise_.gyro_random_walk * std::sqrt(secondsBetween(started_at_, window.stamps().back()));
+  const double sigma = std::hypot(sigma_gyro_bias_, walk);
+  if (!(sigma < options.priors.sigma_gyro_rps)) return options;
+  options.priors.mean.gyro = gyro_bias_;
+  options.priors.sigma_gyro_rps = sigma;
+  return options;
+}
+
+}  // namespace etalon
