@@ -220,13 +220,13 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
   options.motion = testing::Motion::kAggressive;
   options.sigma_px = 0.5;
   options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-  const auto velocityError = [&](double huber_inertial, double blow) {
+  const auto velocityError = [&](double chi2_inertial, double blow) {
     ViCase c(options, options.sigma_px);
     std::vector<ImuSample> samples = c.preintegrations[4].samples();
     for (ImuSample& s : samples) s.accel += blow * Vector3d(0.8, -0.5, 0.3);
     c.preintegrations[4] = Preintegration(samples, options.bias, c.synthetic.calibration.imu.noise);
     VisualInertialBaOptions ba = patient();
-    ba.chi2_inertial = huber_inertial;
+    ba.chi2_inertial = chi2_inertial;
     const VisualInertialBaResult result = c.solve(ba);
     return errorsOf(c.stamped(result), result.bias, c.synthetic).velocity_mps;
   };
