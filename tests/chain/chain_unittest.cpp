@@ -231,9 +231,10 @@ TEST(Chain, CompareTabulatesRuns) {
 TEST(Chain, AutoStartsAtRestAndHandsOverInMotion) {
   const TemporaryFolder folder;
   // Half a second at rest holds a window of 0.4 s.
-  const CommandResult result = runEtalon({"replay", kFlight, "--set", "pipeline.initializer=auto",
-                                          "--set", "pipeline.keyframes=5", "--set",
-                                          "pipeline.keyframe_rate_hz=10", "--out", folder.path()});
+  const CommandResult result =
+      runEtalon({"replay", kFlight, "--set", "pipeline.initializer=auto", "--set",
+                 "odometry.kind=stereo_visual", "--set", "pipeline.keyframes=5", "--set",
+                 "pipeline.keyframe_rate_hz=10", "--out", folder.path()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(
       result.out,

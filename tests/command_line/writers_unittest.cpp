@@ -51,7 +51,7 @@ TEST(Writers, AFullDiskIsNoticedAndLeavesWhatWasThere) {
   EXPECT_EQ(replay.exit_code, 3);
   EXPECT_THAT(replay.err, AllOf(HasSubstr("cannot be written"), HasSubstr("File too large")));
   EXPECT_EQ(fs::last_write_time(out + "/trajectory.tum"), written);
-  EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 6);
+  EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 7);
 
   const CommandResult convert =
       runShell(full + "$etalon convert --embed " + flight + " " + folder.path() + "/b.rawlog");
