@@ -23,12 +23,10 @@
 #include <ctime>
 #include <fstream>
 #include <opencv2/core/utility.hpp>
-#include <random>
 #include <string>
 
 #include "cut_tracks.h"
 #include "etalon/benchmark/content_hash.h"
-#include "etalon/benchmark/windows.h"
 #include "etalon/core/degrees.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
@@ -38,6 +36,7 @@
 #include "etalon/evaluation/metrics.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/run_configuration.h"
+#include "odometry_beginning.h"
 
 namespace {
 
@@ -45,8 +44,8 @@ using namespace etalon;
 using Eigen::Vector3d;
 
 struct Arguments {
-  std::string source, tracks, tracks_file, start = "truth", trajectory, fault;
-  double fault_at_s = 0.0, fault_for_s = 0.0;
+  std::string source, tracks, tracks_file, start = "truth", trajectory;
+  OdometryFault fault;
   bool stereo = true;
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
@@ -96,87 +95,6 @@ SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline)
   }
   cutTracks(arguments.from_s, arguments.to_s, &tracks);
   return tracks;
-}
-
-void injectFault(const Arguments& arguments, SequenceTracks* tracks) {
-  std::vector<TrackedFrame> frames;
-  constexpr LandmarkId kNewIds = 1'000'000'000;
-  for (TrackedFrame& frame : tracks->frames) {
-    const double t = secondsBetween(tracks->first_image, frame.t) - arguments.fault_at_s;
-    const bool within = t >= 0.0 && t < arguments.fault_for_s;
-    if (arguments.fault == "drop" && within) continue;
-    if (arguments.fault == "black" && within) frame.observations.clear();
-    for (Observation& o : frame.observations) {
-      if (arguments.fault == "right" && within) o.has_right = false;
-      if ((arguments.fault == "black" || arguments.fault == "drop") && t >= 0.0) o.id += kNewIds;
-    }
-    frames.push_back(std::move(frame));
-  }
-  tracks->frames = std::move(frames);
-  if (arguments.fault != "imu") return;
-  ImuBuffer imu;
-  for (const ImuSample& sample : tracks->imu.samples()) {
-    const double t = secondsBetween(tracks->first_image, sample.t) - arguments.fault_at_s;
-    if (t < 0.0 || t >= arguments.fault_for_s) imu.add(sample);
-  }
-  tracks->imu = std::move(imu);
-}
-
-/** Where the odometries begin: a frame's index, and the state there. */
-struct Beginning {
-  size_t frame = 0;
-  OdometryStart start;
-};
-
-Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
-  Beginning beginning;
-  while (beginning.frame < tracks.frames.size() &&
-         !tracks.ground_truth.at(tracks.frames[beginning.frame].t))
-    ++beginning.frame;
-  if (beginning.frame == tracks.frames.size()) throw ConfigError("no ground truth for any frame");
-  const GroundTruthState truth = *tracks.ground_truth.at(tracks.frames[beginning.frame].t);
-  Eigen::Matrix<double, 15, 1> sigma;  // as a good initialization has them
-  sigma << Vector3d::Constant(0.005), Vector3d::Constant(1e-4), Vector3d::Constant(0.02),
-      Vector3d::Constant(0.003), Vector3d::Constant(0.05);
-  NavState state;
-  state.T_WB = truth.T_WB;
-  state.v_WB = truth.v_WB;
-  state.bias = {truth.b_g, truth.b_a};
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal;
-  Eigen::Matrix<double, 15, 1> error;
-  for (int i = 0; i < 15; ++i) error[i] = sigma[i] * normal(generator);
-  beginning.start.state = state.plus(error);
-  beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
-  return beginning;
-}
-
-/** The first window that is accepted; the odometries begin at its first keyframe. */
-Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration& suite) {
-  const PipelineOptions& pipeline = suite.pipeline;
-  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
-  const double every_s = 0.25;
-  const int windows = windowCount(tracks.first_image, tracks.frames.back().t, every_s, shape);
-  for (int window = 0; window < windows; ++window) {
-    const InitializationProblem problem =
-        windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
-    const InitializationAttempt attempt =
-        attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
-    if (!attempt.decision.accepted) continue;
-    Beginning beginning;
-    while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
-    const VisualInertialState& first = attempt.vi_ba.states.front();
-    beginning.start.state.T_WB = first.T_WB;
-    beginning.start.state.v_WB = first.v_WB;
-    beginning.start.state.bias = attempt.bias();
-    // The window's measurements are used again: what they taught counts for its value alone.
-    Eigen::Matrix<double, 15, 1> sigma;
-    sigma << Vector3d::Constant(0.03), Vector3d::Constant(1e-4), Vector3d::Constant(0.1),
-        Vector3d::Constant(0.02), Vector3d::Constant(pipeline.window.priors.sigma_accel_mps2);
-    beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
-    return beginning;
-  }
-  throw DataError("", 0, "no window was accepted");
 }
 
 Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
@@ -301,7 +219,7 @@ void run(const Arguments& arguments) {
   options.sigma_px = suite.pipeline.window.odometry.sigma_px;
   options.gravity_mps2 = suite.pipeline.window.gravity_mps2;
   options.imu_noise = suite.pipeline.imu_noise.apply(tracks.calibration.imu.noise);
-  if (!arguments.fault.empty()) injectFault(arguments, &tracks);
+  injectFault(arguments.fault, &tracks);
   std::printf("%s, %.1f s from frame %zu\n", recordingName(arguments.source).c_str(),
               secondsBetween(tracks.frames[beginning.frame].t, tracks.frames.back().t),
               beginning.frame);
@@ -337,11 +255,11 @@ Arguments parse(int argc, char** argv) {
     else if (option == "--start")
       arguments.start = value;
     else if (option == "--fault")
-      arguments.fault = value;
+      arguments.fault.kind = value;
     else if (option == "--at")
-      arguments.fault_at_s = std::stod(value);
+      arguments.fault.at_s = std::stod(value);
     else if (option == "--for")
-      arguments.fault_for_s = std::stod(value);
+      arguments.fault.for_s = std::stod(value);
     else if (option == "--seed")
       arguments.seed = static_cast<unsigned>(std::stoul(value));
     else if (option == "--stereo")

@@ -181,6 +181,21 @@ TEST(FixedLagOdometry, WrongTracksDoNoHarm) {
   EXPECT_LT(addedError(fly(flight), flight, 0), 1.5 * clean + 0.01);
 }
 
+TEST(FixedLagOdometry, StandsStillAtRest) {
+  SimulatedFlightOptions options;
+  options.profile = MotionProfile::kStatic;
+  options.duration_s = 20.0;
+  options.frame_rate_hz = 10.0;
+  options.tracks = 80;
+  const SimulatedFlight flight = simulateFlight(options);
+  const auto outputs = fly(flight);
+  // The pixels of the frames in the window average to a few tenths of a millimetre.
+  EXPECT_LT((outputs.back().state.T_WB.t - outputs[50].state.T_WB.t).norm(), 0.002);
+  int keyframes = 0;
+  for (const OdometryOutput& out : outputs) keyframes += out.keyframe;
+  EXPECT_LE(keyframes, 3);
+}
+
 TEST(FixedLagOdometry, RefusesFramesOutOfOrder) {
   const SimulatedFlight flight = flight12s(1);
   FixedLagOdometry odometry(flight.calibration, optionsFor(flight));

@@ -77,8 +77,7 @@ LinearRows without(const LinearRows& rows, const std::vector<Eigen::Index>& leav
   LinearRows ordered;
   ordered.A = rows.A(Eigen::all, order);
   ordered.b = rows.b;
-  return compressed(
-      marginalizeFirst(std::move(ordered), static_cast<Eigen::Index>(leaving.size())));
+  return compressed(marginalizeFirst(ordered, static_cast<Eigen::Index>(leaving.size())));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ LinearRows split(const Eigen::Ref<const Eigen::MatrixXd>& M) {
 
 }  // namespace
 
-LinearRows marginalizeFirst(LinearRows rows, Eigen::Index count) {
+LinearRows marginalizeFirst(const LinearRows& rows, Eigen::Index count) {
   Eigen::MatrixXd M = augmented(rows);
   // A row of zeros in the marginalised columns stays as it is: reflect the others alone.
   std::vector<Eigen::Index> touched, untouched;
@@ -52,7 +52,7 @@ LinearRows marginalizeFirst(LinearRows rows, Eigen::Index count) {
   return split(kept);
 }
 
-LinearRows compressed(LinearRows rows) {
+LinearRows compressed(const LinearRows& rows) {
   if (rows.rows() <= rows.unknowns()) return rows;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(augmented(rows));
   const Eigen::Index n = rows.unknowns();

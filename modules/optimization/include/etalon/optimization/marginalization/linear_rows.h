@@ -30,10 +30,10 @@ struct LinearRows {
  * determine (its column is zero, relative to what it was, by the square root of the machine's
  * precision) takes no row away.
  */
-LinearRows marginalizeFirst(LinearRows rows, Eigen::Index count);
+LinearRows marginalizeFirst(const LinearRows& rows, Eigen::Index count);
 
 /** The same cost (a constant apart) in as many rows as there are unknowns, at most. */
-LinearRows compressed(LinearRows rows);
+LinearRows compressed(const LinearRows& rows);
 
 /**
  * Rows with A^T A = H and A^T b = g for a symmetric positive semidefinite H, g in its range: as

@@ -1,0 +1,86 @@
+#include "odometry_beginning.h"
+
+#include <random>
+
+#include "etalon/benchmark/windows.h"
+#include "etalon/core/errors.h"
+
+namespace etalon {
+
+using Eigen::Vector3d;
+
+Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
+  Beginning beginning;
+  while (beginning.frame < tracks.frames.size() &&
+         !tracks.ground_truth.at(tracks.frames[beginning.frame].t))
+    ++beginning.frame;
+  if (beginning.frame == tracks.frames.size()) throw ConfigError("no ground truth for any frame");
+  const GroundTruthState truth = *tracks.ground_truth.at(tracks.frames[beginning.frame].t);
+  Eigen::Matrix<double, 15, 1> sigma;  // as a good initialization has them
+  sigma << Vector3d::Constant(0.005), Vector3d::Constant(1e-4), Vector3d::Constant(0.02),
+      Vector3d::Constant(0.003), Vector3d::Constant(0.05);
+  NavState state;
+  state.T_WB = truth.T_WB;
+  state.v_WB = truth.v_WB;
+  state.bias = {truth.b_g, truth.b_a};
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix<double, 15, 1> error;
+  for (int i = 0; i < 15; ++i) error[i] = sigma[i] * normal(generator);
+  beginning.start.state = state.plus(error);
+  beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
+  return beginning;
+}
+
+Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration& suite) {
+  const PipelineOptions& pipeline = suite.pipeline;
+  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
+  const double every_s = 0.25;
+  const int windows = windowCount(tracks.first_image, tracks.frames.back().t, every_s, shape);
+  for (int window = 0; window < windows; ++window) {
+    const InitializationProblem problem =
+        windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
+    const InitializationAttempt attempt =
+        attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
+    if (!attempt.decision.accepted) continue;
+    Beginning beginning;
+    while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
+    const VisualInertialState& first = attempt.vi_ba.states.front();
+    beginning.start.state.T_WB = first.T_WB;
+    beginning.start.state.v_WB = first.v_WB;
+    beginning.start.state.bias = attempt.bias();
+    // The window's measurements are used again: what they taught counts for its value alone.
+    Eigen::Matrix<double, 15, 1> sigma;
+    sigma << Vector3d::Constant(0.03), Vector3d::Constant(1e-4), Vector3d::Constant(0.1),
+        Vector3d::Constant(0.02), Vector3d::Constant(pipeline.window.priors.sigma_accel_mps2);
+    beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
+    return beginning;
+  }
+  throw DataError("", 0, "no window was accepted");
+}
+
+void injectFault(const OdometryFault& fault, SequenceTracks* tracks) {
+  std::vector<TrackedFrame> frames;
+  constexpr LandmarkId kNewIds = 1'000'000'000;
+  for (TrackedFrame& frame : tracks->frames) {
+    const double t = secondsBetween(tracks->first_image, frame.t) - fault.at_s;
+    const bool within = t >= 0.0 && t < fault.for_s;
+    if (fault.kind == "drop" && within) continue;
+    if (fault.kind == "black" && within) frame.observations.clear();
+    for (Observation& o : frame.observations) {
+      if (fault.kind == "right" && within) o.has_right = false;
+      if ((fault.kind == "black" || fault.kind == "drop") && t >= 0.0) o.id += kNewIds;
+    }
+    frames.push_back(std::move(frame));
+  }
+  tracks->frames = std::move(frames);
+  if (fault.kind != "imu") return;
+  ImuBuffer imu;
+  for (const ImuSample& sample : tracks->imu.samples()) {
+    const double t = secondsBetween(tracks->first_image, sample.t) - fault.at_s;
+    if (t < 0.0 || t >= fault.for_s) imu.add(sample);
+  }
+  tracks->imu = std::move(imu);
+}
+
+}  // namespace etalon
