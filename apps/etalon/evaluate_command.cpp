@@ -6,7 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "checks.h"
 #include "commands.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/core/errors.h"
@@ -15,6 +14,7 @@
 #include "etalon/report/plot.h"
 #include "etalon/report/table.h"
 #include "etalon/simulation/recorded_files.h"
+#include "support/checks.h"
 
 namespace etalon::app {
 
