@@ -7,19 +7,19 @@
 #include <sstream>
 #include <thread>
 
-#include "checks.h"
 #include "commands.h"
-#include "configuration_options.h"
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/benchmark_tables.h"
 #include "etalon/report/report.h"
-#include "print_recording_errors.h"
-#include "print_tables.h"
-#include "progress_line.h"
-#include "versions.h"
+#include "support/checks.h"
+#include "support/configuration_options.h"
+#include "support/print_recording_errors.h"
+#include "support/print_tables.h"
+#include "support/progress_line.h"
+#include "support/versions.h"
 
 namespace etalon::app {
 
@@ -143,17 +143,8 @@ CLI::Validator within(T min, T max, const std::string& what) {
   return CLI::Range(min, max, what);
 }
 
-}  // namespace
-
-void addBenchCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "bench",
-      "The exhaustive initialization test: every initializer on a window every few seconds of "
-      "every "
-      "recording, without and with VI-BA. Prints the tables; writes windows.csv, summary.csv and "
-      "report.html. An interrupted benchmark is resumed by the same command.");
-  command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+/** What is tried: initializers and windows. */
+void addProtocolOptions(CLI::App* command, Arguments* arguments) {
   command
       ->add_option("--initializers", arguments->initializers,
                    "Initializer plugins, separated by commas, or all")
@@ -180,6 +171,20 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->add_option("--vi-ba", arguments->vi_ba, "Stages: without and with VI-BA, or without only")
       ->check(CLI::IsMember({"both", "off"}))
       ->capture_default_str();
+}
+
+}  // namespace
+
+void addBenchCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "bench",
+      "The exhaustive initialization test: every initializer on a window every few seconds of "
+      "every recording, without and with VI-BA. Prints the tables; writes windows.csv, summary.csv "
+      "and "
+      "report.html. An interrupted benchmark is resumed by the same command.");
+  command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+  addProtocolOptions(command, arguments.get());
   command
       ->add_option("--min-coverage", arguments->min_coverage,
                    "Share of the keyframes of a window that must have ground truth; with less, "
@@ -205,7 +210,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--overwrite", arguments->overwrite,
                     "Begin anew: discard the results in the folder");
   command->add_option("--format", arguments->format, "How to print the tables")
-      ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
+      ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
   arguments->configuration.addConfig(command);
   arguments->configuration.addOverrides(command);

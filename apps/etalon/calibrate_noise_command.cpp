@@ -2,9 +2,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "checks.h"
 #include "commands.h"
-#include "configuration_options.h"
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/benchmark/noise_calibration.h"
 #include "etalon/benchmark/sequence_tracks.h"
@@ -14,7 +12,9 @@
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/comparison_table.h"
-#include "progress_line.h"
+#include "support/checks.h"
+#include "support/configuration_options.h"
+#include "support/progress_line.h"
 
 namespace etalon::app {
 
@@ -235,7 +235,7 @@ void addCalibrateNoiseCommand(CLI::App& app, int* exit_code) {
   command->add_option("--tracks", arguments->tracks,
                       "Folder of cached tracks, that of a benchmark for instance (default: none)");
   command->add_option("--format", arguments->format, "How to print the table")
-      ->check(CLI::IsMember({"text", "markdown", "csv", "json"}))
+      ->check(CLI::IsMember({"text", "markdown", "csv"}))
       ->capture_default_str();
   arguments->configuration.addConfig(command);
   arguments->configuration.addOverrides(command);

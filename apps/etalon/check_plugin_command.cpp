@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "commands.h"
-#include "configuration_options.h"
 #include "etalon/contract/contract.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/ini_file.h"
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/run_configuration.h"
+#include "support/configuration_options.h"
 
 namespace etalon::app {
 

@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "checks.h"
 #include "commands.h"
 #include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
@@ -13,7 +12,8 @@
 #include "etalon/report/benchmark_comparison.h"
 #include "etalon/report/comparison_table.h"
 #include "etalon/runlog/run_log.h"
-#include "print_tables.h"
+#include "support/checks.h"
+#include "support/print_tables.h"
 
 namespace etalon::app {
 
@@ -27,9 +27,7 @@ struct Arguments {
   bool bold = false, all = false;
 };
 
-bool isForPeople(TableFormat format) {
-  return format != TableFormat::kCsv && format != TableFormat::kJson;
-}
+bool isForPeople(TableFormat format) { return format != TableFormat::kCsv; }
 
 /** Folders without their parents, where that tells them apart; else the paths as they are. */
 std::vector<std::string> shortNames(const std::vector<std::string>& paths) {

@@ -8,8 +8,8 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
-#include "progress_line.h"
-#include "read_summary.h"
+#include "support/progress_line.h"
+#include "support/read_summary.h"
 
 namespace etalon::app {
 

@@ -6,15 +6,15 @@
 #include <optional>
 #include <utility>
 
-#include "checks.h"
 #include "commands.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/core/errors.h"
+#include "etalon/datasets/euroc_files.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/table.h"
-#include "etalon/datasets/euroc_files.h"
+#include "support/checks.h"
 
 namespace etalon::app {
 

@@ -8,7 +8,7 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/parameters.h"
-#include "guarded.h"
+#include "support/guarded.h"
 
 namespace {
 

@@ -1,12 +1,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "checks.h"
 #include "commands.h"
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/report/report.h"
-#include "print_recording_errors.h"
-#include "print_tables.h"
+#include "support/checks.h"
+#include "support/print_recording_errors.h"
+#include "support/print_tables.h"
 
 namespace etalon::app {
 
@@ -49,7 +49,7 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--overwrite", arguments->overwrite,
                     "Discard what another benchmark left in the folder");
   command->add_option("--format", arguments->format, "How to print the tables")
-      ->check(CLI::IsMember({"text", "markdown", "latex", "csv", "json"}))
+      ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
   command->footer(
       "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "

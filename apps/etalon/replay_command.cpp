@@ -4,9 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "checks.h"
 #include "commands.h"
-#include "configuration_options.h"
 #include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
@@ -16,11 +14,13 @@
 #include "etalon/frontend/recording_inspection.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/run_results.h"
-#include "print_stage_errors.h"
-#include "progress_line.h"
-#include "read_summary.h"
-#include "supervised_run.h"
-#include "versions.h"
+#include "support/checks.h"
+#include "support/configuration_options.h"
+#include "support/print_stage_errors.h"
+#include "support/progress_line.h"
+#include "support/read_summary.h"
+#include "support/supervised_run.h"
+#include "support/versions.h"
 
 namespace etalon::app {
 

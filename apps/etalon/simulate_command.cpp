@@ -4,11 +4,11 @@
 #include <iostream>
 #include <memory>
 
-#include "checks.h"
 #include "commands.h"
 #include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/simulate_recording.h"
-#include "progress_line.h"
+#include "support/checks.h"
+#include "support/progress_line.h"
 
 namespace etalon::app {
 

@@ -218,14 +218,12 @@ TEST(Chain, CompareTabulatesRuns) {
   for (std::string line; std::getline(lines, line);)
     EXPECT_EQ(static_cast<size_t>(std::count(line.begin(), line.end(), ',')), columns) << line;
 
-  const json table = json::parse(compare("json"));
-  ASSERT_EQ(table.size(), 4U);
   const json record = readJson(runs[0] + "/initialization.json");
-  const double gravity_deg =
-      errorsAfterViBa(acceptedAttempt(record)).at("gravity_deg").get<double>();
-  EXPECT_EQ(table[1].at("stage"), "vi_ba");
-  EXPECT_NEAR(table[1].at("gravity_deg").get<double>(), gravity_deg, 1e-8);  // 9 digits are printed
-  EXPECT_EQ(table[3].at("initializer"), "orbslam3_inertial_only");
+  char gravity_deg[40];
+  std::snprintf(gravity_deg, sizeof gravity_deg, ",%.9g,",
+                errorsAfterViBa(acceptedAttempt(record)).at("gravity_deg").get<double>());
+  EXPECT_THAT(csv, AllOf(HasSubstr(",vi_ba,"), HasSubstr(gravity_deg),
+                         HasSubstr(",orbslam3_inertial_only,")));
 }
 
 TEST(Chain, AutoStartsAtRestAndHandsOverInMotion) {

@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -85,17 +85,13 @@ TEST(MergeBenchmarks, SaysAtTheEndWhatWasLeftOut) {
                                     "2.00 s): 0 windows"));
 }
 
-TEST(MergeBenchmarks, PrintsOneJsonDocumentOrOneCsvTable) {
+TEST(MergeBenchmarks, PrintsOneCsvTable) {
   const TemporaryFolder folder, out;
   const std::string path = writeExample(folder);
-  const CommandResult json =
-      runEtalon({"merge", path, "--out", out.path() + "/json", "--format", "json"});
-  EXPECT_EQ(json.exit_code, 0) << json.err;
-  EXPECT_GT(nlohmann::json::parse(json.out).size(), 30u);  // throws on data behind the document
-  EXPECT_THAT(json.err, HasSubstr("of 1 part\n"));
   const CommandResult csv =
       runEtalon({"merge", path, "--out", out.path() + "/csv", "--format", "csv"});
   EXPECT_EQ(csv.exit_code, 0) << csv.err;
+  EXPECT_THAT(csv.err, HasSubstr("of 1 part\n"));
   EXPECT_EQ(csv.out.rfind("metric,statistic,keyframes,", 0), 0u);
   EXPECT_EQ(csv.out.find("metric,statistic", 1), std::string::npos);
 }
@@ -103,17 +99,12 @@ TEST(MergeBenchmarks, PrintsOneJsonDocumentOrOneCsvTable) {
 TEST(CompareBenchmarks, ChoosesInitializersMetricsAndSeed) {
   const TemporaryFolder folder;
   const std::string path = writeExample(folder);
-  const CommandResult result =
-      runEtalon({"compare", path, "--initializers", "bad,good", "--metric", "success,gravity_deg",
-                 "--seed", "7", "--format", "json"});
+  const CommandResult result = runEtalon({"compare", path, "--initializers", "bad,good", "--metric",
+                                          "success,gravity_deg", "--seed", "7", "--format", "csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  const auto json = nlohmann::json::parse(result.out);
-  ASSERT_EQ(json.size(), 4u);  // two figures, two stages
-  EXPECT_EQ(json[0]["a"], "bad");
-  EXPECT_EQ(json[0]["figure"], "success");
-  EXPECT_EQ(json[1]["windows_a"], 4);
-  EXPECT_EQ(json[1]["windows_b"], 5);
-  EXPECT_EQ(json[1]["pairs"], 4);
+  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1 + 4);  // 2 figures, 2 stages
+  EXPECT_THAT(result.out, HasSubstr("\nbad,good,10,4,init,success,5,5,5,1,"));
+  EXPECT_THAT(result.out, HasSubstr("\nbad,good,10,4,init,gravity_deg,4,5,4,1,"));
   const CommandResult text = runEtalon({"compare", path, "--metric", "gravity_deg", "--seed", "7"});
   EXPECT_THAT(text.out, AllOf(HasSubstr("gravity [deg], 90th percentile"), HasSubstr("seed 7"),
                               Not(HasSubstr("RRE")), Not(HasSubstr("corrected"))));

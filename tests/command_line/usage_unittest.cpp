@@ -44,7 +44,7 @@ TEST(Usage, EveryCommandHasHelpThatNamesItsOptions) {
        {"SRC", "--config", "--initializer", "--from", "--to", "--set", "--plugin-path", "--out",
         "1 never initialised"}},
       {"compare",
-       {"RUN", "--format", "csv", "json", "latex", "html", "--initializers", "--metric", "--seed"}},
+       {"RUN", "--format", "csv", "latex", "markdown", "--initializers", "--metric", "--seed"}},
       {"evaluate",
        {"TRAJECTORY", "GT", "--align", "--delta", "--unit", "--max-time-difference", "--format",
         "--plot"}},

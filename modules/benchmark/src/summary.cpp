@@ -58,7 +58,7 @@ SummaryRow summarizeResults(const std::vector<Judged>& results, const std::strin
   SummaryRow row;
   row.stage = stage;
   std::vector<WindowErrors> estimates;
-  std::vector<double> runtime, visual_odometry;
+  std::vector<double> runtime, stereo_odometry;
   for (const auto& [result, success] : results) {
     const WindowRow window = windowRow(*result, stage);
     const bool estimate = result->attempt.stage(stage) != nullptr;
@@ -70,7 +70,7 @@ SummaryRow summarizeResults(const std::vector<Judged>& results, const std::strin
     if (success && estimate && window.errors.success().value_or(false)) ++row.good_estimates;
     if (estimate) estimates.push_back(window.errors);
     runtime.push_back(window.runtime_ms);
-    visual_odometry.push_back(result->attempt.milliseconds(kTimingStereoOdometry));
+    stereo_odometry.push_back(result->attempt.milliseconds(kTimingStereoOdometry));
   }
   if (row.judged > 0) {
     row.success_rate = static_cast<double>(row.successes) / row.judged;
@@ -79,7 +79,7 @@ SummaryRow summarizeResults(const std::vector<Judged>& results, const std::strin
   row.errors = summaries(estimates, windowMetrics());
   row.nees = summaries(estimates, neesMetrics());
   row.runtime_ms = summaryOf(runtime);
-  row.stereo_odometry_ms = summaryOf(visual_odometry);
+  row.stereo_odometry_ms = summaryOf(stereo_odometry);
   return row;
 }
 

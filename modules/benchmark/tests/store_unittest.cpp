@@ -8,7 +8,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/testing/example_benchmark.h"
 #include "etalon/testing/temporary_folder.h"
@@ -127,11 +126,6 @@ TEST_F(BenchmarkStoreTest, RefusesNumbersThatNoBenchmarkHas) {
   EXPECT_THAT(errorWith(last, "\"last_image_ns\": 900000000000000000"), HasSubstr("7 days apart"));
 }
 
-TEST(BenchmarkWindows, RefuseARecordingOfYears) {
-  EXPECT_NO_THROW(checkLength("a", 5, 5 + durationNs(kLongestRecordingS)));
-  EXPECT_THROW(checkLength("a", 5, 6 + durationNs(kLongestRecordingS)), DataError);
-}
-
 TEST_F(BenchmarkStoreTest, KnowsWhichResultsAreMissing) {
   BenchmarkRecord record;
   record.protocol.every_s = 2.5;
@@ -155,18 +149,6 @@ TEST_F(BenchmarkStoreTest, KnowsWhichResultsAreMissing) {
                                      "a, 10 keyframes at 4 Hz, window 3, eta"));
   record.sequences.front().error = "cannot be read";
   EXPECT_TRUE(missingResults(record).empty());
-}
-
-TEST(BenchmarkWindows, EndWithTheRecording) {
-  const WindowShape shape{10, 4.0};
-  const auto count = [&](double seconds) {
-    return windowCount(0, durationNs(seconds), 2.5, shape);
-  };
-  EXPECT_EQ(count(2.0), 0);  // half a keyframe's interval is granted, no more
-  EXPECT_EQ(count(2.2), 1);
-  EXPECT_EQ(count(4.6), 1);
-  EXPECT_EQ(count(4.7), 2);
-  EXPECT_EQ(count(84.0), 33);  // V1_02_medium
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
-#include <cmath>
 
+#include "etalon/core/aligning_yaw.h"
 #include "etalon/core/errors.h"
 
 namespace etalon {
@@ -39,10 +39,8 @@ Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
 
   Alignment alignment;
   if (type == AlignmentType::kYawPosition) {
-    // trace(Rz^T cross) = cos(a) (c00 + c11) + sin(a) (c10 - c01) + const is greatest at this
-    // angle.
-    const double angle = std::atan2(cross(1, 0) - cross(0, 1), cross(0, 0) + cross(1, 1));
-    alignment.T_GW.R = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    alignment.T_GW.R =
+        Eigen::AngleAxisd(aligningYaw(cross), Eigen::Vector3d::UnitZ()).toRotationMatrix();
   } else {
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Vector3d signs = Eigen::Vector3d::Ones();
@@ -54,19 +52,6 @@ Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
   }
   alignment.T_GW.t = mean_G - alignment.scale * (alignment.T_GW.R * mean_W);
   return alignment;
-}
-
-std::optional<Alignment> alignTrajectory(const Trajectory& estimate,
-                                         const GroundTruth& ground_truth, AlignmentType type) {
-  std::vector<Eigen::Vector3d> p_G, p_W;
-  for (const StampedPose& pose : estimate) {
-    const std::optional<GroundTruthState> truth = ground_truth.at(pose.t);
-    if (!truth) continue;
-    p_G.push_back(truth->T_WB.t);
-    p_W.push_back(pose.T_WB.t);
-  }
-  if (p_G.empty()) return std::nullopt;
-  return alignPoints(p_G, p_W, type);
 }
 
 Trajectory transformed(const Trajectory& trajectory, const Alignment& alignment) {

@@ -24,19 +24,19 @@ size_t nearest(const Trajectory& poses, TimeNs t) {
   return index;
 }
 
-/** Collects the errors of pairs of motions or poses. */
-class ErrorList {
- public:
-  void add(const SE3& truth, const SE3& estimate) {
-    const SE3 error = truth.inverse() * estimate;
-    position_m_.push_back(error.t.norm());
-    rotation_deg_.push_back(degrees(logSO3(error.R).norm()));
-  }
-  TrajectoryErrors errors() { return {statisticsOf(position_m_), statisticsOf(rotation_deg_)}; }
+PoseError errorOf(TimeNs t, const SE3& truth, const SE3& estimate) {
+  return {t, (estimate.t - truth.t).norm(),
+          degrees(logSO3(truth.R.transpose() * estimate.R).norm())};
+}
 
- private:
-  std::vector<double> position_m_, rotation_deg_;
-};
+TrajectoryErrors summarize(const std::vector<PoseError>& errors) {
+  std::vector<double> position_m, rotation_deg;
+  for (const PoseError& e : errors) {
+    position_m.push_back(e.position_m);
+    rotation_deg.push_back(e.rotation_deg);
+  }
+  return {statisticsOf(std::move(position_m)), statisticsOf(std::move(rotation_deg))};
+}
 
 /** Indices of the chain's poses; see relativeErrors(). */
 std::vector<size_t> chain(const Trajectory& estimate, const RelativeDelta& delta) {
@@ -82,21 +82,40 @@ AssociatedTrajectories associate(const Trajectory& estimate, const Trajectory& r
   return result;
 }
 
-TrajectoryErrors absoluteErrors(const AssociatedTrajectories& trajectories,
-                                std::optional<AlignmentType> alignment) {
+AssociatedTrajectories associate(const Trajectory& estimate, const GroundTruth& ground_truth) {
+  AssociatedTrajectories result;
+  for (const StampedPose& pose : estimate)
+    if (const std::optional<GroundTruthState> truth = ground_truth.at(pose.t)) {
+      result.estimate.push_back(pose);
+      result.reference.push_back({pose.t, truth->T_WB});
+    }
+  return result;
+}
+
+std::optional<Alignment> alignmentOf(const AssociatedTrajectories& trajectories,
+                                     AlignmentType type) {
+  if (trajectories.estimate.empty()) return std::nullopt;
+  std::vector<Eigen::Vector3d> p_G, p_W;
+  for (const StampedPose& pose : trajectories.reference) p_G.push_back(pose.T_WB.t);
+  for (const StampedPose& pose : trajectories.estimate) p_W.push_back(pose.T_WB.t);
+  return alignPoints(p_G, p_W, type);
+}
+
+std::vector<PoseError> poseErrors(const AssociatedTrajectories& trajectories) {
   const auto& [estimate, reference] = trajectories;
-  if (estimate.empty()) return {};
-  Alignment aligned;
-  if (alignment) {
-    std::vector<Eigen::Vector3d> p_G, p_W;
-    for (const StampedPose& pose : reference) p_G.push_back(pose.T_WB.t);
-    for (const StampedPose& pose : estimate) p_W.push_back(pose.T_WB.t);
-    aligned = alignPoints(p_G, p_W, *alignment);
-  }
-  ErrorList list;
+  std::vector<PoseError> errors;
   for (size_t i = 0; i < estimate.size(); ++i)
-    list.add(reference[i].T_WB, aligned * estimate[i].T_WB);
-  return list.errors();
+    errors.push_back(errorOf(estimate[i].t, reference[i].T_WB, estimate[i].T_WB));
+  return errors;
+}
+
+TrajectoryErrors absoluteErrors(const AssociatedTrajectories& trajectories,
+                                std::optional<AlignmentType> type) {
+  AssociatedTrajectories aligned = trajectories;
+  if (type)
+    if (const std::optional<Alignment> alignment = alignmentOf(trajectories, *type))
+      aligned.estimate = transformed(trajectories.estimate, *alignment);
+  return summarize(poseErrors(aligned));
 }
 
 DeltaUnit deltaUnitFromName(const std::string& name) {
@@ -117,13 +136,13 @@ TrajectoryErrors relativeErrors(const AssociatedTrajectories& trajectories,
   }
   const auto& [estimate, reference] = trajectories;
   const std::vector<size_t> indices = chain(estimate, delta);
-  ErrorList list;
+  std::vector<PoseError> errors;
   for (size_t k = 1; k < indices.size(); ++k) {
     const size_t i = indices[k - 1], j = indices[k];
-    list.add(reference[i].T_WB.inverse() * reference[j].T_WB,
-             estimate[i].T_WB.inverse() * estimate[j].T_WB);
+    errors.push_back(errorOf(estimate[j].t, reference[i].T_WB.inverse() * reference[j].T_WB,
+                             estimate[i].T_WB.inverse() * estimate[j].T_WB));
   }
-  return list.errors();
+  return summarize(errors);
 }
 
 }  // namespace etalon

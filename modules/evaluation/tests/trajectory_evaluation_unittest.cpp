@@ -52,7 +52,7 @@ TEST(Association, UsesEveryPoseOnce) {
 
 TEST(Association, OfNothingIsNothing) {
   EXPECT_TRUE(associate({}, along({1})).estimate.empty());
-  EXPECT_TRUE(associate(along({1}), {}).estimate.empty());
+  EXPECT_TRUE(associate(along({1}), Trajectory()).estimate.empty());
   EXPECT_TRUE(associate(along({1}), along({20})).estimate.empty());
   EXPECT_EQ(absoluteErrors({}, AlignmentType::kSE3).position_m.count, 0u);
   EXPECT_EQ(relativeErrors({}, {}).position_m.count, 0u);
@@ -113,6 +113,57 @@ TEST(RelativeErrors, RefuseALengthThatCannotBe) {
   EXPECT_THROW(relativeErrors(bent(), {0.0, DeltaUnit::kMeters}), ConfigError);
   EXPECT_EQ(deltaUnitFromName("meters"), DeltaUnit::kMeters);
   EXPECT_THROW(deltaUnitFromName("miles"), ConfigError);
+}
+
+/** Four states, 0.25 s apart, on the corners of a square of 1 m, level. */
+GroundTruth square() {
+  GroundTruth truth;
+  truth.states.resize(4);
+  const Vector3d corners[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  for (size_t k = 0; k < 4; ++k) {
+    truth.states[k].t = 250 * kMs * static_cast<TimeNs>(k);
+    truth.states[k].T_WB.t = corners[k];
+  }
+  return truth;
+}
+
+TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {
+  // A square; the estimate 1.1 times as large and turned about z: each corner 0.1 / sqrt(2) off, no
+  // rotation error.
+  const GroundTruth truth = square();
+  const SE3 T_WG(expSO3(Vector3d(0, 0, 0.7)), Vector3d(1, 2, 3));
+  Trajectory estimate;
+  for (const GroundTruthState& s : truth.states)
+    estimate.push_back({s.t, T_WG * SE3(s.T_WB.R, 1.1 * s.T_WB.t)});
+  estimate.push_back({5'000'000'000, SE3()});  // without ground truth
+  for (const AlignmentType type : {AlignmentType::kSE3, AlignmentType::kYawPosition}) {
+    const TrajectoryErrors e = absoluteErrors(associate(estimate, truth), type);
+    EXPECT_EQ(e.position_m.count, 4u);
+    EXPECT_NEAR(e.position_m.rmse, 0.1 / std::sqrt(2.0), 1e-14);
+    EXPECT_NEAR(e.position_m.max, 0.1 / std::sqrt(2.0), 1e-14);
+    EXPECT_LT(e.rotation_deg.max, 1e-12);
+  }
+  EXPECT_LT(absoluteErrors(associate(estimate, truth), AlignmentType::kSim3).position_m.max, 1e-14);
+  EXPECT_EQ(
+      absoluteErrors(associate(estimate, GroundTruth()), AlignmentType::kSE3).position_m.count, 0u);
+}
+
+TEST(TrajectoryMetrics, RelativeErrorsByHand) {
+  const GroundTruth truth = square();
+  Trajectory estimate;
+  for (const GroundTruthState& s : truth.states) estimate.push_back({s.t, s.T_WB});
+  estimate[3].T_WB.t.z() += 0.5;  // only the step 2 -> 3 is off
+  estimate[3].T_WB.R = expSO3(Vector3d(0, 0, 2 * M_PI / 180.0));
+  const TrajectoryErrors one = relativeErrors(associate(estimate, truth), {1, DeltaUnit::kFrames});
+  EXPECT_EQ(one.position_m.count, 3u);
+  EXPECT_NEAR(one.position_m.max, 0.5, 1e-15);
+  EXPECT_NEAR(one.position_m.rmse, 0.5 / std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(one.rotation_deg.max, 2.0, 1e-12);
+  const TrajectoryErrors two = relativeErrors(associate(estimate, truth), {2, DeltaUnit::kFrames});
+  EXPECT_EQ(two.position_m.count, 1u);  // 0 -> 2; 2 -> 4 does not exist
+  EXPECT_EQ(two.position_m.max, 0.0);
+  EXPECT_EQ(relativeErrors(associate(estimate, truth), {4, DeltaUnit::kFrames}).position_m.count,
+            0u);
 }
 
 }  // namespace

@@ -36,7 +36,8 @@ bool readOwnHeader(ElfHeader* header) {
 
 /**
  * Why the file is no whole shared library for this machine; empty if it seems to be one. dlopen()
- * says most of this itself, but maps a truncated library and then dies of SIGBUS.
+ * does not do: it dies of SIGBUS in a truncated library, and says "No such file" of one for another
+ * machine.
  */
 std::string whyNotALibrary(const std::string& path) {
   std::error_code error;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "etalon/core/aligning_yaw.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
 
@@ -251,7 +252,7 @@ SE3 Pipeline::keepingYawAndPosition(const InitializationAttempt& attempt) const 
   const SE3& T_WB = odometry_.pose();
   const SE3 T_AB = attempt.poses().back();
   const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
-  const double yaw = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+  const double yaw = aligningYaw(R);
   const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   return {R_WA, T_WB.t - R_WA * T_AB.t};
 }

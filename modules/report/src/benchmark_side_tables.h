@@ -18,9 +18,6 @@ inline std::string groupOf(const std::string& stage) {
   return stage == kStageInit ? kWithout : kWith;
 }
 
-/** toString() as JSON. */
-std::string titledTableJson(const TitledTable& table);
-
 std::string shapeText(const WindowShape& shape);
 /** For TitledTable::id. */
 std::string shapeId(const WindowShape& shape);

@@ -304,7 +304,6 @@ std::string noteOf(const TitledTable& table, const std::string& mark) {
 }
 
 std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style) {
-  if (format == TableFormat::kJson) return titledTableJson(table);
   Table titled = table.table;
   if (format == TableFormat::kText) {
     const bool bold = style.mark == CellMark::kTerminalBold;

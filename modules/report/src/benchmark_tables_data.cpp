@@ -1,57 +1,13 @@
-#include <nlohmann/json.hpp>
+#include <cmath>
 
 #include "benchmark_side_tables.h"
 #include "etalon/core/text.h"
 #include "etalon/report/benchmark_tables.h"
 
-// The tables of a benchmark for programs: one JSON document, one CSV table.
+// The tables of a benchmark for programs: one CSV table.
 
 namespace etalon {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json numberOrNull(double value, bool known) { return known ? Json(value) : Json(); }
-
-Json textOrNull(const std::string& text) { return text.empty() ? Json() : Json(text); }
-
-/** A column with what its numbers belong to; `factor` leads to the unit of the titles. */
-Json columnJson(const Table::Column& column) {
-  Json json;
-  json["key"] = column.key;
-  json["title"] = column.title;
-  json["group"] = textOrNull(column.group);
-  const bool without = column.group == kWithout, with = column.group == kWith;
-  json["initializer"] = without || with ? Json(column.title) : Json();
-  json["stage"] = without ? Json(kStageInit) : with ? Json(kStageViBa) : Json();
-  json["number"] = column.number;
-  json["factor"] = column.factor;
-  return json;
-}
-
-Json rowsOf(const TitledTable& table) {
-  return Json::parse(table.table.toString(TableFormat::kJson));
-}
-
-Json tableJson(const TitledTable& table) {
-  Json json;
-  json["id"] = table.id;
-  json["title"] = table.title;
-  json["note"] = table.note;
-  json["metric"] = textOrNull(table.metric);
-  json["statistic"] = textOrNull(table.statistic);
-  json["keyframes"] = table.keyframes > 0 ? Json(table.keyframes) : Json();
-  json["rate_hz"] = numberOrNull(table.rate_hz, table.keyframes > 0);
-  json["columns"] = Json::array();
-  for (const Table::Column& column : table.table.columns())
-    if (!column.people_only) json["columns"].push_back(columnJson(column));
-  json["rows"] = rowsOf(table);
-  return json;
-}
-
-std::string dumped(const Json& json) {
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
 
 /** What a number of the CSV table is of; empty where it is of all. */
 struct Label {
@@ -91,41 +47,38 @@ std::string lines(const SummaryRow& row) {
 }
 
 /** Lines of a table whose rows are of a sequence each: a metric a column of numbers. */
-std::string linesOfColumns(const TitledTable& table, Label label) {
+std::string linesOfColumns(const TitledTable& titled, Label label) {
+  const Table& table = titled.table;
   std::string csv;
-  for (const Json& row : rowsOf(table)) {
-    label.sequence = row.at("sequence").get<std::string>();
-    const int count = row.contains("windows") ? row.at("windows").get<int>() : -1;
-    for (const Table::Column& column : table.table.columns())
-      if (column.number && column.key != "windows" && !row.at(column.key).is_null())
-        csv += line(table.metric + "_" + column.key, "", label, count,
-                    row.at(column.key).get<double>());
+  for (size_t row = 0; row < table.rowCount(); ++row) {
+    label.sequence = table.textAt(row, "sequence");
+    const int count =
+        table.hasColumn("windows") ? static_cast<int>(table.numberAt(row, "windows")) : -1;
+    for (const Table::Column& column : table.columns()) {
+      if (!column.number || column.key == "windows") continue;
+      const double value = table.numberAt(row, column.key);
+      if (!std::isnan(value))
+        csv += line(titled.metric + "_" + column.key, "", label, count, value);
+    }
   }
   return csv;
 }
 
-std::string linesOfParts(const TitledTable& table, Label label) {
+std::string linesOfParts(const TitledTable& titled, Label label) {
+  const Table& table = titled.table;
   std::string csv;
   label.sequence = kAllSequences;
-  for (const Json& row : rowsOf(table)) {
-    label.initializer = row.at("initializer").get<std::string>();
-    const std::string metric = "runtime_ms: " + row.at("part").get<std::string>();
+  for (size_t row = 0; row < table.rowCount(); ++row) {
+    label.initializer = table.textAt(row, "initializer");
+    const std::string metric = "runtime_ms: " + table.textAt(row, "part");
     for (const char* statistic : {"mean", "median", "p90"})
-      csv += line(metric, statistic, label, row.at("windows").get<int>(),
-                  row.at(statistic + std::string("_ms")).get<double>());
+      csv += line(metric, statistic, label, static_cast<int>(table.numberAt(row, "windows")),
+                  table.numberAt(row, statistic + std::string("_ms")));
   }
   return csv;
 }
 
 }  // namespace
-
-std::string titledTableJson(const TitledTable& table) { return dumped(tableJson(table)); }
-
-std::string benchmarkTablesJson(const BenchmarkRecord& record) {
-  Json json = Json::array();
-  for (const TitledTable& table : benchmarkTables(record)) json.push_back(tableJson(table));
-  return dumped(json);
-}
 
 std::string benchmarkTablesCsv(const BenchmarkRecord& record) {
   std::string csv =

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "etalon/evaluation/metrics.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 #include "plot_canvas.h"
 
 namespace etalon {
@@ -38,12 +38,12 @@ class TrajectoryPlot {
       : estimate_(estimate), options_(options), canvas_(kWidth, kHeight) {
     if (estimate_.empty()) return;
     if (options.alignment)
-      if (const auto alignment = alignTrajectory(estimate, ground_truth, *options.alignment))
+      if (const auto alignment = alignmentOf(associate(estimate, ground_truth), *options.alignment))
         estimate_ = transformed(estimate, *alignment);
     for (const GroundTruthState& state : ground_truth.states)
       if (state.t >= estimate.front().t && state.t <= estimate.back().t)
         truth_.push_back(state.T_WB.t);
-    errors_ = poseErrors(estimate_, ground_truth);
+    errors_ = poseErrors(associate(estimate_, ground_truth));
   }
 
   void draw() {

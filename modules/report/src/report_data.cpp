@@ -10,6 +10,7 @@
 
 #include "etalon/benchmark/summary.h"
 #include "etalon/evaluation/alignment.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {
@@ -255,10 +256,12 @@ nlohmann::json trajectoryData(const Trajectory& odometry, const GroundTruth& gro
   for (size_t i = 0; i < odometry.size(); i += step)
     if (odometry[i].T_WB.t.allFinite() && odometry[i].T_WB.t.norm() < kLargestPosition)
       thin.push_back(odometry[i]);
-  if (const auto alignment = alignTrajectory(thin, ground_truth, AlignmentType::kYawPosition))
+  if (const auto alignment =
+          alignmentOf(associate(thin, ground_truth), AlignmentType::kYawPosition))
     thin = transformed(thin, *alignment);
   std::map<TimeNs, PoseError> errors;
-  for (const PoseError& error : poseErrors(thin, ground_truth)) errors.emplace(error.t, error);
+  for (const PoseError& error : poseErrors(associate(thin, ground_truth)))
+    errors.emplace(error.t, error);
 
   Json rows = Json::array();
   for (const StampedPose& pose : thin) {

@@ -8,6 +8,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 #include "etalon/core/tum_file.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"
 #include "etalon/runlog/attempt_record.h"
@@ -72,10 +73,10 @@ AlignmentType rotationAlignment(const RunRecord& record) {
  * rotation where the path is short: rotations after the one that the picture shows. */
 TrajectoryErrors trajectoryErrorsOf(const RunRecord& record, const Trajectory& trajectory,
                                     const GroundTruth& truth) {
-  TrajectoryErrors errors = absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kSE3);
+  const AssociatedTrajectories both = associate(trajectory, truth);
+  TrajectoryErrors errors = absoluteErrors(both, AlignmentType::kSE3);
   if (record.initialized_at)
-    errors.rotation_deg =
-        absoluteTrajectoryErrors(trajectory, truth, rotationAlignment(record)).rotation_deg;
+    errors.rotation_deg = absoluteErrors(both, rotationAlignment(record)).rotation_deg;
   return errors;
 }
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <nlohmann/json.hpp>
+#include <limits>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/text.h"
@@ -20,19 +19,14 @@ std::string formatted(const char* format, int precision, double value) {
 
 }  // namespace
 
-std::vector<std::string> tableFormatNames() {
-  return {"text", "markdown", "csv", "json", "latex", "html"};
-}
+std::vector<std::string> tableFormatNames() { return {"text", "markdown", "csv", "latex"}; }
 
 TableFormat tableFormatFromName(const std::string& name) {
   if (name == "text") return TableFormat::kText;
   if (name == "markdown") return TableFormat::kMarkdown;
   if (name == "csv") return TableFormat::kCsv;
-  if (name == "json") return TableFormat::kJson;
   if (name == "latex") return TableFormat::kLatex;
-  if (name == "html") return TableFormat::kHtml;
-  throw ConfigError("table format '" + name +
-                    "': expected text, markdown, csv, json, latex or html");
+  throw ConfigError("table format '" + name + "': expected text, markdown, csv or latex");
 }
 
 void Table::addRow() { rows_.emplace_back(columns_.size()); }
@@ -56,7 +50,25 @@ void Table::setNumber(const std::string& key, double value) {
   cell.empty = !std::isfinite(value);
 }
 
-void Table::setBold(const std::string& key) { rows_.back()[indexOf(key)].bold = true; }
+bool Table::hasColumn(const std::string& key) const {
+  return std::any_of(columns_.begin(), columns_.end(),
+                     [&key](const Column& column) { return column.key == key; });
+}
+
+const Table::Cell& Table::cellAt(size_t row, const std::string& key) const {
+  if (row >= rows_.size()) throw Error("table: there is no row " + std::to_string(row));
+  return rows_[row][indexOf(key)];
+}
+
+double Table::numberAt(size_t row, const std::string& key) const {
+  const Cell& cell = cellAt(row, key);
+  return cell.empty ? std::numeric_limits<double>::quiet_NaN() : cell.value;
+}
+
+std::string Table::textAt(size_t row, const std::string& key) const {
+  const Cell& cell = cellAt(row, key);
+  return cell.empty ? "" : cell.text;
+}
 
 void Table::markBest(const std::vector<std::string>& keys, bool least_is_best) {
   std::vector<size_t> filled;
@@ -114,8 +126,6 @@ std::string Table::toString(TableFormat format, const TextStyle& style) const {
       return markdown();
     case TableFormat::kCsv:
       return csv();
-    case TableFormat::kJson:
-      return json();
     case TableFormat::kLatex:
       return latex();
     case TableFormat::kHtml:
@@ -136,24 +146,6 @@ std::string Table::csv() const {
     text += "\n";
   }
   return text;
-}
-
-std::string Table::json() const {
-  using Json = nlohmann::ordered_json;
-  Json array = Json::array();
-  for (const std::vector<Cell>& row : rows_) {
-    Json object;
-    for (const size_t c : dataColumns()) {
-      Json& value = object[columns_[c].key];
-      if (row[c].empty) continue;
-      if (columns_[c].number)
-        value = std::strtod(row[c].text.c_str(), nullptr);
-      else
-        value = row[c].text;
-    }
-    array.push_back(object);
-  }
-  return array.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace etalon

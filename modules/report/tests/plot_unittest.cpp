@@ -9,6 +9,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/testing/example_run.h"
 #include "plot_canvas.h"
 
@@ -95,7 +96,7 @@ TEST_F(Plot, AlignmentIsAnOption) {
   TrajectoryPlotOptions raw;
   raw.alignment.reset();
   const auto alignment =
-      alignTrajectory(flight_.estimate, flight_.truth, AlignmentType::kYawPosition);
+      alignmentOf(associate(flight_.estimate, flight_.truth), AlignmentType::kYawPosition);
   ASSERT_TRUE(alignment.has_value());
   const cv::Mat by_option = draw(flight_.estimate, flight_.truth, {});
   const cv::Mat by_caller = draw(transformed(flight_.estimate, *alignment), flight_.truth, raw);

@@ -1,8 +1,6 @@
 #include "etalon/runlog/initialization_json.h"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
@@ -241,14 +239,6 @@ RunRecord runRecordFromJson(const std::string& json, const std::string& name) {
 
 void writeInitializationJson(const std::string& path, const RunRecord& record) {
   writeFile(path, toJson(record));
-}
-
-RunRecord readInitializationJson(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf()))
-    throw DataError(path, 0, "cannot be read; expected the initialization.json of a run");
-  return runRecordFromJson(text.str(), path);
 }
 
 }  // namespace etalon

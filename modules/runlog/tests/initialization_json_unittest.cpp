@@ -134,14 +134,14 @@ TEST(RunRecordJson, SaysWhatIsWrongAndWhere) {
               HasSubstr("'/attempts/0': expected an object with the key 'reason'"));
 }
 
-TEST(RunRecordJson, FileRoundTripAndErrors) {
+TEST(RunRecordJson, FileHoldsTheText) {
   const testing::TemporaryFolder folder;
   const std::string file = folder / "initialization.json";
   writeInitializationJson(file, exampleRecord());
-  EXPECT_EQ(toJson(readInitializationJson(file)).substr(0, 200),
-            toJson(exampleRecord()).substr(0, 200));
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(stream)), {});
+  EXPECT_EQ(text, toJson(exampleRecord()));
   EXPECT_THROW(writeInitializationJson(folder / "no/such/folder.json", exampleRecord()), DataError);
-  EXPECT_THROW(readInitializationJson(folder / "missing.json"), DataError);
 }
 
 }  // namespace

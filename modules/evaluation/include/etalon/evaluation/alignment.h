@@ -41,11 +41,6 @@ struct Alignment {
 Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
                       const std::vector<Eigen::Vector3d>& p_W, AlignmentType type);
 
-/** Positions of `estimate` where `ground_truth` has a state, aligned with it; nothing if there is
- * no such pose. */
-std::optional<Alignment> alignTrajectory(const Trajectory& estimate,
-                                         const GroundTruth& ground_truth, AlignmentType type);
-
 /** Every pose of `trajectory` moved by `alignment`. */
 Trajectory transformed(const Trajectory& trajectory, const Alignment& alignment);
 

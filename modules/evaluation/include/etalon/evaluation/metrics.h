@@ -82,29 +82,4 @@ struct TrajectoryErrors {
   ErrorStatistics position_m, rotation_deg;
 };
 
-/** Error of one pose of a trajectory. */
-struct PoseError {
-  TimeNs t = 0;
-  double position_m = 0.0, rotation_deg = 0.0;
-};
-
-/**
- * Errors of every pose that has ground truth, in the same frame as it; the rotation error is the
- * angle between the two. Empty if there is none.
- */
-std::vector<PoseError> poseErrors(const Trajectory& estimate, const GroundTruth& ground_truth);
-
-/** Absolute trajectory error (ATE): statistics of poseErrors() after alignment over all of them. */
-TrajectoryErrors absoluteTrajectoryErrors(const Trajectory& estimate,
-                                          const GroundTruth& ground_truth, AlignmentType type);
-
-/**
- * Relative pose error (RPE): error of the motion between poses i and i + delta, for i = 0, delta, 2
- * delta... among the poses that have ground truth: E = (T_GBi^-1 T_GBj)^-1 (T_WBi^-1 T_WBj). No
- * alignment is needed.
- * @throws Error if delta < 1
- */
-TrajectoryErrors relativeTrajectoryErrors(const Trajectory& estimate,
-                                          const GroundTruth& ground_truth, int delta);
-
 }  // namespace etalon

@@ -12,7 +12,7 @@ namespace etalon {
 
 // Errors of a whole trajectory with the conventions of evo (github.com/MichaelGrupp/evo), so that
 // its figures and ours can be compared: poses are associated by their stamps, nothing is
-// interpolated, the alignment is over all associated poses.
+// interpolated between the poses of a trajectory, the alignment is over all associated poses.
 
 /** Poses that belong together: as many on both sides, in the same order, each with its own stamp.
  */
@@ -29,9 +29,26 @@ struct AssociatedTrajectories {
 AssociatedTrajectories associate(const Trajectory& estimate, const Trajectory& reference,
                                  double max_difference_s = 0.01);
 
+/** The poses of the estimate that have ground truth (GroundTruth::at, which interpolates), with it.
+ */
+AssociatedTrajectories associate(const Trajectory& estimate, const GroundTruth& ground_truth);
+
+/** The alignment of all positions (alignPoints()); nothing if there is none. */
+std::optional<Alignment> alignmentOf(const AssociatedTrajectories& trajectories,
+                                     AlignmentType type);
+
+/** Error of one pose of a trajectory; the rotation's is the angle between the two. */
+struct PoseError {
+  TimeNs t = 0;  ///< of the estimate
+  double position_m = 0.0, rotation_deg = 0.0;
+};
+
+/** Errors of every pose, both trajectories being in the same frame. */
+std::vector<PoseError> poseErrors(const AssociatedTrajectories& trajectories);
+
 /**
- * ATE: errors of position and of rotation (angle between the two) after alignment; nothing: as they
- * are. Counts are zero if nothing is associated.
+ * ATE: statistics of poseErrors() after alignment; nothing: as they are. Counts are zero if nothing
+ * is associated.
  */
 TrajectoryErrors absoluteErrors(const AssociatedTrajectories& trajectories,
                                 std::optional<AlignmentType> alignment);

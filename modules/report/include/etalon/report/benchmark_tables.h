@@ -62,13 +62,9 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record);
 std::string noteOf(const TitledTable& table, const std::string& mark = "in bold");
 
 /**
- * The table with its title and its note. JSON: an object of all there is to know about it, numbers
- * in the unit of their key. CSV: the table alone.
+ * The table with its title and its note. CSV: the table alone.
  */
 std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style = {});
-
-/** All tables of a benchmark as one JSON array of the objects of toString(). */
-std::string benchmarkTablesJson(const BenchmarkRecord& record);
 
 /**
  * All figures of a benchmark's tables as one CSV table, a number a line (docs/evaluation.md):

@@ -21,9 +21,10 @@ struct TextStyle {
   int width = 0;
 };
 
-enum class TableFormat { kText, kMarkdown, kCsv, kJson, kLatex, kHtml };
+/** HTML is for the report alone, which needs the tables in its page. */
+enum class TableFormat { kText, kMarkdown, kCsv, kLatex, kHtml };
 
-/** "text", "markdown", "csv", "json", "latex" or "html". @throws ConfigError for anything else. */
+/** "text", "markdown", "csv" or "latex". @throws ConfigError for anything else. */
 TableFormat tableFormatFromName(const std::string& name);
 
 /** The names that tableFormatFromName() knows. */
@@ -33,19 +34,19 @@ std::vector<std::string> tableFormatNames();
 class Table {
  public:
   struct Column {
-    std::string key;           ///< for CSV and JSON, e.g. "ate_m"
+    std::string key;           ///< for CSV, e.g. "ate_m"
     std::string title;         ///< for people, e.g. "ATE [mm]"
-    bool number = false;       ///< aligned right; unquoted in JSON
+    bool number = false;       ///< aligned right
     int decimals = 0;          ///< for people
     double factor = 1.0;       ///< from the key's unit to the title's
-    bool data_only = false;    ///< in CSV and JSON only
+    bool data_only = false;    ///< in CSV only
     std::string group = {};    ///< title above neighbouring columns that share it; may be empty
-    bool people_only = false;  ///< not in CSV and JSON
+    bool people_only = false;  ///< not in CSV
   };
 
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  /** Printed above the table for people; not in CSV and JSON. */
+  /** Printed above the table for people; not in CSV. */
   void setCaption(const std::string& caption) { caption_ = caption; }
 
   /** Adds a row of empty cells, which the calls below fill. */
@@ -55,19 +56,25 @@ class Table {
   void setText(const std::string& key, const std::string& text);
   /** NaN leaves the cell empty. */
   void setNumber(const std::string& key, double value);
-  /** Marks a cell of the last row: `**` in Markdown, \textbf in LaTeX, <b> in HTML. */
-  void setBold(const std::string& key);
   /** Marks the least (or the greatest) number among these columns of the last row, and all that are
-   * printed alike. Nothing where fewer than two cells have a number. */
+   * printed alike: `**` in Markdown, \textbf in LaTeX, <b> in HTML. Nothing where fewer than two
+   * cells have a number. */
   void markBest(const std::vector<std::string>& keys, bool least_is_best = true);
 
   const std::vector<Column>& columns() const { return columns_; }
   std::size_t rowCount() const { return rows_.size(); }
+  /** A number in the unit of its key; NaN where the cell is empty. @throws Error if there is no
+   * such column or row */
+  double numberAt(std::size_t row, const std::string& key) const;
+  /** A cell as CSV has it; empty where it is empty. @throws like numberAt() */
+  std::string textAt(std::size_t row, const std::string& key) const;
+  /** Whether there is a column of that key. */
+  bool hasColumn(const std::string& key) const;
 
   /**
    * For people (text, Markdown, LaTeX with booktabs and multirow's \multicolumn, HTML with class
    * "etalon"): columns aligned, numbers in the title's unit and rounded, "-" for an empty cell. CSV
-   * (RFC 4180) and JSON (an array of objects): numbers in `%.9g`, an empty cell is empty or null.
+   * (RFC 4180): numbers in `%.9g`, an empty cell is empty.
    * @param style of text alone
    */
   std::string toString(TableFormat format, const TextStyle& style = {}) const;
@@ -86,6 +93,7 @@ class Table {
   };
 
   std::size_t indexOf(const std::string& key) const;
+  const Cell& cellAt(std::size_t row, const std::string& key) const;
   std::vector<std::size_t> shownColumns() const;
   std::vector<std::size_t> dataColumns() const;
   std::vector<Group> groups(const std::vector<std::size_t>& shown) const;
@@ -99,7 +107,6 @@ class Table {
   std::string textPiece(const std::vector<std::size_t>& shown, const TextStyle& style) const;
   std::string markdown() const;
   std::string csv() const;
-  std::string json() const;
   std::string latex() const;
   std::string html() const;
 

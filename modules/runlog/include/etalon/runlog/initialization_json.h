@@ -144,8 +144,7 @@ std::string toJson(const RunRecord& record);
  */
 RunRecord runRecordFromJson(const std::string& json, const std::string& name);
 
-/** initialization.json. @throws DataError if it cannot be written or read. */
+/** initialization.json. @throws DataError if it cannot be written */
 void writeInitializationJson(const std::string& path, const RunRecord& record);
-RunRecord readInitializationJson(const std::string& path);
 
 }  // namespace etalon

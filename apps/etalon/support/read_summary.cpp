@@ -1,4 +1,4 @@
-#include "read_summary.h"
+#include "support/read_summary.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "print_recording_errors.h"
+#include "support/print_recording_errors.h"
 
 #include <cstdio>
 

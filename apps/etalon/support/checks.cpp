@@ -1,4 +1,4 @@
-#include "checks.h"
+#include "support/checks.h"
 
 #include <charconv>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "configuration_options.h"
+#include "support/configuration_options.h"
 
 namespace etalon::app {
 

@@ -1,4 +1,4 @@
-#include "print_tables.h"
+#include "support/print_tables.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/printable.h"
-#include "read_summary.h"
+#include "support/read_summary.h"
 
 namespace etalon::app {
 
@@ -40,9 +40,7 @@ TextStyle textStyle(bool bold) {
 
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
   const bool text = format == TableFormat::kText;
-  if (format == TableFormat::kJson)
-    std::fputs(benchmarkTablesJson(record).c_str(), stdout);
-  else if (format == TableFormat::kCsv)
+  if (format == TableFormat::kCsv)
     std::fputs(benchmarkTablesCsv(record).c_str(), stdout);
   else
     for (const TitledTable& table : benchmarkTables(record))

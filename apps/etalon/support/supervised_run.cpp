@@ -1,4 +1,4 @@
-#include "supervised_run.h"
+#include "support/supervised_run.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -16,7 +16,7 @@
 
 #include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
-#include "guarded.h"
+#include "support/guarded.h"
 
 namespace etalon::app {
 

@@ -1,4 +1,4 @@
-#include "versions.h"
+#include "support/versions.h"
 
 #include <ceres/version.h>
 #include <mrpt/version.h>
