@@ -118,8 +118,7 @@ constexpr size_t kTimeoutsAllowed = 2;  // then the plugin is taken to hang ever
 std::string describeStop(const std::vector<std::string>& hung, size_t left) {
   std::string names;
   for (const std::string& name : hung) names += (names.empty() ? "" : " and ") + name;
-  return format("stopped: %s ran out of time; %zu checks were not run", names.c_str(),
-                          left);
+  return format("stopped: %s ran out of time; %zu checks were not run", names.c_str(), left);
 }
 
 /** A method that refuses every motion is no method. */
@@ -131,8 +130,7 @@ ContractCheck judgeSomewhere(const std::vector<ContractCheck>& checks) {
     refused += check.verdict == Verdict::kRefused ? 1 : 0;
     passed += check.verdict == Verdict::kPassed ? 1 : 0;
   }
-  const std::string text =
-      format("exact on %d of %d motions, %d refused", passed, all, refused);
+  const std::string text = format("exact on %d of %d motions, %d refused", passed, all, refused);
   ContractCheck check =
       passed > 0 ? contract::passed(text, passed) : contract::failed(text, passed);
   check.name = kSomewhere;

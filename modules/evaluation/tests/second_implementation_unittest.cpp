@@ -29,6 +29,8 @@ GroundTruth truthOf(const std::vector<KeyframeState>& states, const ImuBias& bia
   return truth;
 }
 
+const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
+
 /** Random keyframes and an estimate near them, for the comparison with a second implementation. */
 struct RandomWindow {
   std::vector<KeyframeState> truth, estimate;

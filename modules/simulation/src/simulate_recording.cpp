@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "etalon/core/errors.h"
+#include "etalon/datasets/euroc_files.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/integrated_trajectory.h"
-#include "etalon/datasets/euroc_files.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/room.h"
 #include "euroc_folder.h"

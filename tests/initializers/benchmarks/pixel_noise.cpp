@@ -14,10 +14,10 @@
 #include "etalon/contract/synthetic_window.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
+#include "etalon/datasets/euroc_files.h"
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/window_initialization.h"
 #include "etalon/simulation/imu_synthesis.h"
-#include "etalon/datasets/euroc_files.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/track_synthesis.h"
 
