@@ -326,7 +326,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
       "replay",
-      "Run the pipeline on a recording: initialise through a plugin, then stereo odometry in the "
+      "Run the pipeline on a recording: initialise through a plugin, then odometry in the "
       "gravity-aligned frame. Writes trajectory, initialization.json, run.rawlog, a picture and "
       "the effective configuration.");
   command->add_option("SRC", arguments->source, "EuRoC folder or .rawlog")->required();

@@ -18,7 +18,7 @@ TEST(Comparison, OneRowAStage) {
   const Table table = compareRuns({{"out/a", exampleRecord()}});
   ASSERT_EQ(table.rowCount(), 2u);
   EXPECT_EQ(table.textAt(0, "run"), "out/a");
-  EXPECT_EQ(table.numberAt(0, "initialized_at_s"), 0.500000001);
+  EXPECT_NEAR(table.numberAt(0, "initialized_at_s"), 0.500000001, 1e-12);  // a difference of stamps
   EXPECT_EQ(table.numberAt(0, "attempts"), 2);
   EXPECT_EQ(table.textAt(0, "status"), "success");
   EXPECT_EQ(table.textAt(0, "stage"), "init");
