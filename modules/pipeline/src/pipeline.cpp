@@ -1,6 +1,7 @@
 #include "etalon/pipeline/pipeline.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -12,6 +13,9 @@
 namespace etalon {
 
 namespace {
+
+/** After a jump of the clock right behind the start, ns. */
+constexpr TimeNs kShortestStep = kNanosecondsPerSecond / 1000;
 
 std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
                           const OdometryOutput& output) {
@@ -65,6 +69,7 @@ void Pipeline::processAdmitted() {
       imu_ = ImuBuffer();
       odometry_.forgetVelocity();
       window_.restart();
+      clock_jumped_ = true;
     }
   }
 }
@@ -145,9 +150,18 @@ void Pipeline::follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
 /** Fixed-lag odometry. */
 void Pipeline::followInertially(TimeNs t, TimeNs before,
                                 const std::optional<TrackedFrame>& tracked) {
+  std::vector<ImuSample> imu = imu_.between(before, t);
+  // How long a jump of the clock took is not known: as long as the step between the frames before.
+  if (clock_jumped_)
+    clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
+  else
+    frame_step_ = t - before;
+  clock_jumped_ = false;
   TrackedFrame frame = tracked.value_or(TrackedFrame());
-  frame.t = t;
-  const OdometryOutput output = inertial_->process(frame, imu_.between(before, t));
+  frame.t = t - clock_shift_;
+  for (ImuSample& sample : imu) sample.t -= clock_shift_;
+  OdometryOutput output = inertial_->process(frame, imu);
+  output.t = frame.t = t;
   const bool located = output.unlocated_s == 0.0;
   if (!located) ++frames_not_located_;
   if (located) {
@@ -233,6 +247,8 @@ void Pipeline::startAgain(const InitializationAttempt& attempt, const TrackedFra
 
 void Pipeline::startInertially(const InitializationAttempt& attempt, const SE3& T_WA,
                                const TrackedFrame& frame) {
+  clock_shift_ = 0;
+  clock_jumped_ = false;
   inertial_ = std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag);
   starter_.endWaitForMotion();
   window_.clear();

@@ -141,6 +141,33 @@ TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
             1e-3);  // roll and pitch are the initializer's
 }
 
+TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
+  constexpr TimeNs kJump = 5 * kNanosecondsPerSecond;
+  const TimeNs middle = flight().frames[4].t;
+  const auto stamp = [middle](TimeNs t) { return t > middle ? t + kJump : t; };
+  Pipeline pipeline = this->pipeline();
+  auto sample = flight().imu.begin();
+  for (StereoFrame frame : flight().frames) {
+    for (; sample != flight().imu.end() && sample->t <= frame.t; ++sample) {
+      ImuSample shifted = *sample;
+      shifted.t = stamp(sample->t);
+      pipeline.add(shifted);
+    }
+    frame.t = stamp(frame.t);
+    pipeline.add(frame);
+  }
+  pipeline.finish();
+  EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
+  EXPECT_EQ(pipeline.events().size(), 2U);
+  ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
+  for (size_t k = 0; k < flight().frames.size(); ++k) {
+    FrameEstimate estimate = pipeline.estimates()[k];
+    EXPECT_EQ(estimate.t, stamp(flight().frames[k].t));
+    estimate.t = flight().frames[k].t;
+    EXPECT_LT(positionError(estimate), 0.02);
+  }
+}
+
 TEST(OdometryStart, TurnsTheStateWithTheWorldAndKeepsTheCovarianceOfAttitude) {
   InitializationAttempt attempt;
   attempt.init.states = {

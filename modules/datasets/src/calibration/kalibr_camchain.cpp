@@ -17,9 +17,9 @@ SE3 rightPose(const YamlMap& cam1, const SE3& T_C0I, KalibrCamchain* chain) {
   const bool direct = cam1.has("T_cam_imu");
   const std::string expected = std::string(kPose) + ", left to right camera";
   if (direct && !cam1.has("T_cn_cnm1")) return cam1.transform("T_cam_imu", kPose, &chain->warnings);
-  const SE3 T_C1I = cam1.transform("T_cn_cnm1", expected, &chain->warnings) * T_C0I;
+  SE3 T_C1I = cam1.transform("T_cn_cnm1", expected, &chain->warnings) * T_C0I;
   if (!direct) return T_C1I;
-  const SE3 given = cam1.transform("T_cam_imu", kPose, &chain->warnings);
+  SE3 given = cam1.transform("T_cam_imu", kPose, &chain->warnings);
   constexpr double kSame = 1e-4;  // rad and m: what rounded digits make is below
   const SE3 apart = given * T_C1I.inverse();
   if (logSO3(apart.R).norm() > kSame || apart.t.norm() > kSame)

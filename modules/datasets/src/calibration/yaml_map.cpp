@@ -47,8 +47,8 @@ YamlMap::YamlMap(const std::string& path) : path_(path) {
   if (!root_.IsMap()) throw DataError(path_, 0, "expected a map of calibration keys");
 }
 
-YamlMap::YamlMap(std::string path, std::string prefix, YAML::Node root)
-    : path_(std::move(path)), prefix_(std::move(prefix)), root_(std::move(root)) {}
+YamlMap::YamlMap(std::string path, std::string prefix, const YAML::Node& root)
+    : path_(std::move(path)), prefix_(std::move(prefix)), root_(root) {}
 
 YamlMap YamlMap::below(const std::string& key, const std::string& expected) const {
   const YAML::Node found = node(key, expected);

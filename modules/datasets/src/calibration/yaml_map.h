@@ -39,7 +39,7 @@ class YamlMap {
   [[noreturn]] void fail(const YAML::Node& where, const std::string& message) const;
 
  private:
-  YamlMap(std::string path, std::string prefix, YAML::Node root);
+  YamlMap(std::string path, std::string prefix, const YAML::Node& root);
   double parse(const YAML::Node& scalar, const std::string& key, const std::string& expected) const;
 
   std::string path_;
