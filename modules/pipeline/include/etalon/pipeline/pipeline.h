@@ -111,9 +111,9 @@ class Pipeline {
   StereoTracker tracker_;
   StereoOdometry odometry_;
   std::unique_ptr<Odometry> inertial_;  ///< while kInertial or kDeadReckoning
-  bool clock_jumped_ = false;  ///< since the last frame
-  TimeNs clock_shift_ = 0;     ///< stamps less those that inertial_ is given
-  TimeNs frame_step_ = 0;      ///< between the last two frames
+  bool clock_jumped_ = false;           ///< since the last frame
+  TimeNs clock_shift_ = 0;              ///< stamps less those that inertial_ is given
+  TimeNs frame_step_ = 0;               ///< between the last two frames
   ImuBuffer imu_;
   KeyframeWindow window_;
   Starter starter_;
