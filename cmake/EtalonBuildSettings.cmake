@@ -40,6 +40,9 @@ if(ETALON_SANITIZE)
   # Eigen's assertions, too; without NDEBUG, at a level of optimisation and of debug information that builds quickly.
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
   add_compile_definitions(_GLIBCXX_ASSERTIONS)
+  # Eigen's inline allocation is exported by MRPT's libraries, too, which know no sanitizers: memory that one of them allocates
+  # and the other frees must come from malloc in both.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
   # float-cast-overflow: a number too large for the integer that it becomes; not among `undefined`.
   add_compile_options(-fsanitize=address,undefined,float-cast-overflow -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=address,undefined)

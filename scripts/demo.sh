@@ -105,6 +105,7 @@ for folder in "${runs[@]}"; do
       *.json) meaning="every attempt: status, states, biases, errors" ;;
       *.rawlog) meaning="the run as MRPT observations (RawLogViewer)" ;;
       *.ini) meaning="the effective configuration" ;;
+      *.csv) meaning="every frame: state, velocity, biases, standard deviations" ;;
       *) meaning="" ;;
     esac
     printf '%s  %s\n' "$file" "$meaning"
