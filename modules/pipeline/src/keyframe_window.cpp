@@ -7,13 +7,12 @@ namespace etalon {
 KeyframeWindow::KeyframeWindow(int keyframes, double rate_hz)
     : keyframes_(keyframes), rate_hz_(rate_hz), selector_(KeyframeSelectorOptions{rate_hz}) {}
 
-bool KeyframeWindow::add(const TrackedFrame& frame) {
-  if (is_keyframe_) stamps_.push_back(frame.t);
-  if (stamps_.empty()) return false;
+void KeyframeWindow::add(const TrackedFrame& frame, bool keyframe) {
+  if (keyframe) stamps_.push_back(frame.t);
+  if (stamps_.empty()) return;
   frames_.push_back(frame);
   while (static_cast<int>(stamps_.size()) > keyframes_) stamps_.pop_front();
   while (frames_.front().t < stamps_.front()) frames_.pop_front();
-  return is_keyframe_;
 }
 
 void KeyframeWindow::restart() {

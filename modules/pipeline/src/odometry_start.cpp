@@ -1,7 +1,6 @@
 #include "etalon/pipeline/odometry_start.h"
 
-#include <cmath>
-
+#include "etalon/core/degrees.h"
 #include "etalon/imu/preintegration.h"
 
 namespace etalon {
@@ -10,10 +9,10 @@ namespace {
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
 using namespace state_index;
 
-constexpr double kRoughTilt = 2.0 * M_PI / 180.0;  // rad
-constexpr double kRoughVelocity = 0.1;             // m/s
-constexpr double kRoughGyroBias = 0.01;            // rad/s
-constexpr double kRoughAccelBias = 0.1;            // m/s^2
+constexpr double kRoughTilt = 2.0 / kDegreesPerRadian;  // rad
+constexpr double kRoughVelocity = 0.1;                  // m/s
+constexpr double kRoughGyroBias = 0.01;                 // rad/s
+constexpr double kRoughAccelBias = 0.1;                 // m/s^2
 /** Of position and yaw, which are free: m and rad. */
 constexpr double kFree = 1e-4;
 

@@ -39,6 +39,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
       bias_(options.window.priors.mean) {
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
+  options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
 }
 
@@ -104,7 +105,8 @@ void Pipeline::process(const StereoFrame& frame) {
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (tracked && collecting()) {
-    if (window_.add(*tracked)) tryInitialize(*tracked);
+    window_.add(*tracked, keyframe);
+    if (keyframe) tryInitialize(*tracked);
     timing.initialization_ms = watch.lapMilliseconds();
   } else if (!collecting()) {
     imu_.dropBefore(frame.t);

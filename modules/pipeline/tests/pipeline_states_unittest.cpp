@@ -34,8 +34,9 @@ class PipelineStates : public ::testing::Test {
     return result;
   }
 
-  static Pipeline pipeline(double max_dead_reckoning_s = 5.0) {
+  static Pipeline pipeline(double max_dead_reckoning_s = 5.0, double sigma_px = 0.35) {
     PipelineOptions options;
+    options.window.odometry.sigma_px = sigma_px;
     options.keyframes = kWindow;
     options.keyframe_rate_hz = kFrameRateHz;
     options.window.refine = false;  // what the script says counts as it is
@@ -89,6 +90,15 @@ TEST_F(PipelineStates, StereoOdometryRunsUntilTheStartAndTheFixedLagOdometryFrom
     if (k + 1 < kWindow) continue;
     EXPECT_LT((estimate.nav.v_WB - flight().trajectory.at(estimate.t).v_WB).norm(), 0.03);
   }
+}
+
+TEST_F(PipelineStates, TheFixedLagOdometryBelievesThePixelsAsConfigured) {
+  // The start is the same, whatever the pixels: what differs is what is made of them after it.
+  Pipeline as_usual = pipeline(), noisy = pipeline(5.0, 3.5);
+  fly(&as_usual);
+  fly(&noisy);
+  EXPECT_GT(noisy.estimates().back().sigma.segment<3>(3).norm(),
+            1.5 * as_usual.estimates().back().sigma.segment<3>(3).norm());
 }
 
 TEST_F(PipelineStates, FramesWaitForTheImu) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/so3.h"
@@ -42,13 +43,12 @@ RunStatistics statisticsOf(const FinishedRun& run) {
 }
 
 EventRecord recordOf(const PipelineEvent& event) {
-  constexpr double kDegree = M_PI / 180.0;
   EventRecord record{event.t, toString(event.state), event.reason, {}};
   if (!event.jump) return record;
   const Eigen::Matrix<double, 6, 1> variance = event.jump->covariance.diagonal().cwiseMax(0.0);
-  record.jump = {
-      event.jump->T_before_after.t.norm(), logSO3(event.jump->T_before_after.R).norm() / kDegree,
-      std::sqrt(variance.tail<3>().sum()), std::sqrt(variance.head<3>().sum()) / kDegree};
+  record.jump = {event.jump->T_before_after.t.norm(),
+                 degrees(logSO3(event.jump->T_before_after.R).norm()),
+                 std::sqrt(variance.tail<3>().sum()), degrees(std::sqrt(variance.head<3>().sum()))};
   return record;
 }
 

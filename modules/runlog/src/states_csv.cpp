@@ -1,8 +1,8 @@
 #include "etalon/runlog/states_csv.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
 
+#include "etalon/core/degrees.h"
 #include "etalon/core/text.h"
 #include "etalon/imu/preintegration.h"
 
@@ -37,7 +37,7 @@ std::string statesCsv(const std::vector<FrameEstimate>& estimates) {
     addAll(inertial ? e.nav.bias.gyro : unknown);
     addAll(inertial ? e.nav.bias.accel : unknown);
     Eigen::Matrix<double, 15, 1> sigma = e.sigma;
-    sigma.segment<3>(kRotation) *= 180.0 / M_PI;
+    sigma.segment<3>(kRotation) *= kDegreesPerRadian;
     addAll(sigma);
     text += "\n";
   }

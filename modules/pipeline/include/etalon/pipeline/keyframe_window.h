@@ -16,13 +16,10 @@ class KeyframeWindow {
  public:
   KeyframeWindow(int keyframes, double rate_hz);
 
-  /**
-   * Adds a frame, later than those before.
-   * @return whether it is a keyframe
-   */
-  bool add(const TrackedFrame& frame);
-  /** Whether the frame at `t` will be a keyframe; to be asked once a frame, before add(). */
-  bool isKeyframe(TimeNs t) { return is_keyframe_ = selector_.isKeyframe(t); }
+  /** Whether the frame at `t` is due as a keyframe; to be asked once a frame, in time order. */
+  bool isKeyframe(TimeNs t) { return selector_.isKeyframe(t); }
+  /** Adds a frame, later than those before. */
+  void add(const TrackedFrame& frame, bool keyframe);
   /** Begins anew: of the time before, or since, nothing is known. */
   void restart();
   /** Forgets the frames; the rate goes on. */
@@ -45,7 +42,6 @@ class KeyframeWindow {
   int keyframes_;
   double rate_hz_;
   KeyframeSelector selector_;
-  bool is_keyframe_ = false;  ///< the frame to be added
   std::deque<TrackedFrame> frames_;
   std::deque<TimeNs> stamps_;
 };

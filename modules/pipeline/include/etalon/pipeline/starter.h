@@ -56,7 +56,7 @@ class Starter {
   /** Whether the odometry was started at rest, and the initializer for motion has not taken over
    * yet. */
   bool waitsForMotion() const { return waits_for_motion_; }
-  /** From now on nobody takes over: an odometry that reads the IMU itself needs it not. */
+  /** Ends the wait for motion: an odometry that reads the IMU itself needs no handover. */
   void endWaitForMotion() { waits_for_motion_ = false; }
 
   /** Of a refusal that is older than the last kDetailedAttempts, time, status, reason and timings
