@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
-#include "anchor_patch.h"
+#include "etalon/frontend/anchor_patch.h"
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"

@@ -41,6 +41,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
+  if (options.map.enabled) views_ = std::make_shared<ImageViews>();
 }
 
 Pipeline::~Pipeline() = default;
@@ -124,6 +125,7 @@ std::optional<TrackedFrame> Pipeline::track(const StereoFrame& frame, TimeNs bef
   if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
     window_.restart();
   tracked_at_ = frame.t;
+  if (views_) views_->show(frame.left, frame.right);
   TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
   repeated_images_.tracked(tracked);
   return tracked;
@@ -251,7 +253,8 @@ void Pipeline::startInertially(const InitializationAttempt& attempt, const SE3& 
                                const TrackedFrame& frame) {
   clock_shift_ = 0;
   clock_jumped_ = false;
-  inertial_ = std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag);
+  inertial_ =
+      std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag, options_.map, views_);
   starter_.endWaitForMotion();
   window_.clear();
   const std::string by =

@@ -7,6 +7,7 @@
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/stereo_tracker.h"
+#include "etalon/map/image_views.h"
 #include "etalon/pipeline/frame_estimate.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/pipeline_options.h"
@@ -111,6 +112,7 @@ class Pipeline {
   StereoTracker tracker_;
   StereoOdometry odometry_;
   std::unique_ptr<Odometry> inertial_;  ///< while kInertial or kDeadReckoning
+  std::shared_ptr<ImageViews> views_;   ///< of inertial_; null without a map
   bool clock_jumped_ = false;           ///< since the last frame
   TimeNs clock_shift_ = 0;              ///< stamps less those that inertial_ is given
   TimeNs frame_step_ = 0;               ///< between the last two frames

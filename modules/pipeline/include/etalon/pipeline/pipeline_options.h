@@ -6,6 +6,7 @@
 #include "etalon/core/parameters.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_noise.h"
+#include "etalon/map/map_options.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/starter.h"
@@ -25,6 +26,7 @@ struct PipelineOptions {
   double max_dead_reckoning_s = 5.0;
   WindowOptions window;
   FixedLagOptions fixed_lag;
+  MapOptions map;
   InputOptions input;
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
