@@ -131,8 +131,9 @@ TEST(PluginThatCrashesWhenMade, IsNamedByABenchmark) {
     EXPECT_EQ(result.exit_code, 2) << result.err;
     EXPECT_THAT(result.err,
                 HasSubstr("crashed with signal 11 (Segmentation fault) while it was loaded"));
-    if (initializers != std::string("all"))
+    if (initializers != std::string("all")) {
       EXPECT_THAT(result.err, HasSubstr("initializer 'crashes_when_made'"));
+    }
   }
 }
 
