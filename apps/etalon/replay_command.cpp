@@ -31,6 +31,7 @@ struct Arguments {
   ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
+  bool final_ba = false;
 };
 
 /** The live line: time in the recording, frames per second, state. */
@@ -110,8 +111,15 @@ class Replay {
   }
 
   FinishedRun finished(double min_coverage) {
-    return {source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-            versions(), min_coverage};
+    FinishedRun run{source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
+                    versions(), min_coverage,   {},        0.0};
+    if (configuration_.pipeline.final_ba) {
+      std::printf("final bundle adjustment...\n");
+      std::fflush(stdout);
+      run.final_flight = pipeline_.finalBa();
+      run.final_ba_s = 1e-3 * watch_.lapMilliseconds();
+    }
+    return run;
   }
 
   const Pipeline& pipeline() const { return pipeline_; }
@@ -221,6 +229,17 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
     std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
                 record.trajectory_errors->position_m.rmse, partly(record).c_str());
   std::printf("\n");
+  if (record.smoothed_errors)
+    std::printf("with hindsight: ATE of trajectory_smoothed.tum %.4f m",
+                record.smoothed_errors->position_m.rmse);
+  if (record.final_errors)
+    std::printf(", of trajectory_final.tum %.4f m", record.final_errors->position_m.rmse);
+  if (record.smoothed_errors) std::printf("\n");
+  if (const auto& ba = record.final_ba)
+    std::printf(
+        "final bundle adjustment of %d keyframes and %d landmarks: %s in %d iterations, "
+        "%.1f s\n",
+        ba->keyframes, ba->landmarks, ba->termination.c_str(), ba->iterations, ba->wall_s);
   if (s.unpaired_left + s.unpaired_right > 0)
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
                 s.unpaired_right);
@@ -265,6 +284,7 @@ void addLostAttempt(const RunEnd& died, RunRecord* record) {
 int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) {
   RunConfiguration configuration =
       loadRunConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path);
+  configuration.pipeline.final_ba = arguments.final_ba;
   PipelineInitializers& initializers = configuration.initializers;
   initializers.initializer = watched(initializers.initializer, initializers.name, state);
   if (initializers.at_rest)
@@ -345,6 +365,9 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   addTimeLimitOption(command, "Processor time that the initializer may use in an attempt",
                      &arguments->time_limit_s);
+  command->add_flag("--final-ba", arguments->final_ba,
+                    "After the run, adjust all keyframes together, images and IMU: "
+                    "trajectory_final.tum");
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();
