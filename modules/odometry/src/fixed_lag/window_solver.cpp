@@ -101,14 +101,16 @@ double WindowSolver::costOf(const Window& window) const {
 }
 
 /** What stays the same over the steps. */
-void WindowSolver::begin(Window* window) {
+void WindowSolver::begin(Window* window, bool same_prior) {
   landmarks_.clear();
   for (auto& [id, landmark] : window->landmarks)
     if (landmark.observations.size() > 1) landmarks_.push_back(&landmark);
-  const Eigen::MatrixXd& A = window->prior.A;
-  prior_H_.setZero(A.cols(), A.cols());
-  prior_H_.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
-  prior_H_.triangularView<Eigen::StrictlyUpper>() = prior_H_.transpose();
+  if (!same_prior) {
+    const Eigen::MatrixXd& A = window->prior.A;
+    prior_H_.setZero(A.cols(), A.cols());
+    prior_H_.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
+    prior_H_.triangularView<Eigen::StrictlyUpper>() = prior_H_.transpose();
+  }
   eliminateUntouched(*window);
 }
 
@@ -193,15 +195,15 @@ Eigen::MatrixXd WindowSolver::covariance(const std::vector<Eigen::Index>& unknow
   return covariance;
 }
 
-SolverResult WindowSolver::solve(Window* window) {
+SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior) {
   SolverResult result;
-  begin(window);
+  begin(window, same_prior);
   NormalEquations equations(0);
   linearize(window, &equations);
   result.cost = equations.cost;
   double damping = 0.0;
   bool positive = false;
-  for (int attempt = 0; attempt < options_.iterations + 3; ++attempt) {
+  for (int attempt = 0; attempt < iterations + 3; ++attempt) {
     positive = factorize(equations, damping);
     if (!positive) {
       damping = std::max(1e-8, 10.0 * damping);
@@ -212,7 +214,7 @@ SolverResult WindowSolver::solve(Window* window) {
     const Saved saved(*window, landmarks_);
     moveStates(step, window);
     visual_.solveLandmarks(*window, step);
-    const bool last = result.iterations + 1 >= options_.iterations ||
+    const bool last = result.iterations + 1 >= iterations ||
                       promised < options_.converged_sigmas * options_.converged_sigmas;
     NormalEquations next(0);
     const double cost = last ? costOf(*window) : (linearize(window, &next), next.cost);

@@ -42,7 +42,12 @@ Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns);
 class WindowSolver {
  public:
   explicit WindowSolver(const SolverOptions& options) : options_(options) {}
-  SolverResult solve(Window* window);
+  SolverResult solve(Window* window) { return solve(window, options_.iterations, false); }
+  /**
+   * @param iterations in place of the option
+   * @param same_prior the window has states and prior of the last call, and observations more
+   */
+  SolverResult solve(Window* window, int iterations, bool same_prior);
   /**
    * Joint covariance of the errors of these unknowns, from the last solve(); empty if that found
    * none. The window has the same states since.
@@ -50,7 +55,7 @@ class WindowSolver {
   Eigen::MatrixXd covariance(const std::vector<Eigen::Index>& unknowns) const;
 
  private:
-  void begin(Window* window);
+  void begin(Window* window, bool same_prior);
   void eliminateUntouched(const Window& window);
   bool factorize(const NormalEquations& equations, double damping);
   Eigen::VectorXd stepOf(const NormalEquations& equations) const;
