@@ -26,8 +26,8 @@ Matrix15d roughCovariance() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-/** From the covariance of InitializationResult: [b_g, b_a, tilt of the world, velocity]. */
-Matrix15d covarianceOf(const InitializationResult& result, const Eigen::Matrix3d& R_AB) {
+/** From Initialization::covariance: [b_g, b_a, tilt of the world, velocity]. */
+Matrix15d covarianceOf(const Initialization& result, const Eigen::Matrix3d& R_AB) {
   Eigen::Matrix<double, 15, 11> J = Eigen::Matrix<double, 15, 11>::Zero();
   J.block<3, 2>(kRotation, 6) = R_AB.transpose().leftCols<2>();
   J.block<3, 3>(kVelocity, 8).setIdentity();
@@ -49,9 +49,9 @@ OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_W
     covariance =
         joint.rows() >= 15 ? Matrix15d(joint.bottomRightCorner<15, 15>()) : roughCovariance();
   } else {
-    v_A = attempt.init.states.back().v_WB;
-    covariance = attempt.init.covariance.rows() == 11 ? covarianceOf(attempt.init, T_AB.R)
-                                                      : roughCovariance();
+    v_A = attempt.init->states.back().v_WB;
+    covariance = attempt.init->covariance.rows() == 11 ? covarianceOf(*attempt.init, T_AB.R)
+                                                       : roughCovariance();
   }
   start.state.T_WB = T_WA * T_AB;
   start.state.v_WB = T_WA.R * v_A;
