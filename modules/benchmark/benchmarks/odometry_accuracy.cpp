@@ -32,8 +32,8 @@
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
-#include "etalon/evaluation/ground_truth_bound.h"
-#include "etalon/evaluation/metrics.h"
+#include "etalon/evaluation/ground_truth_check.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "odometry_beginning.h"
@@ -155,12 +155,11 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
   const GroundTruth& truth = tracks.ground_truth;
   Trajectory trajectory;
   for (const OdometryOutput& out : run.outputs) trajectory.push_back({out.t, out.state.T_WB});
-  const double ate =
-      absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kSE3).position_m.rmse;
-  const double ate_yaw =
-      absoluteTrajectoryErrors(trajectory, truth, AlignmentType::kYawPosition).position_m.rmse;
-  const double scale = alignTrajectory(trajectory, truth, AlignmentType::kSim3)->scale;
-  const TrajectoryErrors relative = relativeTrajectoryErrors(trajectory, truth, 100);
+  const AssociatedTrajectories both = associate(trajectory, truth);
+  const double ate = absoluteErrors(both, AlignmentType::kSE3).position_m.rmse;
+  const double ate_yaw = absoluteErrors(both, AlignmentType::kYawPosition).position_m.rmse;
+  const double scale = alignmentOf(both, AlignmentType::kSim3)->scale;
+  const TrajectoryErrors relative = relativeErrors(both, {100, DeltaUnit::kFrames});
   std::vector<double> tilt, tilt_corrected, velocity;
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
   int with_truth = 0;
@@ -209,7 +208,7 @@ void run(const Arguments& arguments) {
   const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {initializer});
   SequenceTracks tracks = load(arguments, suite.pipeline);
   if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
-  const GroundTruthBound bound = groundTruthBound(tracks.ground_truth, tracks.imu.samples());
+  const GroundTruthCheck check = checkGroundTruth(tracks.ground_truth, tracks.imu.samples());
   const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
                                                          : fromInitializer(tracks, suite);
   FixedLagOptions options;
@@ -228,9 +227,9 @@ void run(const Arguments& arguments) {
       "%% | "
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
   const Run fixed_lag = runFixedLag(tracks, beginning, options);
-  printRun(fixed_lag, tracks, bound.gravity_direction_G);
+  printRun(fixed_lag, tracks, check.gravity_direction_G);
   if (arguments.stereo)
-    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, bound.gravity_direction_G);
+    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, check.gravity_direction_G);
   if (arguments.trajectory.empty()) return;
   Trajectory trajectory;
   for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});

@@ -9,6 +9,7 @@
 #include "etalon/core/aligning_yaw.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
+#include "odometry_kinds.h"
 
 namespace etalon {
 
@@ -232,26 +233,28 @@ void Pipeline::start(const InitializationAttempt& attempt, const TrackedFrame& f
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
   initialized_at_ = attempt.t;
-  if (options_.odometry_kind == kFixedLag)
-    startInertially(attempt, SE3(), frame);
+  if (auto odometry = makeOdometry(calibration_, options_))
+    startInertially(std::move(odometry), attempt, SE3(), frame);
   else
     adopt(attempt, SE3());
 }
 
 void Pipeline::startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame) {
   const SE3 before = trajectory_.back().T_WB;
-  startInertially(attempt, keepingYawAndPosition(attempt), frame);
+  startInertially(makeOdometry(calibration_, options_), attempt, keepingYawAndPosition(attempt),
+                  frame);
   PoseJump jump;
   jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
   jump.covariance = lost_covariance_;
   events_.back().jump = jump;
 }
 
-void Pipeline::startInertially(const InitializationAttempt& attempt, const SE3& T_WA,
+void Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
+                               const InitializationAttempt& attempt, const SE3& T_WA,
                                const TrackedFrame& frame) {
   clock_shift_ = 0;
   clock_jumped_ = false;
-  inertial_ = std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag);
+  inertial_ = std::move(odometry);
   starter_.endWaitForMotion();
   window_.clear();
   const std::string by =

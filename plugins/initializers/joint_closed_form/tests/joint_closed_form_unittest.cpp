@@ -123,7 +123,7 @@ TEST(JointClosedForm, AcceptsEveryStandstillAndSaysThatTiltIsTheAccelerometerBia
     const SyntheticWindowOptions options =
         testing::drawnOptions(Motion::kStandstill, seed, seed % 2 == 0 ? 0.05 : 0.5);
     const Outcome o = runOn(testing::withoutBiasWalk(options), options, *load());
-    ASSERT_TRUE(o.result.ok()) << "seed " << seed << ": " << o.result.error().reason;
+    ASSERT_TRUE(o.result) << "seed " << seed << ": " << o.result.error().reason;
     const Eigen::Vector2d tilt = testing::estimationError(*o.result, o.window).segment<2>(6);
     const Eigen::MatrixXd& P = o.result->covariance;
     ASSERT_EQ(P.rows(), 11);

@@ -98,8 +98,8 @@ class Pipeline {
   void tryInitialize(const TrackedFrame& frame);
   void start(const InitializationAttempt& attempt, const TrackedFrame& frame);
   void startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startInertially(const InitializationAttempt& attempt, const SE3& T_WA,
-                       const TrackedFrame& frame);
+  void startInertially(std::unique_ptr<Odometry> odometry, const InitializationAttempt& attempt,
+                       const SE3& T_WA, const TrackedFrame& frame);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
