@@ -116,6 +116,17 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
     std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
                 record.trajectory_errors->position_m.rmse, partly(record).c_str());
   std::printf("\n");
+  if (record.smoothed_errors)
+    std::printf("with hindsight: ATE of trajectory_smoothed.tum %.4f m",
+                record.smoothed_errors->position_m.rmse);
+  if (record.final_errors)
+    std::printf(", of trajectory_final.tum %.4f m", record.final_errors->position_m.rmse);
+  if (record.smoothed_errors) std::printf("\n");
+  if (const auto& ba = record.final_ba)
+    std::printf(
+        "final bundle adjustment of %d keyframes and %d landmarks: %s in %d iterations, "
+        "%.1f s\n",
+        ba->keyframes, ba->landmarks, ba->termination.c_str(), ba->iterations, ba->wall_s);
   if (s.unpaired_left + s.unpaired_right > 0)
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
                 s.unpaired_right);
