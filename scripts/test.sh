@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the whole test suite.
 #
-#   scripts/test.sh [--lint]      --lint: also formatter and linter, before the tests
+#   scripts/test.sh [--lint]      --lint: also formatter, linter and benchmarks, before the tests
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -17,8 +17,10 @@ for argument in "$@"; do
 done
 
 dependencies=(--test)
-if $lint; then dependencies+=(--lint); fi
+if $lint; then dependencies+=(--lint --benchmarks); fi
 scripts/install_dependencies.sh "${dependencies[@]}"
+# With the linter also the benchmarks, so that they keep compiling.
+if $lint; then cmake --preset release -DETALON_BUILD_BENCHMARKS=ON >/dev/null; fi
 scripts/build.sh
 if $lint; then scripts/lint.sh; fi
 

@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/store.h"
+#include "etalon/contract/isolated_run.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/benchmark_tables.h"
@@ -52,6 +53,37 @@ SuiteConfiguration configure(const Arguments& arguments) {
                                 names);
 }
 
+/**
+ * Configures in a child process first, so that a plugin that crashes while it is loaded or made is
+ * named. What configure() throws it throws here again. @throws PluginError
+ */
+SuiteConfiguration configureSafely(const Arguments& arguments) {
+  IsolationLimits limits;
+  limits.cpu_s = arguments.time_limit_s;
+  const auto configured = [&limits](const Arguments& tried) {
+    return runIsolated(
+        [&tried] {
+          try {
+            configure(tried);
+          } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): comes again, below
+          }
+          return std::string();
+        },
+        limits);
+  };
+  const IsolatedOutcome all = configured(arguments);
+  if (all.completed) return configure(arguments);
+  for (const std::string& name : arguments.initializers) {
+    Arguments one = arguments;
+    one.initializers = {name};
+    const IsolatedOutcome outcome = configured(one);
+    if (!outcome.completed)
+      throw PluginError("initializer '" + name + "' " + outcome.failure + " while it was loaded");
+  }
+  throw PluginError("a plugin " + all.failure +
+                    " while it was loaded; `etalon check-plugin NAME` tells which");
+}
+
 void setShard(const std::string& text, BenchmarkOptions* options) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%d/%d%c", &options->shard, &options->shards, &rest) != 2 ||
@@ -82,7 +114,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
 
 int bench(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
-  const SuiteConfiguration configuration = configure(arguments);
+  const SuiteConfiguration configuration = configureSafely(arguments);
   BenchmarkOptions options;
   options.sources = arguments.sources;
   options.out = arguments.out;

@@ -122,6 +122,21 @@ TEST_P(MisbehavingPlugin, EndsAReplayWhichKeepsWhatCameBefore) {
   EXPECT_EQ(whole.substr(0, before.size()), before);
 }
 
+TEST(PluginThatCrashesWhenMade, IsNamedByABenchmark) {
+  const TemporaryFolder folder;
+  for (const char* initializers : {"static,crashes_when_made", "all"}) {
+    const CommandResult result =
+        runEtalon({"bench", kFlight, "--plugin-path", ETALON_CRASHES_WHEN_MADE, "--initializers",
+                   initializers, "--out", folder.path() + "/out"});
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_THAT(result.err,
+                HasSubstr("crashed with signal 11 (Segmentation fault) while it was loaded"));
+    if (initializers != std::string("all")) {
+      EXPECT_THAT(result.err, HasSubstr("initializer 'crashes_when_made'"));
+    }
+  }
+}
+
 TEST(PluginsWords, ReachNeitherTerminalNorReportAsTheyAre) {
   const TemporaryFolder folder;
   const CommandResult result =

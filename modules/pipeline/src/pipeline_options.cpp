@@ -1,5 +1,7 @@
 #include "etalon/pipeline/pipeline_options.h"
 
+#include "odometry_kinds.h"
+
 namespace etalon {
 
 std::vector<ParameterSet> PipelineOptions::sections() {
@@ -39,12 +41,14 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   declared("imu_noise", imu_noise);
   declared("frontend", frontend);
   ParameterSet odometry("odometry");
-  odometry.add("kind", &odometry_kind,
-               "What runs after the start: fixed_lag (images and IMU, tightly coupled) or "
-               "stereo_visual (images alone).");
+  odometry.add("kind", &odometry_kind, odometryKinds(),
+               "What runs after the start: " + odometryKindsInWords() + ".");
   odometry.add("max_dead_reckoning_s", &max_dead_reckoning_s, {0.0, 1e6},
                "Seconds for which the IMU alone carries the pose where images fail; then the "
                "odometry is lost, and starts again.");
+  odometry.add("final_ba_keyframes", &final_ba_keyframes, {2, 1000000},
+               "Keyframes that etalon replay --final-ba adjusts, at most: of a longer flight the "
+               "newest ones (30 kB each).");
   window.odometry.declare(odometry);
   sets.push_back(odometry);
   declared(kFixedLag, fixed_lag);

@@ -101,6 +101,16 @@ struct GroundTruthUse {
   int covered_frames = 0;  ///< of these, with ground truth
 };
 
+/** The bundle adjustment over the whole flight (--final-ba). */
+struct FinalBaRecord {
+  int keyframes = 0, landmarks = 0;
+  int pixels = 0, inlier_pixels = 0;
+  double noise_factor = 1.0;  ///< a pixel's standard deviation over [odometry] sigma_px
+  int iterations = 0;
+  std::string termination;  ///< toString(Termination)
+  double wall_s = WindowErrors::kNone;
+};
+
 /** A run: what initialization.json and the comment in run.rawlog hold. */
 struct RunRecord {
   std::string source;       ///< path of the recording
@@ -122,6 +132,9 @@ struct RunRecord {
   /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is enough truth.
    */
   std::optional<TrajectoryErrors> trajectory_errors;
+  /** The same of trajectory_smoothed.tum, and of trajectory_final.tum where it was asked for. */
+  std::optional<TrajectoryErrors> smoothed_errors, final_errors;
+  std::optional<FinalBaRecord> final_ba;
 
   /** The attempt that was accepted, the first one; null if there is none. */
   const AttemptRecord* acceptedAttempt() const;
