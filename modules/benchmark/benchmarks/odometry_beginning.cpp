@@ -43,7 +43,7 @@ Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration
         windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
     const InitializationAttempt attempt =
         attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
-    if (!attempt.decision.accepted) continue;
+    if (!attempt.accepted()) continue;
     Beginning beginning;
     while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
     beginning.start = odometryStart(attempt, SE3(), pipeline.window.priors.sigma_accel_mps2);

@@ -18,7 +18,7 @@ OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_W
                             double sigma_accel_bias) {
   const SE3 T_AB = attempt.poses().front();
   const Eigen::Vector3d v_A =
-      attempt.has_vi_ba ? attempt.vi_ba.states.front().v_WB : attempt.init.states.front().v_WB;
+      attempt.has_vi_ba ? attempt.vi_ba.states.front().v_WB : attempt.init->states.front().v_WB;
   OdometryStart start;
   start.state.T_WB = T_WA * T_AB;
   start.state.v_WB = T_WA.R * v_A;

@@ -23,8 +23,7 @@ class PipelineStates : public ::testing::Test {
   static const Flight& flight() { return Flight::instance(); }
 
   static InitializationResult truth(const InitializationProblem& problem) {
-    InitializationResult result;
-    result.status = InitializationStatus::kSuccess;
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k) {
       const TimeNs t = problem.keyframe(k).t;
       const auto state = flight().trajectory.at(t);
@@ -181,15 +180,17 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 
 TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndPosition) {
   InitializationAttempt attempt;
-  attempt.init.states = {
+  attempt.init = Initialization();
+  Initialization& init = *attempt.init;
+  init.states = {
       {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)},
       {8, SE3(), Vector3d::Zero()}};
-  attempt.init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
+  init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
   const SE3 T_WA(expSO3(Vector3d(0, 0, M_PI / 2)), Vector3d(10, 0, 0));
   const OdometryStart start = odometryStart(attempt, T_WA, 0.1);
   EXPECT_LT((start.state.T_WB.t - Vector3d(8, 1, 3)).norm(), 1e-12);
   EXPECT_LT((start.state.v_WB - Vector3d(0.5, 0.5, 0.25)).norm(), 1e-12);
-  EXPECT_EQ(start.state.bias.gyro, attempt.init.bias.gyro);
+  EXPECT_EQ(start.state.bias.gyro, init.bias.gyro);
   const auto& P = start.covariance;
   EXPECT_NEAR(P(6, 6), 0.01, 1e-12);
   EXPECT_NEAR(P(9, 9), 4e-4, 1e-12);
