@@ -28,6 +28,7 @@ struct Arguments {
   ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
+  bool final_ba = false;
 };
 
 /** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
@@ -64,8 +65,15 @@ class Replay {
   }
 
   FinishedRun finished(double min_coverage) {
-    return {source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-            versions(), min_coverage};
+    FinishedRun run{source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
+                    versions(), min_coverage,   {},        0.0};
+    if (configuration_.pipeline.final_ba) {
+      std::printf("final bundle adjustment...\n");
+      std::fflush(stdout);
+      run.final_flight = pipeline_.finalBa();
+      run.final_ba_s = 1e-3 * watch_.lapMilliseconds();
+    }
+    return run;
   }
 
   const Pipeline& pipeline() const { return pipeline_; }
@@ -127,6 +135,7 @@ void addLostAttempt(const RunEnd& died, RunRecord* record) {
 int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) {
   RunConfiguration configuration =
       loadRunConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path);
+  configuration.pipeline.final_ba = arguments.final_ba;
   PipelineInitializers& initializers = configuration.initializers;
   initializers.initializer = watched(initializers.initializer, initializers.name, state);
   if (initializers.at_rest)
@@ -207,6 +216,9 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   addTimeLimitOption(command, "Processor time that the initializer may use in an attempt",
                      &arguments->time_limit_s);
+  command->add_flag("--final-ba", arguments->final_ba,
+                    "After the run, adjust all keyframes together, images and IMU: "
+                    "trajectory_final.tum");
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();

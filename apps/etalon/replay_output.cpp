@@ -27,12 +27,12 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
 
 void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
                   const std::string& at_rest) {
-  std::string text = attempt.decision.accepted ? (handover ? "handed over" : "initialised")
-                                               : "not yet, because " + attempt.decision.reason;
+  std::string text = attempt.accepted() ? (handover ? "handed over" : "initialised")
+                                               : "not yet, because " + attempt.decision.error().reason;
   if (handover && attempt.initializer == at_rest)
-    text = "still waiting for motion, because " + attempt.decision.reason;
+    text = "still waiting for motion, because " + attempt.decision.error().reason;
   if (!attempt.initializer.empty())
-    text = attempt.decision.accepted ? text + (handover ? " to " : " by ") + attempt.initializer
+    text = attempt.accepted() ? text + (handover ? " to " : " by ") + attempt.initializer
                                      : attempt.initializer + ": " + text;
   std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
   std::fflush(stdout);
@@ -116,6 +116,17 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
     std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
                 record.trajectory_errors->position_m.rmse, partly(record).c_str());
   std::printf("\n");
+  if (record.smoothed_errors)
+    std::printf("with hindsight: ATE of trajectory_smoothed.tum %.4f m",
+                record.smoothed_errors->position_m.rmse);
+  if (record.final_errors)
+    std::printf(", of trajectory_final.tum %.4f m", record.final_errors->position_m.rmse);
+  if (record.smoothed_errors) std::printf("\n");
+  if (const auto& ba = record.final_ba)
+    std::printf(
+        "final bundle adjustment of %d keyframes and %d landmarks: %s in %d iterations, "
+        "%.1f s\n",
+        ba->keyframes, ba->landmarks, ba->termination.c_str(), ba->iterations, ba->wall_s);
   if (s.unpaired_left + s.unpaired_right > 0)
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
                 s.unpaired_right);

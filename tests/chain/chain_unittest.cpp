@@ -22,8 +22,10 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-constexpr char kFilesOfARun[][20] = {"trajectory.tum", "initialization.json", "run.rawlog",
-                                     "trajectory.png", "report.html",         "config.ini"};
+constexpr char kFilesOfARun[][24] = {"trajectory.tum",      "trajectory_smoothed.tum",
+                                     "initialization.json", "run.rawlog",
+                                     "trajectory.png",      "report.html",
+                                     "config.ini"};
 
 /** Replays in motion, with success, and returns the trajectory. */
 std::vector<TumLine> replayed(const std::string& source, const std::string& initializer,

@@ -35,6 +35,7 @@
 #include "etalon/evaluation/ground_truth_check.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/odometry/flight_record.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "odometry_beginning.h"
 
@@ -46,7 +47,8 @@ using Eigen::Vector3d;
 struct Arguments {
   std::string source, tracks, tracks_file, start = "truth", trajectory;
   OdometryFault fault;
-  bool stereo = true;
+  bool stereo = true, final_ba = false;
+  TrajectoryBaOptions ba;
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
   IniFile ini;
@@ -98,7 +100,7 @@ SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline)
 }
 
 Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
-                const FixedLagOptions& options) {
+                const FixedLagOptions& options, FlightRecord* record) {
   Run run;
   run.name = "fixed lag";
   FixedLagOdometry odometry(tracks.calibration, options);
@@ -111,8 +113,34 @@ Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
                                                : odometry.process(frame, imu));
     run.ms.push_back(cpuMilliseconds() - before);
     run.keyframes += run.outputs.back().keyframe;
+    record->add(frame.t, frame, imu, run.outputs.back(), odometry.keyframes());
   }
   return run;
+}
+
+/** The run with hindsight: every keyframe as it was last known, what is between follows. */
+Run withHindsight(const Run& causal, const std::string& name, const Trajectory& keyframes) {
+  Run run = causal;
+  run.name = name;
+  Trajectory trajectory;
+  for (const OdometryOutput& out : causal.outputs) trajectory.push_back({out.t, out.state.T_WB});
+  trajectory = carriedAlong(trajectory, keyframes);
+  for (size_t i = 0; i < trajectory.size(); ++i) run.outputs[i].state.T_WB = trajectory[i].T_WB;
+  return run;
+}
+
+FinalFlight finalBa(const FlightRecord& record, const BiasPriors& priors,
+                    const TrajectoryBaOptions& options) {
+  const double before = cpuMilliseconds();
+  FinalFlight flight = record.finalBa(priors, options);
+  const TrajectoryBaResult& ba = flight.ba;
+  std::printf(
+      "final BA: %zu keyframes, %d landmarks, %zu pixels (%d inliers), %.2f of sigma_px, "
+      "%d iterations (%s), %.1f s\n",
+      flight.keyframes.size(), ba.bundle.window.landmarkCount(),
+      ba.bundle.window.measurements.size(), ba.bundle.inlierCount(), ba.noise_factor,
+      ba.summary.iterations, toString(ba.summary.termination), 1e-3 * (cpuMilliseconds() - before));
+  return flight;
 }
 
 Run runStereo(const SequenceTracks& tracks, const Beginning& beginning,
@@ -226,8 +254,16 @@ void run(const Arguments& arguments) {
       "odometry  | ATE, m | yaw, m | 5 s, m | deg | tilt, deg | corrected | velocity, m/s | scale, "
       "%% | "
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
-  const Run fixed_lag = runFixedLag(tracks, beginning, options);
+  FlightRecord record(tracks.calibration, {options.imu_noise, options.gravity_mps2,
+                                           options.sigma_px, arguments.final_ba ? 100000U : 0U});
+  const Run fixed_lag = runFixedLag(tracks, beginning, options, &record);
   printRun(fixed_lag, tracks, check.gravity_direction_G);
+  const Run smoothed = withHindsight(fixed_lag, "smoothed", record.smoothed());
+  printRun(smoothed, tracks, check.gravity_direction_G);
+  if (arguments.final_ba) {
+    const FinalFlight flight = finalBa(record, suite.pipeline.window.priors, arguments.ba);
+    printRun(withHindsight(smoothed, "final", flight.keyframes), tracks, check.gravity_direction_G);
+  }
   if (arguments.stereo)
     printRun(runStereo(tracks, beginning, suite.pipeline), tracks, check.gravity_direction_G);
   if (arguments.trajectory.empty()) return;
@@ -261,6 +297,12 @@ Arguments parse(int argc, char** argv) {
       arguments.fault.for_s = std::stod(value);
     else if (option == "--seed")
       arguments.seed = static_cast<unsigned>(std::stoul(value));
+    else if (option == "--final-ba")
+      arguments.final_ba = value != "no";
+    else if (option == "--ba")
+      std::sscanf(value.c_str(), "%d,%d,%lf,%lf", &arguments.ba.rounds,
+                  &arguments.ba.iterations_per_round, &arguments.ba.chi2_outlier,
+                  &arguments.ba.least_noise_factor);
     else if (option == "--stereo")
       arguments.stereo = value != "no";
     else if (option == "--trajectory")

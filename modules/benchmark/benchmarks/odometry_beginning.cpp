@@ -42,7 +42,7 @@ Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration
         windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
     const InitializationAttempt attempt =
         attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
-    if (!attempt.decision.accepted) continue;
+    if (!attempt.accepted()) continue;
     Beginning beginning;
     while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
     const VisualInertialState& first = attempt.vi_ba.states.front();

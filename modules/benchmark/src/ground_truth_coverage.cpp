@@ -61,7 +61,8 @@ void requireCoverage(RunRecord* run, double wanted) {
   for (AttemptRecord& attempt : run->attempts) requireCoverage(&attempt, wanted);
   if (run->ground_truth && !coversEnough(static_cast<size_t>(run->ground_truth->covered_frames),
                                          static_cast<size_t>(run->ground_truth->frames), wanted))
-    run->trajectory_errors.reset();
+    for (auto* errors : {&run->trajectory_errors, &run->smoothed_errors, &run->final_errors})
+      errors->reset();
 }
 
 void requireCoverage(BenchmarkRecord* benchmark, double wanted) {

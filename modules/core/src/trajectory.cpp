@@ -43,6 +43,39 @@ std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) cons
   return s;
 }
 
+Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better) {
+  // A pose that became better, and where it is in the trajectory.
+  struct Anchor {
+    size_t index;
+    const SE3* T_WB;
+  };
+  std::vector<Anchor> anchors;
+  size_t i = 0;
+  for (const StampedPose& pose : better) {
+    while (i < trajectory.size() && trajectory[i].t < pose.t) ++i;
+    if (i < trajectory.size() && trajectory[i].t == pose.t) anchors.push_back({i, &pose.T_WB});
+  }
+  Trajectory carried = trajectory;
+  if (anchors.empty()) return carried;
+  const auto from = [&trajectory](const Anchor& anchor, size_t k) {
+    return *anchor.T_WB * (trajectory[anchor.index].T_WB.inverse() * trajectory[k].T_WB);
+  };
+  size_t next = 0;  // the first anchor at or after k
+  for (size_t k = 0; k < carried.size(); ++k) {
+    while (next < anchors.size() && anchors[next].index < k) ++next;
+    SE3& T_WB = carried[k].T_WB;
+    T_WB = from(anchors[next == anchors.size() ? next - 1 : next], k);
+    if (next == 0 || next == anchors.size()) continue;
+    const Anchor& before = anchors[next - 1];
+    const SE3 T_before = from(before, k);
+    const double u = secondsBetween(trajectory[before.index].t, trajectory[k].t) /
+                     secondsBetween(trajectory[before.index].t, trajectory[anchors[next].index].t);
+    T_WB.R = T_before.R * expSO3(u * logSO3(T_before.R.transpose() * T_WB.R));
+    T_WB.t = T_before.t + u * (T_WB.t - T_before.t);
+  }
+  return carried;
+}
+
 void writeTum(const std::string& path, const Trajectory& trajectory) {
   writeTum(path, trajectory, "T_WB");
 }

@@ -221,5 +221,28 @@ TEST_F(Tum, SaysWhichFileCannotBeUsed) {
   }
 }
 
+TEST(CarriedAlong, BetterPosesTakeTheirNeighboursAlong) {
+  Trajectory trajectory, better;
+  for (int k = 0; k < 9; ++k)
+    trajectory.push_back({k * kMs, SE3(expSO3({0, 0, 0.1 * k}), Vector3d(k, 0, 0))});
+  const SE3 left(expSO3({0, 0, 0.2}), Vector3d(0, 1, 0)),
+      right(Eigen::Matrix3d::Identity(), {0, 3, 0});
+  better.push_back({2 * kMs, left * trajectory[2].T_WB});
+  better.push_back({5 * kMs + 1, SE3()});  // no pose of the trajectory
+  better.push_back({6 * kMs, right * trajectory[6].T_WB});
+  const Trajectory carried = carriedAlong(trajectory, better);
+  ASSERT_EQ(carried.size(), trajectory.size());
+  const auto expectPose = [&](size_t k, const SE3& T) {
+    EXPECT_LT((carried[k].T_WB.R - T.R).norm() + (carried[k].T_WB.t - T.t).norm(), 1e-12) << k;
+  };
+  for (const size_t k : {0U, 1U, 2U}) expectPose(k, left * trajectory[k].T_WB);
+  for (const size_t k : {6U, 7U, 8U}) expectPose(k, right * trajectory[k].T_WB);
+  // In the middle of both: half way between where the two would have it.
+  const SE3 a = left * trajectory[4].T_WB, b = right * trajectory[4].T_WB;
+  expectPose(4, SE3(a.R * expSO3(0.5 * logSO3(a.R.transpose() * b.R)), 0.5 * (a.t + b.t)));
+  EXPECT_EQ(carriedAlong(trajectory, {})[4].T_WB.t, trajectory[4].T_WB.t);
+  EXPECT_TRUE(carriedAlong({}, better).empty());
+}
+
 }  // namespace
 }  // namespace etalon

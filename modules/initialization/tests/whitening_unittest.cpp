@@ -80,7 +80,8 @@ VisualSolution visualSolution(const NoisyWindow& w, double sigma_px) {
   std::vector<Eigen::Matrix3d> R_prev_cur;
   for (const Preintegration& p : w.preintegrations) R_prev_cur.push_back(p.deltas().dR);
   return solveStereoOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
-                             odometryOptions(sigma_px));
+                             odometryOptions(sigma_px))
+      .value();
 }
 
 /** The errors are what the joint covariance says, in its order and on its side; and the linear
@@ -200,12 +201,17 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
     window.calibration.imu.noise.gyro_random_walk *= 1e-3;
     window.calibration.imu.noise.accel_random_walk *= 1e-3;
     const InitializationProblem problem = makeProblem(window, options);
-    const InertialOnlyStep step = solveInertialOnlyStep(problem, {});
-    ASSERT_TRUE(step.ok && step.errors) << step.refusal.reason;
-    VisualFrameEstimate estimate{
-        problem.visualSolution().T_VB, step.map.v_VB, step.map.g_V, {}, step.map.bias, step.errors};
+    const Expected<InertialOnlyStep> found = solveInertialOnlyStep(problem, {});
+    ASSERT_TRUE(found && found->errors);
+    const InertialOnlyStep& step = *found;
+    VisualFrameEstimate estimate{problem.visualSolution()->T_VB,
+                                 step.map.v_VB,
+                                 step.map.g_V,
+                                 {},
+                                 step.map.bias,
+                                 step.errors};
     const auto add = [&](const VisualFrameEstimate& x, ChiSquare* whole) {
-      const InitializationResult result = alignWithGravity(problem, x);
+      const Initialization result = alignWithGravity(problem, x);
       const VectorXd e = estimationError(result, window);
       ASSERT_EQ(result.covariance.rows(), e.size());
       whole->add(e.dot(result.covariance.ldlt().solve(e)), static_cast<double>(e.size()));
@@ -216,10 +222,10 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
     for (const bool free : {false, true}) {
       TranslationStepOptions translation;
       translation.landmarks = free ? "free" : "fixed";
-      const TranslationStep moved = solveTranslationStep(
+      const Expected<TranslationStep> moved = solveTranslationStep(
           problem, step.preintegrations, step.map.bias, step.map.g_V, translation, step.errors);
-      ASSERT_TRUE(moved.ok && moved.estimate.errors);
-      add(moved.estimate, &translations[free]);
+      ASSERT_TRUE(moved && moved->estimate.errors);
+      add(moved->estimate, &translations[free]);
     }
   }
   expectConsistent(map);

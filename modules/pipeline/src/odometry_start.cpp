@@ -26,8 +26,8 @@ Matrix15d roughCovariance() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-/** From the covariance of InitializationResult: [b_g, b_a, tilt of the world, velocity]. */
-Matrix15d covarianceOf(const InitializationResult& result, const Eigen::Matrix3d& R_AB) {
+/** From Initialization::covariance: [b_g, b_a, tilt of the world, velocity]. */
+Matrix15d covarianceOf(const Initialization& result, const Eigen::Matrix3d& R_AB) {
   Eigen::Matrix<double, 15, 11> J = Eigen::Matrix<double, 15, 11>::Zero();
   J.block<3, 2>(kRotation, 6) = R_AB.transpose().leftCols<2>();
   J.block<3, 3>(kVelocity, 8).setIdentity();
@@ -38,24 +38,30 @@ Matrix15d covarianceOf(const InitializationResult& result, const Eigen::Matrix3d
 
 }  // namespace
 
+NavState stateOf(const InitializationAttempt& attempt, size_t k, const SE3& T_WA) {
+  const Eigen::Vector3d& v_A =
+      attempt.has_vi_ba ? attempt.vi_ba.states[k].v_WB : attempt.init->states[k].v_WB;
+  NavState state;
+  state.T_WB = T_WA * attempt.poses()[k];
+  state.v_WB = T_WA.R * v_A;
+  state.bias = attempt.bias();
+  return state;
+}
+
 OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA) {
   OdometryStart start;
-  const SE3 T_AB = attempt.poses().back();
-  Eigen::Vector3d v_A;
+  const std::vector<SE3> poses = attempt.poses();
+  const SE3& T_AB = poses.back();
   Matrix15d covariance;
   if (attempt.has_vi_ba) {
-    v_A = attempt.vi_ba.states.back().v_WB;
     const Eigen::MatrixXd& joint = attempt.vi_ba.covariance;
     covariance =
         joint.rows() >= 15 ? Matrix15d(joint.bottomRightCorner<15, 15>()) : roughCovariance();
   } else {
-    v_A = attempt.init.states.back().v_WB;
-    covariance = attempt.init.covariance.rows() == 11 ? covarianceOf(attempt.init, T_AB.R)
-                                                      : roughCovariance();
+    covariance = attempt.init->covariance.rows() == 11 ? covarianceOf(*attempt.init, T_AB.R)
+                                                       : roughCovariance();
   }
-  start.state.T_WB = T_WA * T_AB;
-  start.state.v_WB = T_WA.R * v_A;
-  start.state.bias = attempt.bias();
+  start.state = stateOf(attempt, poses.size() - 1, T_WA);
   Matrix15d turn = Matrix15d::Identity();
   turn.block<3, 3>(kPosition, kPosition) = T_WA.R;
   turn.block<3, 3>(kVelocity, kVelocity) = T_WA.R;

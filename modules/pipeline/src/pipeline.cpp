@@ -36,6 +36,9 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       border_(calibration, options.input),
       tracker_(calibration, options.frontend),
       odometry_(calibration, options.window.odometry),
+      record_(calibration,
+              {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
+               options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
       window_(options.keyframes, options.keyframe_rate_hz),
       starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
       bias_(options.window.priors.mean) {
@@ -164,6 +167,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   frame.t = t - clock_shift_;
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
   OdometryOutput output = inertial_->process(frame, imu);
+  record_.add(t, frame, imu, output, inertial_->keyframes());
   output.t = frame.t = t;
   const bool located = output.unlocated_s == 0.0;
   if (!located) ++frames_not_located_;
@@ -205,6 +209,7 @@ void Pipeline::enter(PipelineState state, TimeNs t, const std::string& reason) {
 void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   enter(PipelineState::kLost, output.t, reason);
   inertial_.reset();
+  record_.interrupt();
   lost_covariance_ = output.covariance.topLeftCorner<6, 6>();
   window_.restart();
 }
@@ -256,13 +261,40 @@ void Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   clock_jumped_ = false;
   inertial_ = std::move(odometry);
   starter_.endWaitForMotion();
-  window_.clear();
   const std::string by =
       attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
   enter(PipelineState::kInertial, frame.t, by + " accepted");
   trajectory_.pop_back();
   estimates_.pop_back();
-  keep(inertial_->start(odometryStart(attempt, T_WA), frame));
+  const OdometryOutput output = inertial_->start(odometryStart(attempt, T_WA), frame);
+  recordStart(attempt, T_WA, output);
+  window_.clear();
+  keep(output);
+}
+
+/** The window's keyframes begin the record of the flight. */
+void Pipeline::recordStart(const InitializationAttempt& attempt, const SE3& T_WA,
+                           const OdometryOutput& output) {
+  for (const TrackedFrame& frame : window_.frames()) {
+    const auto k = std::find(attempt.keyframes.begin(), attempt.keyframes.end(), frame.t);
+    if (k == attempt.keyframes.end()) continue;
+    OdometryOutput keyframe = output;
+    keyframe.state = stateOf(attempt, static_cast<size_t>(k - attempt.keyframes.begin()), T_WA);
+    std::vector<ImuSample> imu;
+    if (k != attempt.keyframes.begin()) imu = imu_.between(*(k - 1), *k);
+    record_.add(frame.t, frame, imu, keyframe, {});
+  }
+}
+
+Trajectory Pipeline::smoothedTrajectory() const {
+  return carriedAlong(trajectory_, record_.smoothed());
+}
+
+FinalFlight Pipeline::finalBa() const {
+  TrajectoryBaOptions options;
+  options.least_noise_factor =
+      std::min(1.0, options_.fixed_lag.least_sigma_px / options_.fixed_lag.sigma_px);
+  return record_.finalBa(options_.window.priors, options);
 }
 
 /** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and

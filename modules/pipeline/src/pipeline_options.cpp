@@ -46,6 +46,9 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   odometry.add("max_dead_reckoning_s", &max_dead_reckoning_s, {0.0, 1e6},
                "Seconds for which the IMU alone carries the pose where images fail; then the "
                "odometry is lost, and starts again.");
+  odometry.add("final_ba_keyframes", &final_ba_keyframes, {2, 1000000},
+               "Keyframes that etalon replay --final-ba adjusts, at most: of a longer flight the "
+               "newest ones (30 kB each).");
   window.odometry.declare(odometry);
   sets.push_back(odometry);
   declared(kFixedLag, fixed_lag);

@@ -23,8 +23,7 @@ class PipelineStates : public ::testing::Test {
   static const Flight& flight() { return Flight::instance(); }
 
   static InitializationResult truth(const InitializationProblem& problem) {
-    InitializationResult result;
-    result.status = InitializationStatus::kSuccess;
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k) {
       const TimeNs t = problem.keyframe(k).t;
       const auto state = flight().trajectory.at(t);
@@ -180,23 +179,25 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 
 TEST(OdometryStart, TurnsTheStateWithTheWorldAndKeepsTheCovarianceOfAttitude) {
   InitializationAttempt attempt;
-  attempt.init.states = {
+  attempt.init = Initialization();
+  Initialization& init = *attempt.init;
+  init.states = {
       {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)}};
-  attempt.init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
-  attempt.init.covariance = Eigen::MatrixXd::Zero(11, 11);
-  attempt.init.covariance.diagonal() << 1, 2, 3, 4, 5, 6, 7, 7, 9, 10, 11;
+  init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
+  init.covariance = Eigen::MatrixXd::Zero(11, 11);
+  init.covariance.diagonal() << 1, 2, 3, 4, 5, 6, 7, 7, 9, 10, 11;
   const SE3 T_WA(expSO3(Vector3d(0, 0, M_PI / 2)), Vector3d(10, 0, 0));
   const OdometryStart start = odometryStart(attempt, T_WA);
   EXPECT_LT((start.state.T_WB.t - Vector3d(8, 1, 3)).norm(), 1e-12);
   EXPECT_LT((start.state.v_WB - Vector3d(0.5, 0.5, 0.25)).norm(), 1e-12);
-  EXPECT_EQ(start.state.bias.gyro, attempt.init.bias.gyro);
+  EXPECT_EQ(start.state.bias.gyro, init.bias.gyro);
   const auto& P = start.covariance;
   EXPECT_NEAR(P(6, 6), 10, 1e-12);  // the velocity's x and y have changed places
   EXPECT_NEAR(P(7, 7), 9, 1e-12);
   EXPECT_NEAR(P(9, 9), 1, 1e-12);
   EXPECT_NEAR(P(14, 14), 6, 1e-12);
   // Tilt of the world about x and y, 7 rad^2 each, none about z: seen in the body.
-  const Eigen::Matrix3d R = attempt.init.states[0].T_WB.R;
+  const Eigen::Matrix3d R = init.states[0].T_WB.R;
   const Eigen::Matrix3d expected =
       R.transpose() * Vector3d(7, 7, 0).asDiagonal() * R + 1e-8 * Eigen::Matrix3d::Identity();
   EXPECT_LT((P.topLeftCorner<3, 3>() - expected).norm(), 1e-12);

@@ -22,6 +22,8 @@ namespace {
 constexpr char kTumFramesNeverInitialised[] =
     "T_VB, never initialised: V is the body's frame at the first image, not aligned with gravity";
 
+constexpr char kFinalTrajectory[] = "trajectory_final.tum";
+
 RunStatistics statisticsOf(const FinishedRun& run) {
   RunStatistics s;
   const ReadStatistics& read = run.source.statistics();
@@ -61,6 +63,19 @@ std::vector<std::string> warningsOf(const FinishedRun& run) {
     if (fault != InputFault::kFrameWithoutImu || count.count > read.outside_imu)
       warnings.push_back(describe(fault, count));
   return warnings;
+}
+
+FinalBaRecord recordOf(const TrajectoryBaResult& ba, double wall_s) {
+  FinalBaRecord record;
+  record.keyframes = ba.bundle.window.keyframe_count;
+  record.landmarks = ba.bundle.window.landmarkCount();
+  record.pixels = static_cast<int>(ba.bundle.window.measurements.size());
+  record.inlier_pixels = ba.bundle.inlierCount();
+  record.noise_factor = ba.noise_factor;
+  record.iterations = ba.summary.iterations;
+  record.termination = toString(ba.summary.termination);
+  record.wall_s = wall_s;
+  return record;
 }
 
 /** Before initialisation the odometry's frame is not aligned with gravity: yaw alone aligns
@@ -106,11 +121,17 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   for (const PipelineEvent& event : run.pipeline.events()) record.events.push_back(recordOf(event));
   record.statistics = statisticsOf(run);
   record.warnings = warningsOf(run);
+  if (run.final_flight) record.final_ba = recordOf(run.final_flight->ba, run.final_ba_s);
   const Trajectory& trajectory = run.pipeline.trajectory();
   if (ground_truth.empty() || trajectory.empty()) return record;
   record.ground_truth = GroundTruthUse{static_cast<int>(trajectory.size()),
                                        static_cast<int>(coveredPoses(trajectory, ground_truth))};
   record.trajectory_errors = trajectoryErrorsOf(record, trajectory, ground_truth);
+  const Trajectory smoothed = run.pipeline.smoothedTrajectory();
+  record.smoothed_errors = trajectoryErrorsOf(record, smoothed, ground_truth);
+  if (run.final_flight)
+    record.final_errors = trajectoryErrorsOf(
+        record, carriedAlong(smoothed, run.final_flight->keyframes), ground_truth);
   requireCoverage(&record, run.min_coverage);
   if (!record.trajectory_errors)
     record.warnings.push_back(describeCoverage(*record.ground_truth, run.min_coverage));
@@ -119,34 +140,40 @@ RunRecord makeRunRecord(const FinishedRun& run) {
 
 std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
                                          const RunRecord& record) {
-  const std::vector<std::string> names = {"trajectory.tum", "states.csv",     "initialization.json",
-                                          kRunLogName,      "trajectory.png", "report.html",
-                                          "config.ini"};
+  namespace fs = std::filesystem;
   OutputFiles output(folder);
   std::vector<std::string> files;
-  for (const std::string& name : names) files.push_back(output.path(name));
-  writeTum(files[0], run.pipeline.trajectory(),
-           record.initialized_at ? "T_WB" : kTumFramesNeverInitialised);
-  writeFile(files[1], statesCsv(run.pipeline.estimates()));
-  writeInitializationJson(files[2], record);
+  const auto file = [&](const std::string& name) {
+    files.push_back((fs::path(folder) / name).string());
+    return output.path(name);
+  };
+  const Trajectory& trajectory = run.pipeline.trajectory();
+  const std::string frames = record.initialized_at ? "T_WB" : kTumFramesNeverInitialised;
+  writeTum(file("trajectory.tum"), trajectory, frames);
+  const Trajectory smoothed = run.pipeline.smoothedTrajectory();
+  writeTum(file("trajectory_smoothed.tum"), smoothed, frames);
+  if (run.final_flight)
+    writeTum(file(kFinalTrajectory), carriedAlong(smoothed, run.final_flight->keyframes), frames);
+  writeFile(file("states.csv"), statesCsv(run.pipeline.estimates()));
+  writeInitializationJson(file("initialization.json"), record);
   RunLog log;
   log.record = record;
   log.calibration = run.source.calibration();
   log.images = run.images;
-  log.odometry = run.pipeline.trajectory();
+  log.odometry = trajectory;
   log.estimates = run.pipeline.estimates();
   log.ground_truth = run.source.groundTruth();
-  writeRunLog(files[3], log);
+  writeRunLog(file(kRunLogName), log);
   TrajectoryPlotOptions plot;
-  plot.title = std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
+  plot.title = fs::path(record.source).filename().string() + ", " + record.initializer;
   plot.initialized_at = record.initialized_at;
   plot.alignment = rotationAlignment(record);
-  drawTrajectoryPlot(files[4], run.pipeline.trajectory(), run.source.groundTruth(), plot);
-  writeFile(files[5], runReportHtml(record, run.pipeline.trajectory(), run.source.groundTruth()));
-  writeFile(files[6], run.configuration.effective_ini);
+  drawTrajectoryPlot(file("trajectory.png"), trajectory, run.source.groundTruth(), plot);
+  writeFile(file("report.html"), runReportHtml(record, trajectory, run.source.groundTruth()));
+  writeFile(file("config.ini"), run.configuration.effective_ini);
   output.putInPlace();
-  for (size_t i = 0; i < names.size(); ++i)
-    files[i] = (std::filesystem::path(folder) / names[i]).string();
+  // Of an earlier run in the folder.
+  if (!run.final_flight) fs::remove(fs::path(folder) / kFinalTrajectory);
   return files;
 }
 

@@ -126,6 +126,7 @@ Json attemptJson(const AttemptRecord& attempt) {
   json["status"] = attempt.status;
   json["reason"] = attempt.reason;
   json["reason_value"] = numberJson(attempt.reason_value);
+  json["reason_bound"] = numberJson(attempt.reason_bound);
   json["milliseconds"] = Json::array();
   for (const StageTiming& timing : attempt.timings)
     json["milliseconds"].push_back(
@@ -143,6 +144,7 @@ AttemptRecord attemptFromJson(const JsonReader& json) {
   attempt.status = json.at("status").text();
   attempt.reason = printable(json.at("reason").text());
   attempt.reason_value = json.at("reason_value").number();
+  if (json.has("reason_bound")) attempt.reason_bound = json.at("reason_bound").number();
   for (const JsonReader& timing : json.at("milliseconds").elements())
     attempt.timings.push_back({timing.at("stage").text(), timing.at("ms").number()});
   for (const JsonReader& t : json.at("keyframes_ns").elements())

@@ -12,6 +12,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr char kCausalErrors[] = "trajectory_errors";
+constexpr char kSmoothedErrors[] = "smoothed_trajectory_errors";
+constexpr char kFinalErrors[] = "final_trajectory_errors";
+
 /** Text with an indented line for every member of an object, and arrays of scalars on one line. */
 void print(const Json& json, const std::string& indent, std::string* text) {
   const bool nested = std::any_of(json.begin(), json.end(), [](const Json& element) {
@@ -89,6 +93,46 @@ ErrorStatistics errorStatisticsFromJson(const JsonReader& json) {
   return s;
 }
 
+Json trajectoryErrorsJson(const TrajectoryErrors& errors, bool initialised) {
+  Json json;
+  json["alignment"] = {{"position_m", "SE(3)"},
+                       {"rotation_deg", initialised ? "yaw and position" : "SE(3)"}};
+  json["position_m"] = errorStatisticsJson(errors.position_m);
+  json["rotation_deg"] = errorStatisticsJson(errors.rotation_deg);
+  return json;
+}
+
+std::optional<TrajectoryErrors> trajectoryErrorsFromJson(const JsonReader& run, const char* key) {
+  if (!run.has(key)) return std::nullopt;
+  const JsonReader errors = run.at(key);
+  return TrajectoryErrors{errorStatisticsFromJson(errors.at("position_m")),
+                          errorStatisticsFromJson(errors.at("rotation_deg"))};
+}
+
+Json finalBaJson(const FinalBaRecord& ba) {
+  return {{"keyframes", ba.keyframes},
+          {"landmarks", ba.landmarks},
+          {"pixels", ba.pixels},
+          {"inlier_pixels", ba.inlier_pixels},
+          {"noise_factor", numberJson(ba.noise_factor)},
+          {"iterations", ba.iterations},
+          {"termination", ba.termination},
+          {"wall_s", numberJson(ba.wall_s)}};
+}
+
+FinalBaRecord finalBaFromJson(const JsonReader& json) {
+  FinalBaRecord ba;
+  ba.keyframes = json.at("keyframes").count();
+  ba.landmarks = json.at("landmarks").count();
+  ba.pixels = json.at("pixels").count();
+  ba.inlier_pixels = json.at("inlier_pixels").count();
+  ba.noise_factor = json.at("noise_factor").number();
+  ba.iterations = json.at("iterations").count();
+  ba.termination = json.at("termination").text();
+  ba.wall_s = json.at("wall_s").number();
+  return ba;
+}
+
 Json eventJson(const EventRecord& event) {
   Json json = {{"t_ns", event.t}, {"state", event.state}, {"reason", event.reason}};
   if (event.jump)
@@ -137,11 +181,10 @@ RunRecord recordFromJson(const JsonReader& json) {
     record.ground_truth =
         GroundTruthUse{use.at("frames").count(), use.at("covered_frames").count()};
   }
-  if (json.has("trajectory_errors")) {
-    const JsonReader errors = json.at("trajectory_errors");
-    record.trajectory_errors = {errorStatisticsFromJson(errors.at("position_m")),
-                                errorStatisticsFromJson(errors.at("rotation_deg"))};
-  }
+  record.trajectory_errors = trajectoryErrorsFromJson(json, kCausalErrors);
+  record.smoothed_errors = trajectoryErrorsFromJson(json, kSmoothedErrors);
+  record.final_errors = trajectoryErrorsFromJson(json, kFinalErrors);
+  if (json.has("final_ba")) record.final_ba = finalBaFromJson(json.at("final_ba"));
   if (json.has("events"))
     for (const JsonReader& event : json.at("events").elements())
       record.events.push_back(eventFromJson(event));
@@ -208,14 +251,13 @@ std::string toJson(const RunRecord& record) {
   if (record.ground_truth)
     json["ground_truth"] = {{"frames", record.ground_truth->frames},
                             {"covered_frames", record.ground_truth->covered_frames}};
-  if (record.trajectory_errors) {
-    const char* const rotation = record.initialized_at ? "yaw and position" : "SE(3)";
-    json["trajectory_errors"]["alignment"] = {{"position_m", "SE(3)"}, {"rotation_deg", rotation}};
-    json["trajectory_errors"]["position_m"] =
-        errorStatisticsJson(record.trajectory_errors->position_m);
-    json["trajectory_errors"]["rotation_deg"] =
-        errorStatisticsJson(record.trajectory_errors->rotation_deg);
-  }
+  const auto addErrors = [&](const char* key, const std::optional<TrajectoryErrors>& errors) {
+    if (errors) json[key] = trajectoryErrorsJson(*errors, record.initialized_at.has_value());
+  };
+  addErrors(kCausalErrors, record.trajectory_errors);
+  addErrors(kSmoothedErrors, record.smoothed_errors);
+  addErrors(kFinalErrors, record.final_errors);
+  if (record.final_ba) json["final_ba"] = finalBaJson(*record.final_ba);
   json["events"] = Json::array();
   for (const EventRecord& event : record.events) json["events"].push_back(eventJson(event));
   json["attempts"] = Json::array();

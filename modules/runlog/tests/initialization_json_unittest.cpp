@@ -57,11 +57,18 @@ TEST(RunRecordJson, NaNIsNullAndWhatIsNotThereStaysAway) {
       runRecordFromJson(toJson(record), "test").attempts[1].stages[0].errors->scale_error));
 
   record.initialized_at.reset();
+  EXPECT_EQ(runRecordFromJson(toJson(record), "test").final_errors->position_m.rmse, 0.004);
+  EXPECT_EQ(runRecordFromJson(toJson(record), "test").final_ba->keyframes, 8);
   record.trajectory_errors.reset();
+  record.final_errors.reset();
+  record.final_ba.reset();
   record.attempts[1].stages[0].errors.reset();
   const RunRecord read = runRecordFromJson(toJson(record), "test");
   EXPECT_FALSE(read.initialized_at.has_value());
   EXPECT_FALSE(read.trajectory_errors.has_value());
+  EXPECT_EQ(read.smoothed_errors->position_m.rmse, 0.005);
+  EXPECT_FALSE(read.final_errors.has_value());
+  EXPECT_FALSE(read.final_ba.has_value());
   EXPECT_FALSE(read.attempts[1].stages[0].errors.has_value());
 }
 

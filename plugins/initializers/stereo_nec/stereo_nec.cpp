@@ -34,32 +34,34 @@ class StereoNec : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const VisualSolution& visual = problem.visualSolution();  // not this plugin's time
+    const Expected<VisualSolution>& visual = problem.visualSolution();  // not this plugin's time
+    if (!visual) return refuse(visual.error());
     Stopwatch watch;
     const std::vector<Preintegration> preintegrations = problem.preintegrate(problem.priors().mean);
     Eigen::Vector3d seed = problem.priors().mean.gyro;
     if (seed_ == "visual_odometry") {
       std::vector<Eigen::Matrix3d> rotations;
-      for (const SE3& T_VB : visual.T_VB) rotations.push_back(T_VB.R);
+      for (const SE3& T_VB : visual->T_VB) rotations.push_back(T_VB.R);
       seed = gyroBiasFromRotations(rotations, preintegrations);
     }
-    const NormalEpipolarStep nec = solveNormalEpipolarStep(problem, preintegrations, seed, nec_);
-    if (!nec.ok) return nec.refusal;
+    const Expected<NormalEpipolarBias> nec =
+        solveNormalEpipolarStep(problem, preintegrations, seed, nec_);
+    if (!nec) return refuse(nec.error());
     const double nec_ms = watch.lapMilliseconds();
 
-    const InertialOnlyStep map =
-        solveInertialOnlyStep(problem, map_, measurement(nec.bias), nec.bias.covariance);
-    if (!map.ok) return map.refusal;
+    const Expected<InertialOnlyStep> map =
+        solveInertialOnlyStep(problem, map_, measurement(*nec), nec->covariance);
+    if (!map) return refuse(map.error());
     const double map_ms = watch.lapMilliseconds();
 
-    const TranslationStep step = solveTranslationStep(problem, map.preintegrations, map.map.bias,
-                                                      map.map.g_V, translation_, map.errors);
-    if (!step.ok) return step.refusal;
-    InitializationResult result = alignWithGravity(problem, step.estimate);
+    const Expected<TranslationStep> step = solveTranslationStep(
+        problem, map->preintegrations, map->map.bias, map->map.g_V, translation_, map->errors);
+    if (!step) return refuse(step.error());
+    Initialization result = alignWithGravity(problem, step->estimate);
     result.timings = {{"normal_epipolar", nec_ms},
                       {"inertial_only_map", map_ms},
-                      {"translation_ba", step.translation_ms},
-                      {"linear_alignment", step.alignment_ms}};
+                      {"translation_ba", step->translation_ms},
+                      {"linear_alignment", step->alignment_ms}};
     return result;
   }
 

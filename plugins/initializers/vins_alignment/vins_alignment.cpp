@@ -1,7 +1,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "etalon/core/so3.h"
@@ -54,12 +53,13 @@ class VinsAlignment : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const VisualSolution& visual = problem.visualSolution();
+    const Expected<VisualSolution>& found = problem.visualSolution();
+    if (!found) return refuse(found.error());
+    const VisualSolution& visual = *found;
     if (static_cast<int>(visual.landmarks.size()) < min_landmarks_)
-      return InitializationResult::refusal(
-          InitializationStatus::kTooFewTracks,
-          "stereo odometry has %.0f landmarks in the window, at least %.0f are wanted",
-          static_cast<double>(visual.landmarks.size()), min_landmarks_);
+      return refuse(RefusalStatus::kTooFewTracks, "stereo odometry has ",
+                    Value(visual.landmarks.size()), " landmarks in the window, at least ",
+                    Bound(min_landmarks_), " are wanted");
     Stopwatch watch;
     VisualFrameEstimate estimate;
     estimate.T_VB = visual.T_VB;
@@ -68,20 +68,18 @@ class VinsAlignment : public Initializer {
     std::vector<Preintegration> preintegrations = problem.preintegrate(estimate.bias);
     MatrixXd gyro_bias_response;
     if (!estimateGyroBias(visual, &preintegrations, &estimate.bias, &gyro_bias_response))
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "the rotations of %.0f keyframes do not determine the gyro bias (%.0f)",
-          problem.keyframeCount(), 0.0);
+      return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
+                    Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     const double gyro_ms = watch.lapMilliseconds();
 
     if (variant_ == "fusion") {
       seedAsFusion(problem, preintegrations, &estimate);
     } else {
       estimate.errors = biasErrors(problem, visual, preintegrations, gyro_bias_response);
-      InitializationResult refusal = align(problem, visual, preintegrations, &estimate);
-      if (!refusal.reason.empty()) return refusal;
+      const auto aligned = align(problem, visual, preintegrations, &estimate);
+      if (!aligned) return refuse(aligned.error());
     }
-    InitializationResult result = alignWithGravity(problem, estimate);
+    Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"linear_alignment", watch.lapMilliseconds()}};
     return result;
   }
@@ -173,10 +171,10 @@ class VinsAlignment : public Initializer {
     return factor.matrixL().solve(MatrixXd::Identity(3 * n, 3 * n));
   }
 
-  /** Velocities and gravity; the refusal's reason is empty on success. */
-  InitializationResult align(const InitializationProblem& problem, const VisualSolution& visual,
-                             const std::vector<Preintegration>& preintegrations,
-                             VisualFrameEstimate* estimate) const {
+  /** Fills velocities and gravity. */
+  Expected<void> align(const InitializationProblem& problem, const VisualSolution& visual,
+                       const std::vector<Preintegration>& preintegrations,
+                       VisualFrameEstimate* estimate) const {
     LinearAlignmentOptions options;
     options.gravity_mps2 = problem.gravityMagnitude();
     options.weighted = weights_ != "none";
@@ -185,17 +183,13 @@ class VinsAlignment : public Initializer {
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);
     if (!alignment.summary.usable())
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "%.0f keyframes do not determine velocities and gravity (%.0f)", problem.keyframeCount(),
-          0.0);
+      return refuse(RefusalStatus::kIllConditioned, Value(problem.keyframeCount()),
+                    " keyframes do not determine velocities and gravity");
     const double deviation = alignment.free_gravity_mps2 - problem.gravityMagnitude();
     if (!(std::abs(deviation) <= max_gravity_deviation_))
-      return InitializationResult::refusal(
-          InitializationStatus::kImplausible,
-          "gravity comes out %+.2f m/s^2 away from its magnitude, at most %.2f is "
-          "wanted",
-          deviation, max_gravity_deviation_);
+      return refuse(RefusalStatus::kImplausible, "gravity comes out ", deviation > 0.0 ? "+" : "",
+                    Value(deviation, 2), " m/s^2 away from its magnitude, at most ",
+                    Bound(max_gravity_deviation_, 2), " is wanted");
     estimate->v_VB = alignment.v_VB;
     estimate->g_V = alignment.g_V;
     if (estimate->errors &&

@@ -14,7 +14,7 @@ class CrashesWhenMade : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& /*problem*/) const override {
-    return InitializationResult::refusal(InitializationStatus::kTooLittleMotion, "polite", 0.0);
+    return refuse(RefusalStatus::kTooLittleMotion, "polite");
   }
 };
 

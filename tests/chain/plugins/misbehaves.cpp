@@ -32,9 +32,8 @@ class Misbehaves : public Initializer {
       }
     if (now && how_ == "wait")
       for (;;) pause();
-    return InitializationResult::refusal(
-        InitializationStatus::kTooLittleMotion,
-        now && how_ == "escape" ? "\x1b[31mred <b>alarm</b>\x1b[0m" : "polite", 0.0);
+    return refuse(RefusalStatus::kTooLittleMotion,
+                  now && how_ == "escape" ? "\x1b[31mred <b>alarm</b>\x1b[0m" : "polite");
   }
 
  private:

@@ -76,6 +76,9 @@ RunRecord exampleRecord() {
   record.warnings = {"cam0/data.csv:3: a warning"};
   record.ground_truth = GroundTruthUse{11, 10};
   record.trajectory_errors = TrajectoryErrors{{11, 0.01, 0.009, 0.008, 0.02}, {11, 1, 2, 3, 4}};
+  record.smoothed_errors = TrajectoryErrors{{11, 0.005, 0.004, 0.003, 0.01}, {11, 0.5, 1, 2, 3}};
+  record.final_errors = TrajectoryErrors{{11, 0.004, 0.003, 0.002, 0.009}, {11, 0.4, 1, 2, 3}};
+  record.final_ba = FinalBaRecord{8, 300, 4000, 3900, 0.5, 21, "converged", 1.5};
   return record;
 }
 

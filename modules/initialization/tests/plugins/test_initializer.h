@@ -27,12 +27,8 @@ class TestInitializer : public Initializer {
     if (answer_ == "data_error") throw DataError("imu.csv", 7, "a broken line");
     if (answer_ == "exception") throw std::out_of_range("an exception of the plugin");
     if (answer_ == "integer") throw 42;
-    InitializationResult result;
-    if (answer_ == "silent") {
-      result.status = InitializationStatus::kTooLittleMotion;
-      return result;
-    }
-    result.status = InitializationStatus::kSuccess;
+    if (answer_ == "silent") return refuse(RefusalStatus::kTooLittleMotion);
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k) {
       result.states.push_back({problem.keyframe(k).t, SE3(), Eigen::Vector3d::Zero()});
     }

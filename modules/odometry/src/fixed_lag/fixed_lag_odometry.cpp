@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "bridged_imu.h"
 #include "etalon/core/errors.h"
 #include "sliding.h"
 #include "tracks.h"
@@ -35,46 +36,10 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
                  "rotation apart, px.");
 }
 
-namespace {
-
-constexpr double kMaxImuStep = 0.03;  // s between samples; what is longer is a gap
-
-/** Whether the samples reach from t0 to t1 without a gap. */
-bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
-  if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) return false;
-  for (size_t k = 1; k < imu.size(); ++k)
-    if (secondsBetween(imu[k - 1].t, imu[k].t) > kMaxImuStep) return false;
-  return true;
-}
-
-/**
- * In place of an IMU that is missing or has gaps: what there is, or else a body that keeps its
- * velocity and attitude; and noise of the size of a flight's rates (0.5 rad/s) and accelerations
- * (2 m/s^2) that are correlated over the gap.
- */
-Preintegration withoutImu(const WindowState& last, TimeNs t, std::vector<ImuSample> imu,
-                          ImuNoiseDensities noise, const Eigen::Vector3d& g_W) {
-  double gap = 0.0;
-  for (size_t k = 1; k < imu.size(); ++k)
-    gap = std::max(gap, secondsBetween(imu[k - 1].t, imu[k].t));
-  if (imu.size() < 2 || imu.front().t != last.t || imu.back().t != t) {
-    gap = secondsBetween(last.t, t);
-    ImuSample still;
-    still.gyro = last.now.bias.gyro;
-    still.accel = last.now.bias.accel - last.now.T_WB.R.transpose() * g_W;
-    imu.assign(2, still);
-    imu[0].t = last.t;
-    imu[1].t = t;
-  }
-  noise.gyro_noise_density = std::hypot(noise.gyro_noise_density, 0.5 * std::sqrt(gap));
-  noise.accel_noise_density = std::hypot(noise.accel_noise_density, 2.0 * std::sqrt(gap));
-  return Preintegration(std::move(imu), last.now.bias, noise);
-}
-
-}  // namespace
-
 class FixedLagOdometry::Impl {
  public:
+  const fixed_lag::Window& window() const { return window_; }
+
   Impl(const StereoInertialCalibration& calibration, const FixedLagOptions& options)
       : calibration_(calibration),
         options_(options),
@@ -110,8 +75,9 @@ class FixedLagOdometry::Impl {
                           std::to_string(last.t) + " ns");
     out.imu_missing = !isComplete(imu, last.t, frame.t);
     Preintegration preintegration =
-        out.imu_missing ? withoutImu(last, frame.t, imu, options_.imu_noise, window_.g_W)
-                        : Preintegration(imu, last.now.bias, options_.imu_noise);
+        out.imu_missing
+            ? bridgedImu(last.now, last.t, frame.t, imu, options_.imu_noise, window_.g_W)
+            : Preintegration(imu, last.now.bias, options_.imu_noise);
     appendState(std::move(preintegration), &window_);
 
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
@@ -199,6 +165,22 @@ OdometryOutput FixedLagOdometry::start(const OdometryStart& start, const Tracked
 OdometryOutput FixedLagOdometry::process(const TrackedFrame& frame,
                                          const std::vector<ImuSample>& imu) {
   return impl_->process(frame, imu);
+}
+
+Trajectory FixedLagOdometry::keyframes() const {
+  Trajectory keyframes;
+  for (const fixed_lag::WindowState& state : impl_->window().states)
+    if (state.keyframe) keyframes.push_back({state.t, state.now.T_WB});
+  return keyframes;
+}
+
+std::map<LandmarkId, Eigen::Vector3d> FixedLagOdometry::landmarks() const {
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;
+  const fixed_lag::Window& window = impl_->window();
+  for (const auto& [id, landmark] : window.landmarks)
+    landmarks[id] =
+        window.states[static_cast<size_t>(landmark.host)].now.T_WB * landmark.in_host.position();
+  return landmarks;
 }
 
 }  // namespace etalon

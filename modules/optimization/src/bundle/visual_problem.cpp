@@ -41,6 +41,11 @@ void VisualProblem::holdAtInfinity() {
 }
 
 std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(double huber) {
+  return makeProblem(std::make_unique<ceres::HuberLoss>(huber));
+}
+
+std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(
+    std::unique_ptr<ceres::LossFunction> loss) {
   holdAtInfinity();
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -48,7 +53,7 @@ std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(double huber) {
   options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.disable_all_safety_checks = true;
   auto problem = std::make_unique<ceres::Problem>(options);
-  loss_ = std::make_unique<ceres::HuberLoss>(huber);
+  loss_ = std::move(loss);
   for (PoseBlock& pose : poses_) problem->AddParameterBlock(pose.data(), 7, &manifold_);
   for (size_t i = 0; i < window_.measurements.size(); ++i) {
     const VisualMeasurement& m = window_.measurements[i];

@@ -37,6 +37,8 @@ class VisualProblem {
   /** A fresh problem with the poses' manifolds and the costs of all inlier measurements.
    * @param huber its width in sigmas */
   std::unique_ptr<ceres::Problem> makeProblem(double huber);
+  /** The same with another loss. */
+  std::unique_ptr<ceres::Problem> makeProblem(std::unique_ptr<ceres::LossFunction> loss);
 
   /**
    * Solver options of every BA here: Levenberg-Marquardt, dense Schur complement, one thread.

@@ -43,6 +43,15 @@ struct GroundTruth {
   std::optional<GroundTruthState> at(TimeNs t, double max_gap_s = 0.1) const;
 };
 
+/**
+ * A trajectory after some of its poses became better ones: what is between two of them follows
+ * both, by the time that it is away from each; what is before the first or after the last follows
+ * that one.
+ * @param better in increasing order of time; those whose stamp `trajectory` does not have are left
+ *        out
+ */
+Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better);
+
 /** Writes `t[s, 9 decimals] x y z qx qy qz qw` lines (TUM format, T_WB). Throws DataError if it
  * cannot. */
 void writeTum(const std::string& path, const Trajectory& trajectory);

@@ -29,6 +29,8 @@ class KeyframeWindow {
   bool complete() const { return static_cast<int>(stamps_.size()) == keyframes_; }
   /** Stamps of the keyframes. */
   const std::deque<TimeNs>& stamps() const { return stamps_; }
+  /** All frames since the first keyframe, in time order. */
+  const std::deque<TrackedFrame>& frames() const { return frames_; }
 
   /**
    * The window as an initializer sees it, once it is complete and `imu` reaches over it.

@@ -5,6 +5,9 @@
 
 namespace etalon {
 
+/** The state of the attempt's `k`-th keyframe, in the odometry's world (see odometryStart()). */
+NavState stateOf(const InitializationAttempt& attempt, size_t k, const SE3& T_WA);
+
 /**
  * Where an odometry begins after an accepted attempt: the state of its last keyframe.
  * @param T_WA from the attempt's world to the odometry's; a turn about z and a shift

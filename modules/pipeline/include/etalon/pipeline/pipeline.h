@@ -7,6 +7,7 @@
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/stereo_tracker.h"
+#include "etalon/odometry/flight_record.h"
 #include "etalon/pipeline/frame_estimate.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/pipeline_options.h"
@@ -62,6 +63,12 @@ class Pipeline {
   const Trajectory& trajectory() const { return trajectory_; }
   /** One a pose of trajectory(). */
   const std::vector<FrameEstimate>& estimates() const { return estimates_; }
+  /** trajectory() with hindsight: of every keyframe the last estimate before it left the fixed-lag
+   * odometry's window, what is between follows (carriedAlong()). */
+  Trajectory smoothedTrajectory() const;
+  /** A bundle adjustment of all keyframes, images and IMU; with PipelineOptions::final_ba. The
+   * trajectory is carriedAlong(smoothedTrajectory(), FinalFlight::keyframes). */
+  FinalFlight finalBa() const;
   /** What the initializers said (Starter::attempts). */
   const std::vector<InitializationAttempt>& attempts() const { return starter_.attempts(); }
   /** One a processed frame. */
@@ -100,6 +107,8 @@ class Pipeline {
   void startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame);
   void startInertially(std::unique_ptr<Odometry> odometry, const InitializationAttempt& attempt,
                        const SE3& T_WA, const TrackedFrame& frame);
+  void recordStart(const InitializationAttempt& attempt, const SE3& T_WA,
+                   const OdometryOutput& output);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
@@ -112,8 +121,9 @@ class Pipeline {
   StereoOdometry odometry_;
   std::unique_ptr<Odometry> inertial_;  ///< while kInertial or kDeadReckoning
   bool clock_jumped_ = false;           ///< since the last frame
-  TimeNs clock_shift_ = 0;              ///< stamps less those that inertial_ is given
-  TimeNs frame_step_ = 0;               ///< between the last two frames
+  FlightRecord record_;
+  TimeNs clock_shift_ = 0;  ///< stamps less those that inertial_ is given
+  TimeNs frame_step_ = 0;   ///< between the last two frames
   ImuBuffer imu_;
   KeyframeWindow window_;
   Starter starter_;

@@ -20,15 +20,18 @@ struct FinishedRun {
   double wall_s = 0.0;                          ///< of the whole run
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
   double min_coverage = kMinCoverage;           ///< by ground truth, for errors to be given
+  std::optional<FinalFlight> final_flight;      ///< Pipeline::finalBa(), where it was asked for
+  double final_ba_s = 0.0;                      ///< wall time of that
 };
 
 /** What initialization.json and run.rawlog say of the run, errors against ground truth included. */
 RunRecord makeRunRecord(const FinishedRun& run);
 
 /**
- * Writes trajectory.tum, states.csv, initialization.json, run.rawlog, trajectory.png, report.html
- * and config.ini into `folder`, which is made if need be. They take their places together, when all
- * of them are whole.
+ * Writes trajectory.tum, trajectory_smoothed.tum, states.csv, initialization.json, run.rawlog,
+ * trajectory.png, report.html, config.ini and, where there is a final flight, trajectory_final.tum
+ * into `folder`, which is made if need be. They take their places together, when all of them are
+ * whole.
  * @return their paths, in this order
  * @throws DataError naming the file that cannot be written
  */

@@ -23,7 +23,7 @@ constexpr const char* kTimingInitialize =
     "initialize";  ///< the initializer without stereo odometry
 constexpr const char* kTimingViBa = kStageViBa;
 constexpr const char* kStatusSuccess = "success";
-// Of a benchmark's window, beside those of InitializationStatus:
+// Of a benchmark's window, beside those of RefusalStatus:
 constexpr const char* kStatusCrashed = "crashed";  ///< the process died, or an exception got out
 constexpr const char* kStatusTimeLimit = "time_limit";  ///< it was ended after its processor time
 
@@ -45,12 +45,14 @@ struct StageRecord {
 
 /** One attempt at initialising. */
 struct AttemptRecord {
-  TimeNs t = 0;                      ///< stamp of the last keyframe
-  std::string initializer;           ///< which one, where a run has several; else empty
-  std::vector<TimeNs> keyframes;     ///< stamps of the window's keyframes
-  std::string status;                ///< toString(InitializationStatus); "success": accepted
-  std::string reason;                ///< why not, in words; empty on success
-  double reason_value = 0.0;         ///< the number behind it
+  TimeNs t = 0;                   ///< stamp of the last keyframe
+  std::string initializer;        ///< which one, where a run has several; else empty
+  std::vector<TimeNs> keyframes;  ///< stamps of the window's keyframes
+  std::string status;             ///< toString(RefusalStatus), or "success": accepted
+  std::string reason;             ///< why not, in words; empty on success
+  /** The number behind the reason, and the bound that it does not keep; NaN where there is none.
+   */
+  double reason_value = WindowErrors::kNone, reason_bound = WindowErrors::kNone;
   std::vector<StageRecord> stages;   ///< those that were reached
   std::vector<StageTiming> timings;  ///< ms, steady clock
 
@@ -101,6 +103,16 @@ struct GroundTruthUse {
   int covered_frames = 0;  ///< of these, with ground truth
 };
 
+/** The bundle adjustment over the whole flight (--final-ba). */
+struct FinalBaRecord {
+  int keyframes = 0, landmarks = 0;
+  int pixels = 0, inlier_pixels = 0;
+  double noise_factor = 1.0;  ///< a pixel's standard deviation over [odometry] sigma_px
+  int iterations = 0;
+  std::string termination;  ///< toString(Termination)
+  double wall_s = WindowErrors::kNone;
+};
+
 /** A run: what initialization.json and the comment in run.rawlog hold. */
 struct RunRecord {
   std::string source;       ///< path of the recording
@@ -122,6 +134,9 @@ struct RunRecord {
   /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is enough truth.
    */
   std::optional<TrajectoryErrors> trajectory_errors;
+  /** The same of trajectory_smoothed.tum, and of trajectory_final.tum where it was asked for. */
+  std::optional<TrajectoryErrors> smoothed_errors, final_errors;
+  std::optional<FinalBaRecord> final_ba;
 
   /** The attempt that was accepted, the first one; null if there is none. */
   const AttemptRecord* acceptedAttempt() const;

@@ -23,13 +23,11 @@ struct InertialOnlyStepOptions {
   void declare(ParameterSet& parameters);
 };
 
-/** The MAP's solution with the preintegrations at its biases, or the refusal. */
+/** The MAP's solution with the preintegrations at its biases. */
 struct InertialOnlyStep {
   InertialOnlyResult map;
   std::vector<Preintegration> preintegrations;
   std::optional<StateErrors> errors;  ///< none where stereo odometry has no covariance
-  bool ok = false;
-  InitializationResult refusal;  ///< if not ok
 };
 
 /**
@@ -39,7 +37,7 @@ struct InertialOnlyStep {
  * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
  * @param gyro_bias_covariance its own, for the errors, whatever information the MAP gives it
  */
-InertialOnlyStep solveInertialOnlyStep(
+Expected<InertialOnlyStep> solveInertialOnlyStep(
     const InitializationProblem& problem, const InertialOnlyStepOptions& options,
     const std::optional<GyroBiasMeasurement>& gyro_bias = {},
     const Eigen::Matrix3d& gyro_bias_covariance = Eigen::Matrix3d::Zero());

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "etalon/core/parameters.h"
+#include "etalon/core/refusal.h"
 #include "etalon/initialization/initialization_problem.h"
-#include "etalon/initialization/initialization_result.h"
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
 
 namespace etalon {
@@ -23,22 +23,14 @@ struct NormalEpipolarStepOptions {
   void declare(ParameterSet& parameters);
 };
 
-/** The bias with what belongs to it, or the refusal. */
-struct NormalEpipolarStep {
-  bool ok = false;
-  NormalEpipolarBias bias;
-  InitializationResult refusal;  ///< if not ok
-};
-
 /**
  * b_g from the problem's tracks by normal epipolar constraints (estimateGyroBias()).
  * @param preintegrations between neighbouring keyframes
  * @param seed of b_g, rad/s
  */
-NormalEpipolarStep solveNormalEpipolarStep(const InitializationProblem& problem,
-                                           const std::vector<Preintegration>& preintegrations,
-                                           const Eigen::Vector3d& seed,
-                                           const NormalEpipolarStepOptions& options);
+Expected<NormalEpipolarBias> solveNormalEpipolarStep(
+    const InitializationProblem& problem, const std::vector<Preintegration>& preintegrations,
+    const Eigen::Vector3d& seed, const NormalEpipolarStepOptions& options);
 
 /**
  * The gyro bias that takes the integrated rotations nearest to those of `rotations`, R_WB one a

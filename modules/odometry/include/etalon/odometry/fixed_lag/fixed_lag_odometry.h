@@ -41,6 +41,8 @@ class FixedLagOdometry : public Odometry {
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) override;
   OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) override;
+  Trajectory keyframes() const override;
+  std::map<LandmarkId, Eigen::Vector3d> landmarks() const override;
 
  private:
   class Impl;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <vector>
 
 #include "etalon/core/tracked_frame.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/imu/imu_sample.h"
 #include "etalon/optimization/residuals/inertial_residual.h"
 
@@ -47,6 +49,11 @@ class Odometry {
    *        IMU does not cover it
    */
   virtual OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) = 0;
+
+  /** T_WB of the keyframes that it still optimises, as it knows them now, by their frames' time. */
+  virtual Trajectory keyframes() const = 0;
+  /** Places of the landmarks in use, p_W, m. */
+  virtual std::map<LandmarkId, Eigen::Vector3d> landmarks() const = 0;
 
  protected:
   Odometry() = default;

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/trajectory.h"
+#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/optimization/bundle/trajectory_ba.h"
+
+namespace etalon {
+
+struct FlightRecordOptions {
+  ImuNoiseDensities imu_noise;
+  double gravity_mps2 = 9.81;
+  double sigma_px = 0.35;
+  /** For finalBa(); of a longer flight the newest ones. 0: nothing is kept for it. */
+  size_t max_keyframes = 0;
+};
+
+/** A flight as all its measurements together have it. */
+struct FinalFlight {
+  TrajectoryBaResult ba;
+  Trajectory keyframes;  ///< T_WB, what the BA was about
+};
+
+/**
+ * Remembers the keyframes of a flight, so that it can be told better once it is over: the last
+ * estimate of each before it left the odometry's window, and, if asked for, what a bundle
+ * adjustment of all of them needs. It never changes what the odometry does.
+ */
+class FlightRecord {
+ public:
+  FlightRecord(const StereoInertialCalibration& calibration, const FlightRecordOptions& options);
+
+  /**
+   * A frame as Odometry::process() was given it, and what it said of it; in time order.
+   * @param stamp of the frame; `frame` has the odometry's time, which no jump of a clock moves
+   * @param window Odometry::keyframes() after the frame
+   */
+  void add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
+           const OdometryOutput& output, const Trajectory& window);
+
+  /** The odometry ended; what comes next is tied to what was before by its poses alone. */
+  void interrupt();
+
+  /** The last known pose of every keyframe, by its stamp. */
+  const Trajectory& smoothed() const { return smoothed_; }
+
+  /**
+   * solveTrajectoryBa() over the keyframes that are kept; a landmark is one where its id is. Where
+   * the IMU is missing a body that keeps its velocity takes its place, as in the odometry.
+   * @param priors of the first keyframe's biases
+   */
+  FinalFlight finalBa(const BiasPriors& priors, const TrajectoryBaOptions& options = {}) const;
+
+ private:
+  struct Keyframe {
+    TimeNs stamp = 0;
+    NavState state;
+    TrackedFrame frame;
+    std::vector<ImuSample> imu;  ///< since the keyframe before
+    bool imu_missing = false;    ///< or with a gap
+  };
+
+  StereoInertialCalibration calibration_;
+  FlightRecordOptions options_;
+  std::deque<Keyframe> keyframes_;
+  std::vector<ImuSample> imu_;  ///< since the last keyframe
+  bool imu_missing_ = false;
+  Trajectory smoothed_;
+  std::vector<TimeNs> odometry_times_;  ///< of smoothed_, as the odometry has them
+};
+
+}  // namespace etalon

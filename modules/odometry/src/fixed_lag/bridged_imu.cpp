@@ -1,0 +1,38 @@
+#include "bridged_imu.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace etalon {
+
+namespace {
+constexpr double kMaxImuStep = 0.03;  // s between samples; what is longer is a gap
+}  // namespace
+
+bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
+  if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) return false;
+  for (size_t k = 1; k < imu.size(); ++k)
+    if (secondsBetween(imu[k - 1].t, imu[k].t) > kMaxImuStep) return false;
+  return true;
+}
+
+Preintegration bridgedImu(const NavState& from, TimeNs t0, TimeNs t1, std::vector<ImuSample> imu,
+                          ImuNoiseDensities noise, const Eigen::Vector3d& g_W) {
+  double gap = 0.0;
+  for (size_t k = 1; k < imu.size(); ++k)
+    gap = std::max(gap, secondsBetween(imu[k - 1].t, imu[k].t));
+  if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) {
+    gap = secondsBetween(t0, t1);
+    ImuSample still;
+    still.gyro = from.bias.gyro;
+    still.accel = from.bias.accel - from.T_WB.R.transpose() * g_W;
+    imu.assign(2, still);
+    imu[0].t = t0;
+    imu[1].t = t1;
+  }
+  noise.gyro_noise_density = std::hypot(noise.gyro_noise_density, 0.5 * std::sqrt(gap));
+  noise.accel_noise_density = std::hypot(noise.accel_noise_density, 2.0 * std::sqrt(gap));
+  return Preintegration(std::move(imu), from.bias, noise);
+}
+
+}  // namespace etalon

@@ -1,0 +1,23 @@
+#pragma once
+
+// Intervals that the IMU does not cover. Private to the module.
+
+#include <vector>
+
+#include "etalon/optimization/residuals/inertial_residual.h"
+
+namespace etalon {
+
+/** Whether the samples reach from t0 to t1 without a gap. */
+bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1);
+
+/**
+ * In place of an IMU that is missing or has gaps: what there is, or else a body that keeps its
+ * velocity and attitude; and noise of the size of a flight's rates (0.5 rad/s) and accelerations
+ * (2 m/s^2) that are correlated over the gap.
+ * @param from the state at t0
+ */
+Preintegration bridgedImu(const NavState& from, TimeNs t0, TimeNs t1, std::vector<ImuSample> imu,
+                          ImuNoiseDensities noise, const Eigen::Vector3d& g_W);
+
+}  // namespace etalon

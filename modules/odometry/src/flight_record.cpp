@@ -1,0 +1,74 @@
+#include "etalon/odometry/flight_record.h"
+
+#include <algorithm>
+
+#include "fixed_lag/bridged_imu.h"
+
+namespace etalon {
+
+namespace {
+
+/** A platform at rest makes no keyframes: after this many samples (10 s) one is taken all the same,
+ * so that no more has to be kept between two. */
+constexpr size_t kMostSamples = 2000;
+
+}  // namespace
+
+FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
+                           const FlightRecordOptions& options)
+    : calibration_(calibration), options_(options) {}
+
+void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
+                       const OdometryOutput& output, const Trajectory& window) {
+  // Neighbouring pieces share the sample at the frame between them.
+  imu_.insert(imu_.end(), imu.begin() + (imu_.empty() || imu.empty() ? 0 : 1), imu.end());
+  imu_missing_ = imu_missing_ || output.imu_missing;
+  if (output.keyframe || imu_.size() > kMostSamples) {
+    smoothed_.push_back({stamp, output.state.T_WB});
+    odometry_times_.push_back(frame.t);
+    if (options_.max_keyframes > 0)
+      keyframes_.push_back({stamp, output.state, frame, std::move(imu_), imu_missing_});
+    if (keyframes_.size() > options_.max_keyframes) keyframes_.pop_front();
+    imu_.clear();
+    imu_missing_ = false;
+  }
+  for (const StampedPose& pose : window) {
+    const auto at = std::lower_bound(odometry_times_.begin(), odometry_times_.end(), pose.t);
+    if (at != odometry_times_.end() && *at == pose.t)
+      smoothed_[static_cast<size_t>(at - odometry_times_.begin())].T_WB = pose.T_WB;
+  }
+}
+
+void FlightRecord::interrupt() {
+  imu_.clear();
+  imu_missing_ = true;
+}
+
+FinalFlight FlightRecord::finalBa(const BiasPriors& priors,
+                                  const TrajectoryBaOptions& options) const {
+  TrajectoryBaProblem problem;
+  problem.priors = priors;
+  problem.gravity_mps2 = options_.gravity_mps2;
+  const Eigen::Vector3d g_W(0.0, 0.0, -options_.gravity_mps2);
+  std::vector<const TrackedFrame*> frames;
+  const Keyframe* before = nullptr;
+  for (const Keyframe& keyframe : keyframes_) {
+    frames.push_back(&keyframe.frame);
+    problem.states.push_back(keyframe.state);
+    if (before)
+      problem.preintegrations.push_back(
+          keyframe.imu_missing
+              ? bridgedImu(before->state, before->frame.t, keyframe.frame.t, keyframe.imu,
+                           options_.imu_noise, g_W)
+              : Preintegration(keyframe.imu, before->state.bias, options_.imu_noise));
+    before = &keyframe;
+  }
+  problem.bundle = BundleProblem(buildVisualWindow(calibration_, frames, options_.sigma_px));
+  FinalFlight flight;
+  flight.ba = solveTrajectoryBa(std::move(problem), options);
+  for (size_t k = 0; k < keyframes_.size(); ++k)
+    flight.keyframes.push_back({keyframes_[k].stamp, flight.ba.states[k].T_WB});
+  return flight;
+}
+
+}  // namespace etalon

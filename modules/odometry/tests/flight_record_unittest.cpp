@@ -1,0 +1,147 @@
+// What is known of a flight with hindsight: the keyframes' last estimates, and the adjustment of all
+// of them.
+
+#include "etalon/odometry/flight_record.h"
+
+#include <gtest/gtest.h>
+
+#include "etalon/core/so3.h"
+#include "simulated_flight.h"
+
+namespace etalon {
+namespace {
+
+/** A flight, what the fixed-lag odometry made of it, and its record. */
+struct Recorded {
+  SimulatedFlight flight;
+  Trajectory causal;
+  std::vector<NavState> causal_states;
+  FlightRecord record;
+
+  static FlightRecordOptions recordOptions(const SimulatedFlight& flight, size_t max_keyframes) {
+    FlightRecordOptions options;
+    options.imu_noise = flight.imu_noise;
+    options.max_keyframes = max_keyframes;
+    return options;
+  }
+
+  /** @param without_imu frames in this range have none */
+  explicit Recorded(const SimulatedFlightOptions& options, size_t max_keyframes = 1000,
+                    size_t without_imu_from = 0, size_t without_imu_to = 0)
+      : flight(simulateFlight(options)),
+        record(flight.calibration, recordOptions(flight, max_keyframes)) {
+    FixedLagOptions odometry_options;
+    odometry_options.imu_noise = flight.imu_noise;
+    FixedLagOdometry odometry(flight.calibration, odometry_options);
+    for (size_t k = 0; k < flight.frames.size(); ++k) {
+      std::vector<ImuSample> imu;
+      if (k > 0 && (k < without_imu_from || k >= without_imu_to)) imu = flight.between(k - 1, k);
+      const OdometryOutput out =
+          k == 0 ? odometry.start(flight.startAt(0, startSigma(), options.seed), flight.frames[0])
+                 : odometry.process(flight.frames[k], imu);
+      causal.push_back({stampOf(k), out.state.T_WB});
+      record.add(stampOf(k), flight.frames[k], imu, out, odometry.keyframes());
+    }
+  }
+
+  /** The stamps of the frames are not the odometry's time. */
+  TimeNs stampOf(size_t k) const { return flight.frames[k].t + 7 * kNanosecondsPerSecond; }
+
+  /** RMS of the position after position and yaw of the first pose are the truth's, m. */
+  double error(const Trajectory& trajectory) const {
+    double sum = 0.0;
+    for (size_t k = 0; k < trajectory.size(); ++k)
+      sum += ((trajectory[k].T_WB.t - trajectory[0].T_WB.t) -
+              (flight.truth[k].T_WB.t - flight.truth[0].T_WB.t))
+                 .squaredNorm();
+    return std::sqrt(sum / static_cast<double>(trajectory.size()));
+  }
+};
+
+SimulatedFlightOptions tenSeconds() {
+  SimulatedFlightOptions options;
+  options.duration_s = 10.0;
+  options.tracks = 60;
+  return options;
+}
+
+TEST(FlightRecord, HindsightIsBetterThanTheMoment) {
+  double causal = 0.0, smoothed = 0.0, finally = 0.0;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SimulatedFlightOptions options = tenSeconds();
+    options.seed = seed;
+    options.outlier_ratio = 0.02;
+    const Recorded run(options);
+    const Trajectory by_lag = carriedAlong(run.causal, run.record.smoothed());
+    const FinalFlight flight = run.record.finalBa({});
+    EXPECT_TRUE(flight.ba.summary.usable()) << flight.ba.summary.message;
+    EXPECT_EQ(flight.keyframes.size(), run.record.smoothed().size());
+    // The noise is as believed, 0.35 px: the inliers' median lacks what is cut off above a squared
+    // distance of 8 (1 %) and what states and landmarks take (5 %). The outliers are out.
+    EXPECT_NEAR(flight.ba.noise_factor, 0.95, 0.05);
+    EXPECT_LT(flight.ba.bundle.inlierCount(),
+              0.99 * static_cast<double>(flight.ba.bundle.window.measurements.size()));
+    causal += run.error(run.causal);
+    smoothed += run.error(by_lag);
+    finally += run.error(carriedAlong(by_lag, flight.keyframes));
+  }
+  // Single flights scatter; the sums of three do not cross.
+  EXPECT_LT(smoothed, causal);
+  EXPECT_LT(finally, smoothed);
+  EXPECT_LT(finally / 3.0, 0.02);
+}
+
+TEST(FlightRecord, IsTheSameBitForBit) {
+  SimulatedFlightOptions options = tenSeconds();
+  options.duration_s = 4.0;
+  const Recorded run(options);
+  const FinalFlight a = run.record.finalBa({}), b = run.record.finalBa({});
+  ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
+  for (size_t k = 0; k < a.keyframes.size(); ++k) {
+    EXPECT_EQ(a.keyframes[k].T_WB.R, b.keyframes[k].T_WB.R);
+    EXPECT_EQ(a.keyframes[k].T_WB.t, b.keyframes[k].T_WB.t);
+  }
+}
+
+TEST(FlightRecord, AGapOfTheImuIsBridged) {
+  SimulatedFlightOptions options = tenSeconds();
+  options.duration_s = 5.0;
+  const Recorded run(options, 1000, 40, 60);
+  const FinalFlight flight = run.record.finalBa({});
+  EXPECT_TRUE(flight.ba.summary.usable()) << flight.ba.summary.message;
+  EXPECT_LT(run.error(carriedAlong(run.causal, flight.keyframes)), 0.03);
+}
+
+TEST(FlightRecord, KeepsTheNewestKeyframesAlone) {
+  SimulatedFlightOptions options = tenSeconds();
+  options.duration_s = 4.0;
+  const Recorded run(options, 5);
+  const FinalFlight flight = run.record.finalBa({});
+  ASSERT_EQ(flight.keyframes.size(), 5U);
+  ASSERT_GT(run.record.smoothed().size(), 5U);
+  EXPECT_EQ(flight.keyframes.back().t, run.record.smoothed().back().t);
+  EXPECT_TRUE(Recorded(options, 0).record.finalBa({}).keyframes.empty());
+}
+
+TEST(FlightRecord, AFlightInTwoPiecesIsAdjustedAsOne) {
+  SimulatedFlightOptions options = tenSeconds();
+  options.duration_s = 4.0;
+  Recorded run(options);
+  // The odometry ends, and a second later starts again where it was, with the same tracks.
+  run.record.interrupt();
+  OdometryOutput again;
+  const size_t k = run.flight.frames.size() - 1;
+  TrackedFrame frame = run.flight.frames[k];
+  again.state = run.flight.truth[k];
+  again.keyframe = true;
+  frame.t += durationNs(1.0);
+  run.record.add(run.stampOf(k) + durationNs(1.0), frame, {}, again, {});
+  const FinalFlight flight = run.record.finalBa({});
+  ASSERT_TRUE(flight.ba.summary.usable()) << flight.ba.summary.message;
+  // The tracks say where the last keyframe is, to the noise of a frame's pose.
+  const Trajectory carried = carriedAlong(run.causal, flight.keyframes);
+  EXPECT_LT((flight.keyframes.back().T_WB.t - carried.back().T_WB.t).norm(), 0.01);
+}
+
+}  // namespace
+}  // namespace etalon

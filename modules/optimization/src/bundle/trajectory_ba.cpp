@@ -1,0 +1,170 @@
+#include "etalon/optimization/bundle/trajectory_ba.h"
+
+#include <ceres/loss_function.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "bundle/visual_problem.h"
+#include "etalon/core/statistics.h"
+#include "residuals/gauge_cost.h"
+#include "residuals/inertial_cost.h"
+
+namespace etalon {
+namespace {
+
+/** Squared scale of the Cauchy loss, of a pixel's two whitened coordinates. */
+constexpr double kLossChi2 = 4.0;
+/** With it Gaussian noise has the covariance that Gauss-Newton's matrix claims (docs/odometry.md).
+ */
+constexpr double kLossGain = 1.267;
+constexpr double kMedianChi2 = 1.386;  ///< of chi-square with 2 degrees of freedom
+
+/** What is believed of the first state's biases. */
+class FirstBiasCost : public ceres::SizedCostFunction<6, 9> {
+ public:
+  explicit FirstBiasCost(const BiasPriors& priors) {
+    mean_ << priors.mean.gyro, priors.mean.accel;
+    inverse_sigma_ << Eigen::Vector3d::Constant(1.0 / priors.sigma_gyro_rps),
+        Eigen::Vector3d::Constant(1.0 / priors.sigma_accel_mps2);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    using Vector6d = Eigen::Matrix<double, 6, 1>;
+    Eigen::Map<Vector6d>{residuals} =
+        inverse_sigma_.cwiseProduct(Eigen::Map<const Vector6d>(parameters[0] + 3) - mean_);
+    if (!jacobians || !jacobians[0]) return true;
+    Eigen::Map<RowMajor<6, 9>> J(jacobians[0]);
+    J.setZero();
+    J.rightCols<6>() = inverse_sigma_.asDiagonal();
+    return true;
+  }
+
+ private:
+  Eigen::Matrix<double, 6, 1> mean_, inverse_sigma_;
+};
+
+/** Costs, blocks and solution of one batch. */
+class TrajectorySolver {
+ public:
+  TrajectorySolver(TrajectoryBaProblem* problem, const TrajectoryBaOptions& options)
+      : problem_(*problem), options_(options), visual_(problem->bundle, poses(problem->states)) {
+    for (const NavState& state : problem->states) motions_.push_back(toMotionBlock(state));
+  }
+
+  void solve(double noise_factor, SolverSummary* summary) {
+    reintegrate();
+    const double variance = noise_factor * noise_factor;
+    const auto problem = visual_.makeProblem(
+        std::make_unique<ceres::ScaledLoss>(new ceres::CauchyLoss(std::sqrt(kLossChi2 * variance)),
+                                            kLossGain / variance, ceres::TAKE_OWNERSHIP));
+    inertial_.clear();
+    const Eigen::Vector3d g_W(0.0, 0.0, -problem_.gravity_mps2);
+    for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {
+      inertial_.emplace_back(problem_.preintegrations[k], g_W);
+      problem->AddResidualBlock(&inertial_.back(), nullptr, visual_.pose(k), motions_[k].data(),
+                                visual_.pose(k + 1), motions_[k + 1].data());
+    }
+    GaugeCost gauge(problem_.states[0].T_WB);
+    FirstBiasCost first_bias(problem_.priors);
+    problem->AddResidualBlock(&gauge, nullptr, visual_.pose(0));
+    problem->AddResidualBlock(&first_bias, nullptr, motions_[0].data());
+    ceres::Solver::Options solver =
+        visual_.solverOptions(*problem, {}, options_.iterations_per_round);
+    solver.linear_solver_type = ceres::SPARSE_SCHUR;
+    solver.initial_trust_region_radius = 1e8;
+    // In the order of time the reduced matrix is a band as wide as tracks are long.
+    for (size_t k = 0; k < motions_.size(); ++k) {
+      const int group = 2 * static_cast<int>(k) + 1;
+      solver.linear_solver_ordering->AddElementToGroup(visual_.pose(k), group);
+      solver.linear_solver_ordering->AddElementToGroup(motions_[k].data(), group + 1);
+    }
+    ceres::Solver::Summary run;
+    ceres::Solve(solver, problem.get(), &run);
+    addRun(run, summary);
+    visual_.storeLandmarks(&problem_.bundle);
+  }
+
+  std::vector<NavState> states() {
+    std::vector<NavState> result;
+    for (size_t k = 0; k < motions_.size(); ++k)
+      result.push_back(toNavState(visual_.pose(k), motions_[k].data()));
+    return result;
+  }
+  std::vector<SE3> poses() const { return visual_.poses(); }
+
+ private:
+  static std::vector<SE3> poses(const std::vector<NavState>& states) {
+    std::vector<SE3> T_WB;
+    for (const NavState& state : states) T_WB.push_back(state.T_WB);
+    return T_WB;
+  }
+
+  /** Integrates the raw samples anew, at the biases that are known by now. */
+  void reintegrate() {
+    for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {
+      const double* motion = motions_[k].data();
+      problem_.preintegrations[k] =
+          problem_.preintegrations[k].reintegrated({Eigen::Map<const Eigen::Vector3d>(motion + 3),
+                                                    Eigen::Map<const Eigen::Vector3d>(motion + 6)});
+    }
+  }
+
+  TrajectoryBaProblem& problem_;
+  const TrajectoryBaOptions& options_;
+  VisualProblem visual_;
+  std::vector<MotionBlock> motions_;
+  std::deque<InertialCost> inertial_;
+};
+
+/** The pixels' standard deviation over the one believed, by the median of the inliers' squared
+ * residuals; landmarks take three of their coordinates. */
+double noiseFactor(const BundleProblem& bundle, const std::vector<SE3>& T_WB) {
+  std::vector<double> squares;
+  for (size_t l = 0; l < bundle.landmarks.size(); ++l) {
+    double inliers = 0.0;
+    for (const VisualMeasurement& m : bundle.window.measurementsOf(l)) inliers += m.inlier;
+    const double share = (2.0 * inliers - 3.0) / (2.0 * inliers);
+    for (const VisualMeasurement& m : bundle.window.measurementsOf(l)) {
+      Eigen::Vector2d r;
+      if (m.inlier && bundle.window.residual(m, T_WB, bundle.landmarks[l].position, &r))
+        squares.push_back(r.squaredNorm() / share);
+    }
+  }
+  return squares.empty() ? 1.0 : std::sqrt(median(std::move(squares)) / kMedianChi2);
+}
+
+}  // namespace
+
+TrajectoryBaResult solveTrajectoryBa(TrajectoryBaProblem problem,
+                                     const TrajectoryBaOptions& options) {
+  TrajectoryBaResult result;
+  result.states = problem.states;
+  std::vector<SE3> T_WB;
+  for (const NavState& state : problem.states) T_WB.push_back(state.T_WB);
+  BundleProblem& bundle = problem.bundle;
+  bundle.triangulateMissing(T_WB);
+  bundle.relabel(T_WB, kGrossOutlier * kGrossOutlier);
+  if (problem.states.size() < 2 || bundle.inlierCount() == 0) {
+    result.summary.stop(Termination::kNotStarted, "no landmark agrees with the initial poses");
+    result.bundle = std::move(bundle);
+    return result;
+  }
+  TrajectorySolver solver(&problem, options);
+  for (int round = 0; round < options.rounds; ++round) {
+    solver.solve(result.noise_factor, &result.summary);
+    T_WB = solver.poses();
+    bundle.relabel(T_WB, options.chi2_outlier);
+    if (bundle.inlierCount() == 0) {
+      result.summary.stop(Termination::kFailed, "every measurement became an outlier");
+      break;
+    }
+    result.noise_factor = std::max(options.least_noise_factor, noiseFactor(bundle, T_WB));
+  }
+  if (result.summary.usable()) result.states = solver.states();
+  result.bundle = std::move(bundle);
+  return result;
+}
+
+}  // namespace etalon
