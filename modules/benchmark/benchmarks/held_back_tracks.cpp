@@ -71,10 +71,10 @@ std::optional<std::array<std::vector<SE3>, kSets>> posesOf(const InitializationP
                                                            bool* accepted) {
   const InitializationAttempt attempt = attemptInitialization(problem, initializer, options);
   if (!attempt.has_vi_ba) return std::nullopt;
-  *accepted = attempt.decision.accepted;
+  *accepted = attempt.accepted();
   std::array<std::vector<SE3>, kSets> poses;
-  poses[kOdometry] = problem.visualSolution().T_VB;
-  for (const KeyframeState& state : attempt.init.states) poses[kBefore].push_back(state.T_WB);
+  poses[kOdometry] = problem.visualSolution()->T_VB;
+  for (const KeyframeState& state : attempt.init->states) poses[kBefore].push_back(state.T_WB);
   poses[kAfter] = attempt.poses();
   for (const TrackedFrame* frame : problem.keyframes())
     if (const auto state = truth.at(frame->t)) poses[kTruth].push_back(state->T_WB);

@@ -16,9 +16,9 @@ RecordedViews::RecordedViews(const std::string& source) : recording_(openRecordi
 
 double RecordedViews::takeReadingMilliseconds() { return std::exchange(reading_ms_, 0.0); }
 
-void RecordedViews::keep(TimeNs view) {
+bool RecordedViews::keep(TimeNs view) {
   show();
-  views_.keep(view);
+  return views_.keep(view);
 }
 
 std::vector<ViewMatch> RecordedViews::find(TimeNs view, const std::vector<ViewQuery>& queries) {

@@ -21,7 +21,7 @@ class RecordedViews : public ViewMatcher {
   /** CPU time of reading images since the last call, ms: no part of the odometry. */
   double takeReadingMilliseconds();
 
-  void keep(TimeNs view) override;
+  bool keep(TimeNs view) override;
   void dropAllBut(const std::vector<TimeNs>& views) override { views_.dropAllBut(views); }
   std::vector<ViewMatch> find(TimeNs view, const std::vector<ViewQuery>& queries) override;
 

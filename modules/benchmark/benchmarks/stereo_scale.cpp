@@ -57,6 +57,14 @@ struct Keyframes {
   std::vector<SE3> T_WB;  ///< true
 };
 
+/** @throws DataError where stereo odometry loses its way */
+VisualSolution solved(const StereoInertialCalibration& calibration, const Keyframes& keyframes,
+                      const StereoOdometryOptions& options) {
+  auto solution = solveStereoOdometry(calibration, keyframes.frames, keyframes.R_prev_cur, options);
+  if (!solution) throw DataError("", 0, solution.error().reason);
+  return std::move(*solution);
+}
+
 Keyframes keyframesFrom(const SequenceTracks& tracks, size_t first, size_t most) {
   Keyframes keyframes;
   ImuNoiseDensities noise = tracks.calibration.imu.noise;
@@ -181,16 +189,12 @@ double visionsError(const SequenceTracks& tracks, const Keyframes& keyframes,
         if (o.id % kParts == part) frames[k].observations.push_back(o);
       pointers.push_back(&frames[k]);
     }
-    try {
-      const double scale = scaleOf(
-          keyframes.truth,
-          positions(solveStereoOdometry(tracks.calibration, pointers, keyframes.R_prev_cur, options)
-                        .T_VB));
-      sum += scale;
-      squares += scale * scale;
-    } catch (const DataError&) {
-      return std::nan("");
-    }
+    const auto solution =
+        solveStereoOdometry(tracks.calibration, pointers, keyframes.R_prev_cur, options);
+    if (!solution) return std::nan("");
+    const double scale = scaleOf(keyframes.truth, positions(solution->T_VB));
+    sum += scale;
+    squares += scale * scale;
   }
   const double variance = std::max(0.0, squares - sum * sum / kParts) / (kParts - 1);
   return std::sqrt(variance / kParts);
@@ -233,8 +237,7 @@ void printWindows(const SequenceTracks& tracks, const StereoInertialCalibration&
     const Keyframes keyframes = keyframesFrom(tracks, first, kWindow);
     if (keyframes.frames.size() < kWindow) break;
     const auto estimate = [&](const StereoInertialCalibration& calibration) {
-      return positions(
-          solveStereoOdometry(calibration, keyframes.frames, keyframes.R_prev_cur, options).T_VB);
+      return positions(solved(calibration, keyframes, options).T_VB);
     };
     const Points as_given = estimate(tracks.calibration);
     given.push_back(scaleOf(keyframes.truth, as_given));
@@ -295,8 +298,7 @@ void run(const Arguments& arguments) {
   const SequenceTracks tracks = readTracks(arguments);
   const StereoOdometryOptions options;
   const Keyframes keyframes = keyframesFrom(tracks, 0, tracks.frames.size());
-  const VisualSolution start =
-      solveStereoOdometry(tracks.calibration, keyframes.frames, keyframes.R_prev_cur, options);
+  const VisualSolution start = solved(tracks.calibration, keyframes, options);
   const RigCheck check = checkRig(tracks.calibration, keyframes.frames, start.T_VB);
   printWindows(tracks, check.corrected, options);
   std::printf("all %zu keyframes, extent %.3f m\n", keyframes.frames.size(),

@@ -30,13 +30,15 @@ const AnchorPatch& ImageViews::patchOf(const ViewQuery& query, size_t level) {
   return entry->second;
 }
 
-void ImageViews::keep(TimeNs view) {
+bool ImageViews::keep(TimeNs view) {
+  if (current_.left[0].empty()) return false;
   View kept;
   kept.left[0] = current_.left[0].clone();
   for (size_t level = 1; level < kLevels; ++level)
     cv::pyrDown(kept.left[level - 1], kept.left[level]);
   kept.right = current_.right.clone();
   views_[view] = std::move(kept);
+  return true;
 }
 
 void ImageViews::dropAllBut(const std::vector<TimeNs>& views) {
@@ -48,7 +50,7 @@ void ImageViews::dropAllBut(const std::vector<TimeNs>& views) {
 std::vector<ViewMatch> ImageViews::find(TimeNs view, const std::vector<ViewQuery>& queries) {
   std::vector<ViewMatch> matches(queries.size());
   const auto known = views_.find(view);
-  if (known == views_.end()) return matches;
+  if (known == views_.end() || current_.left[0].empty()) return matches;
   for (size_t level = 1; level < kLevels; ++level)
     if (current_.left[level].empty()) cv::pyrDown(current_.left[level - 1], current_.left[level]);
   for (size_t i = 0; i < queries.size(); ++i) matches[i] = find(known->second, queries[i]);

@@ -113,7 +113,7 @@ TEST(OdometryWithMap, KeyframesInThePriorAloneFollowTheOthers) {
         &window);
     const auto measured = fixed_lag::measure(flown.calibration, flown.frames[i], 0.35);
     tracks.associate(measured, 1e-4 * Eigen::Matrix<double, 6, 6>::Identity(), &window);
-    window.states.back().keyframe = i % 2 == 0;
+    window.states.back().keyframe = window.states.back().is_view = i % 2 == 0;
     if (i % 2 == 0) tracks.createLandmarks(measured, &window);
   };
   for (size_t i = 1; i + 1 < flown.frames.size(); ++i) {

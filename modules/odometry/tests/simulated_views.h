@@ -21,7 +21,10 @@ class SimulatedViews : public ViewMatcher {
   SimulatedViews(const SimulatedFlight& flight, double sigma_px, double wrong = 0.0)
       : flight_(&flight), sigma_px_(sigma_px), wrong_(wrong) {}
 
-  void keep(TimeNs view) override { views_.push_back(view); }
+  bool keep(TimeNs view) override {
+    views_.push_back(view);
+    return true;
+  }
   void dropAllBut(const std::vector<TimeNs>& views) override { views_ = views; }
   std::vector<ViewMatch> find(TimeNs view, const std::vector<ViewQuery>& queries) override {
     std::vector<ViewMatch> matches(queries.size());

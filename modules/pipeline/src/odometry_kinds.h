@@ -22,6 +22,6 @@ std::string odometryKindsInWords();
  * @param views of the map; null without one */
 std::unique_ptr<Odometry> makeOdometry(const StereoInertialCalibration& calibration,
                                        const PipelineOptions& options,
-                                       std::shared_ptr<ViewMatcher> views);
+                                       std::shared_ptr<ViewMatcher> views = nullptr);
 
 }  // namespace etalon

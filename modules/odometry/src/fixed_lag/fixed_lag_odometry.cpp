@@ -64,7 +64,7 @@ class FixedLagOdometry::Impl {
     tracks_.createLandmarks(measured, &window_);
     if (map_.enabled) {
       views_->dropAllBut({});
-      views_->keep(frame.t);
+      window_.states.front().is_view = views_->keep(frame.t);
     }
     located_at_ = frame.t;
     OdometryOutput out;
@@ -116,7 +116,7 @@ class FixedLagOdometry::Impl {
     out.used = counts.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
-    if (newest.keyframe && map_.enabled) views_->keep(newest.t);
+    newest.is_view = newest.keyframe && map_.enabled && views_->keep(newest.t);
     fixed_lag::slide({options_.recent_frames, options_.keyframes, map_}, &window_);
     if (out.keyframe && map_.enabled) dropViews();
     reintegrate();

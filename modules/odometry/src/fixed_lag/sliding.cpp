@@ -155,11 +155,11 @@ void slide(const SlidingOptions& options, Window* window) {
     ended = endedLandmarks(window, oldest);
     if (oldest - window->retainedCount() >= static_cast<size_t>(options.keyframes)) {
       size_t least = dispensableKeyframe(*window);
-      if (options.map.enabled) window->states[least].retained = true;
+      const bool retains = options.map.enabled && window->states[least].is_view;
+      window->states[least].retained = retains;
       const bool all_stay =
-          options.map.enabled &&
-          window->retainedCount() <= static_cast<size_t>(options.map.max_keyframes);
-      if (options.map.enabled && !all_stay) least = redundantKeyframe(*window, options.map);
+          retains && window->retainedCount() <= static_cast<size_t>(options.map.max_keyframes);
+      if (retains && !all_stay) least = redundantKeyframe(*window, options.map);
       const WindowState& keyframe = window->states[least];
       if (!all_stay) {
         gone.insert(keyframe.serial);

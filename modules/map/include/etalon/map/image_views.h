@@ -17,10 +17,11 @@ namespace etalon {
  */
 class ImageViews : public ViewMatcher {
  public:
-  /** The images of the current frame, CV_8UC1; they are copied only if the frame is kept. */
+  /** The images of the current frame, CV_8UC1; they are copied only if the frame is kept. Empty
+   * ones: there are none. */
   void show(const cv::Mat& left, const cv::Mat& right);
 
-  void keep(TimeNs view) override;
+  bool keep(TimeNs view) override;
   void dropAllBut(const std::vector<TimeNs>& views) override;
   std::vector<ViewMatch> find(TimeNs view, const std::vector<ViewQuery>& queries) override;
 

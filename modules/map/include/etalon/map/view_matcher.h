@@ -30,8 +30,8 @@ class ViewMatcher {
  public:
   virtual ~ViewMatcher() = default;
 
-  /** Keeps the current frame as the view of that name. */
-  virtual void keep(TimeNs view) = 0;
+  /** Keeps the current frame as the view of that name; false if it has no images. */
+  virtual bool keep(TimeNs view) = 0;
   /** Forgets all views but these, which are in increasing order. */
   virtual void dropAllBut(const std::vector<TimeNs>& views) = 0;
   /** One match a query. */

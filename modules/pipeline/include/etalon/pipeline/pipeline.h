@@ -80,7 +80,7 @@ class Pipeline {
   const InputFaultCounts& inputFaults() const { return border_.faults(); }
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
-  /** When the initializer for motion took over from the one at rest. */
+  /** Stamp at which the initializer for motion took over from the one at rest. */
   const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
   /** The stereo odometry: its window and landmarks, in the frame of the last pose. */
   const StereoOdometry& odometry() const { return odometry_; }
@@ -103,13 +103,12 @@ class Pipeline {
   bool collecting() const {
     return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
   }
-  void tryInitialize(const TrackedFrame& frame);
-  void start(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startInertially(std::unique_ptr<Odometry> odometry, const InitializationAttempt& attempt,
-                       const SE3& T_WA, const TrackedFrame& frame);
-  void recordStart(const InitializationAttempt& attempt, const SE3& T_WA,
-                   const OdometryOutput& output);
+  void tryInitialize();
+  void start(const InitializationAttempt& attempt);
+  void startAgain(const InitializationAttempt& attempt);
+  OdometryOutput startInertially(std::unique_ptr<Odometry> odometry,
+                                 const InitializationAttempt& attempt, const SE3& T_WA);
+  void replaceLast(const OdometryOutput& output);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
