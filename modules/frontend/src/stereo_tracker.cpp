@@ -42,12 +42,14 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
                  "later left and right images, px (odd).");
   parameters.add("anchor_iterations", &anchor_iterations, {1, 1000},
                  "Iterations of that alignment, at most.");
-  parameters.add("anchor_reach_px", &anchor_reach_px, {0.0, 100.0},
-                 "The alignment corrects a track by at most this, px; 0: tracks drift freely.");
+  parameters.add("anchor_reach_px", &anchor_reach_px, {0.01, 100.0},
+                 "The alignment corrects a track by at most this, px.");
   parameters.add("anchor_min_correlation", &anchor_min_correlation, {-1.0, 1.0},
                  "Normalised correlation that an aligned patch must reach in the left image.");
-  parameters.add("anchor_patience", &anchor_patience, {0, 1000},
-                 "After this many frames in a row without alignment the patch is taken anew.");
+  parameters.add(
+      "anchor_patience", &anchor_patience, {0, 1000},
+      "A track ends where its patch cannot be aligned in more frames in a row than this; "
+      "in such a frame it is not observed.");
   parameters.add("stereo_reach_px", &stereo_reach_px, {0.0, 100.0},
                  "A right pixel is at most this far from where the search or the last depth "
                  "expects it, px.");
@@ -97,11 +99,13 @@ class StereoTracker::Impl {
     for (const cv::Point2f& corner :
          grid.detect(left, options_.max_features - statistics_.tracked)) {
       if (!inLens(corner)) continue;
+      AnchorPatch anchor(left, {corner.x, corner.y}, options_.anchor_window_px);
+      if (!anchor.valid()) continue;
       tracks_.push_back({next_id_++, corner});
-      setAnchor(left, &tracks_.back());
+      tracks_.back().anchor = std::move(anchor);
       ++statistics_.added;
     }
-    TrackedFrame frame = observe(t, left, left_pyramid, right, right_half);
+    TrackedFrame frame = observe(t, left_pyramid, right, right_half);
     previous_ = std::move(left_pyramid);
     statistics_.milliseconds = watch.lapMilliseconds();
     return frame;
@@ -189,22 +193,18 @@ class StereoTracker::Impl {
     tracks_.swap(kept);
   }
 
-  void setAnchor(const cv::Mat& left, Track* track) const {
-    track->anchor = AnchorPatch(left, {track->pixel.x, track->pixel.y}, options_.anchor_window_px);
-    track->A.setIdentity();
-    track->A_right.setIdentity();
-    track->unanchored = 0;
-  }
-
-  /** Takes back what the tracks have drifted since their anchors. */
+  /**
+   * Takes back what the tracks have drifted since their anchors. A track that its anchor does not
+   * fit any more ends: with a new anchor it would be another point, which earlier sightings are not
+   * of.
+   */
   void anchorTracks(const cv::Mat& left) {
+    std::vector<Track> kept;
     for (Track& track : tracks_) {
       const Eigen::Vector2d followed(track.pixel.x, track.pixel.y);
       PatchPose pose{followed, track.A};
       const double correlation =
-          track.anchor.valid()
-              ? track.anchor.align(left, &pose, options_.anchor_iterations, options_.klt_epsilon_px)
-              : -1.0;
+          track.anchor.align(left, &pose, options_.anchor_iterations, options_.klt_epsilon_px);
       const double scale = pose.A.determinant();
       if (correlation >= options_.anchor_min_correlation &&
           (pose.centre - followed).norm() <= options_.anchor_reach_px && scale > 0.3 &&
@@ -213,9 +213,11 @@ class StereoTracker::Impl {
         track.A = pose.A;
         track.unanchored = 0;
       } else if (++track.unanchored > options_.anchor_patience) {
-        setAnchor(left, &track);
+        continue;
       }
+      kept.push_back(std::move(track));
     }
+    tracks_.swap(kept);
   }
 
   /** Of tracks that have run into each other the oldest survives. */
@@ -226,38 +228,39 @@ class StereoTracker::Impl {
     tracks_.swap(kept);
   }
 
-  TrackedFrame observe(TimeNs t, const cv::Mat& left, const Pyramid& left_pyramid,
-                       const cv::Mat& right, const cv::Mat& right_half) {
-    std::vector<AnchorPatch> present(tracks_.size());
+  /** What is reported of the frame: tracks that their anchors fit, with their right pixels. */
+  TrackedFrame observe(TimeNs t, const Pyramid& left_pyramid, const cv::Mat& right,
+                       const cv::Mat& right_half) {
+    std::vector<Track*> anchored;
     std::vector<StereoQuery> queries;
-    for (const Track& track : tracks_) {
+    for (Track& track : tracks_) {
+      if (track.unanchored > 0) {
+        track.inverse_depth = -1.0;
+        continue;
+      }
       StereoQuery query;
       query.left = track.pixel;
       query.inverse_depth = track.inverse_depth;
       query.patch = &track.anchor;
       query.A = track.A_right;
-      if (track.unanchored > 0 || !track.anchor.valid()) {
-        present[queries.size()] =
-            AnchorPatch(left, {track.pixel.x, track.pixel.y}, options_.anchor_window_px);
-        query.patch = &present[queries.size()];
-        query.A.setIdentity();
-      }
       const auto ray = calibration_.cameras[0].model.unproject({track.pixel.x, track.pixel.y});
       if (ray) query.left_ray = *ray;
       queries.push_back(query);
+      anchored.push_back(&track);
     }
     const std::vector<StereoMatch> matches =
         matcher_.match(left_pyramid[2], right, right_half, queries);
     TrackedFrame frame;
     frame.t = t;
-    for (size_t i = 0; i < tracks_.size(); ++i) {
+    for (size_t i = 0; i < anchored.size(); ++i) {
+      Track& track = *anchored[i];
       Observation o;
-      o.id = tracks_[i].id;
-      o.left = {tracks_[i].pixel.x, tracks_[i].pixel.y};
+      o.id = track.id;
+      o.left = {track.pixel.x, track.pixel.y};
       o.has_right = matches[i].found;
       if (o.has_right) o.right = {matches[i].right.x, matches[i].right.y};
-      tracks_[i].A_right = o.has_right ? matches[i].A : tracks_[i].A;
-      tracks_[i].inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
+      track.A_right = o.has_right ? matches[i].A : track.A;
+      track.inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
       statistics_.with_stereo += o.has_right;
       frame.observations.push_back(o);
     }

@@ -90,6 +90,32 @@ TEST(StereoTracker, FindsRightPixelsToATenthOfAPixel) {
   }
 }
 
+TEST(StereoTracker, ATrackEndsWhereItsPatchShowsSomethingElse) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0), other(rig, 2.0, 1.0, 2);
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  constexpr int kFrames = 25;
+  std::set<LandmarkId> first, last;
+  for (int i = 0; i < kFrames; ++i) {
+    // From frame to frame little changes, and KLT goes on; at the end it is another wall.
+    const double share = static_cast<double>(i) / (kFrames - 1);
+    std::array<cv::Mat, 2> blend;
+    for (size_t c = 0; c < 2; ++c)
+      cv::addWeighted(wall.image(c, SE3()), 1.0 - share, other.image(c, SE3()), share, 0.0,
+                      blend[c]);
+    const TrackedFrame frame =
+        tracker.track(i * kFrame, blend[0], blend[1], Eigen::Matrix3d::Identity());
+    for (const Observation& o : frame.observations) (i == 0 ? first : last).insert(o.id);
+    if (i + 1 < kFrames) last.clear();
+  }
+  EXPECT_GT(first.size(), 100U);
+  EXPECT_GT(last.size(), 50U);
+  std::vector<LandmarkId> common;
+  std::set_intersection(first.begin(), first.end(), last.begin(), last.end(),
+                        std::back_inserter(common));
+  EXPECT_LE(common.size(), first.size() / 50);
+}
+
 TEST(StereoTracker, GyroBridgesFastRotation) {
   const StereoInertialCalibration rig = smallRig();
   const TexturedWall wall(rig, 3.0);
@@ -117,6 +143,7 @@ TEST(StereoTracker, StatisticsAndIdsAreConsistent) {
   const TexturedWall wall(rig, 2.0);
   StereoTrackerOptions options;
   options.max_features = 120;
+  options.anchor_patience = 0;  // a track without an observation would come back
   StereoTracker tracker(rig, options);
   const std::vector<SE3> T_WB = flight(5);
   std::set<LandmarkId> seen, previous;

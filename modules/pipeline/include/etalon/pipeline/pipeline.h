@@ -102,13 +102,12 @@ class Pipeline {
   bool collecting() const {
     return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
   }
-  void tryInitialize(const TrackedFrame& frame);
-  void start(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startInertially(std::unique_ptr<Odometry> odometry, const InitializationAttempt& attempt,
-                       const SE3& T_WA, const TrackedFrame& frame);
-  void recordStart(const InitializationAttempt& attempt, const SE3& T_WA,
-                   const OdometryOutput& output);
+  void tryInitialize();
+  void start(const InitializationAttempt& attempt);
+  void startAgain(const InitializationAttempt& attempt);
+  OdometryOutput startInertially(std::unique_ptr<Odometry> odometry,
+                                 const InitializationAttempt& attempt, const SE3& T_WA);
+  void replaceLast(const OdometryOutput& output);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
