@@ -20,13 +20,13 @@ class TestInitializer : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    if (refuses_)
-      return InitializationResult::refusal(InitializationStatus::kTooFewTracks, "too few", 3.0);
-    const InertialOnlyStep step = solveInertialOnlyStep(problem, {});
-    if (!step.ok) return step.refusal;
-    const VisualSolution& visual = problem.visualSolution();
+    if (refuses_) return refuse(RefusalStatus::kTooFewTracks, "too few");
+    const Expected<InertialOnlyStep> step = solveInertialOnlyStep(problem, {});
+    if (!step) return refuse(step.error());
+    const VisualSolution& visual = *problem.visualSolution();
     return alignWithGravity(
-        problem, {visual.T_VB, step.map.v_VB, step.map.g_V, visual.landmarks, step.map.bias, {}});
+        problem,
+        {visual.T_VB, step->map.v_VB, step->map.g_V, visual.landmarks, step->map.bias, {}});
   }
 
  private:

@@ -20,9 +20,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /** The truth of a window as an initializer would give it. */
-InitializationResult truthOf(const SyntheticWindow& window) {
-  InitializationResult result;
-  result.status = InitializationStatus::kSuccess;
+Initialization truthOf(const SyntheticWindow& window) {
+  Initialization result;
   result.states = window.truth;
   result.bias = window.bias;
   return result;
@@ -79,7 +78,7 @@ TEST(Ask, TellsARefusalOfTheHostFromAWordThatThePluginBroke) {
   };
   EXPECT_EQ(brokenBy([](const auto&, auto*) {}, trial.problem()), "");
   const testing::Change refuses = [](const auto&, InitializationResult* result) {
-    *result = InitializationResult::refusal(InitializationStatus::kTooLittleMotion, "dull", 1.0);
+    *result = refuse(RefusalStatus::kTooLittleMotion, "dull");
   };
   EXPECT_EQ(brokenBy(refuses, trial.problem()), "");
   const testing::Change throws = [](const auto&, auto*) { throw 7; };
@@ -96,7 +95,7 @@ TEST(HintAtCause, IsSilentAboutTheTruthAndAboutUnclearErrors) {
     EXPECT_EQ(hintAtCause(truthOf(trial.window), trial.window), "") << toString(motion);
   }
   const Trial trial = biasedTrial(Motion::kCircle);
-  InitializationResult noisy = truthOf(trial.window);
+  Initialization noisy = truthOf(trial.window);
   noisy.bias.accel += Eigen::Vector3d(0.3, 0.2, 0.1);
   for (KeyframeState& s : noisy.states) s.v_WB += Eigen::Vector3d(0.5, -0.4, 0.1);
   EXPECT_EQ(hintAtCause(noisy, trial.window), "");
@@ -105,19 +104,18 @@ TEST(HintAtCause, IsSilentAboutTheTruthAndAboutUnclearErrors) {
 TEST(HintAtCause, KnowsTheUsualMistakes) {
   const Trial trial = biasedTrial(Motion::kCircle);
   const auto hint = [&](const auto& mistake) {
-    InitializationResult result = truthOf(trial.window);
+    Initialization result = truthOf(trial.window);
     mistake(&result);
     return hintAtCause(result, trial.window);
   };
-  EXPECT_THAT(hint([](InitializationResult* r) { r->bias.accel *= -1.0; }),
+  EXPECT_THAT(hint([](Initialization* r) { r->bias.accel *= -1.0; }),
               HasSubstr("the sign of b_a?"));
-  EXPECT_THAT(hint([](InitializationResult* r) { r->bias.gyro *= -1.0; }),
-              HasSubstr("the sign of b_g?"));
-  EXPECT_THAT(hint([](InitializationResult* r) {
+  EXPECT_THAT(hint([](Initialization* r) { r->bias.gyro *= -1.0; }), HasSubstr("the sign of b_g?"));
+  EXPECT_THAT(hint([](Initialization* r) {
                 for (KeyframeState& s : r->states) s.v_WB = s.T_WB.R.transpose() * s.v_WB;
               }),
               HasSubstr("velocity expressed in the body frame?"));
-  EXPECT_THAT(hint([](InitializationResult* r) {
+  EXPECT_THAT(hint([](Initialization* r) {
                 const SE3 flip(expSO3({M_PI, 0, 0}), Eigen::Vector3d::Zero());
                 for (KeyframeState& s : r->states) s.T_WB = flip * s.T_WB;
               }),
