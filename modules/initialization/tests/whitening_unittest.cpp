@@ -221,7 +221,7 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
     add(estimate, &map);
     for (const bool free : {false, true}) {
       TranslationStepOptions translation;
-      translation.landmarks = free ? "free" : "fixed";
+      translation.ba.landmarks_free = free;
       const Expected<TranslationStep> moved = solveTranslationStep(
           problem, step.preintegrations, step.map.bias, step.map.g_V, translation, step.errors);
       ASSERT_TRUE(moved && moved->estimate.errors);
