@@ -1,5 +1,4 @@
 #include <Eigen/Cholesky>
-#include <string>
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -27,15 +26,15 @@ class Drt : public Initializer {
 
  public:
   void declareParameters(ParameterSet& parameters) override {
-    parameters.add("variant", &variant_, {"tight", "loose"},
+    parameters.add("variant", &tight_, {{"tight", true}, {"loose", false}},
                    "Translation constraint and IMU solved together, or positions by the constraint "
                    "alone and velocities and gravity by linear alignment after it.");
     parameters.add(
-        "accel_bias", &accel_bias_, {"prior", "mean"},
+        "accel_bias", &estimate_accel_bias_, {{"prior", true}, {"mean", false}},
         "b_a in the tight variant: estimated with the prior of [priors], or fixed at its "
         "mean (as published, zero). The loose one fixes it.");
     parameters.add(
-        "weighting", &weighting_, {"robust", "none"},
+        "weighting", &robust_, {{"robust", true}, {"none", false}},
         "Rows of the constraint weighted by noise and residual, or by noise at the first "
         "solution alone.");
     parameters.add("passes", &passes_, {5, 100},
@@ -85,7 +84,7 @@ class Drt : public Initializer {
                     Bound(least_force, 3), " m/s^2 are wanted");
     const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
                            problem.priors().mean.accel,
-                           accel_bias_ == "prior" ? problem.priors().sigma_accel_mps2 : 0.0);
+                           estimate_accel_bias_ ? problem.priors().sigma_accel_mps2 : 0.0);
     LinearState state = imu.start();
     const SolverSummary linear = solvePasses(imu, &constraint, &state);
     if (!linear.usable())
@@ -96,18 +95,17 @@ class Drt : public Initializer {
                     Value(constraint.noise(), 1), " times what sigma_px promises, at most ",
                     Bound(max_noise_, 1), " is wanted");
     ReprojectionRefinement refinement(problem, R_VB);
-    const bool tight = variant_ == "tight";
-    if (refine_ && !refinement.refine(tight ? &imu : nullptr, 3 * passes_, &state).converged())
+    if (refine_ && !refinement.refine(tight_ ? &imu : nullptr, 3 * passes_, &state).converged())
       return refuse(RefusalStatus::kNotConverged, "the reprojection errors of ",
                     refinement.landmarks(), " landmarks did not come to rest in ",
                     Value(3 * passes_), " passes");
-    if (!tight) {
+    if (!tight_) {
       const auto aligned = align(problem, preintegrations, bias, R_VB, &state);
       if (!aligned) return refuse(aligned.error());
     }
     Initialization result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
     // What counts as exact has no error to report: b_a held, or the linear solution's rays.
-    if (refine_ && tight && accel_bias_ == "prior")
+    if (refine_ && tight_ && estimate_accel_bias_)
       result.covariance = refinement.covariance(imu, state, nec->covariance);
     result.timings = {{"normal_epipolar", nec_ms}, {"translation", watch.lapMilliseconds()}};
     return result;
@@ -151,13 +149,13 @@ class Drt : public Initializer {
     for (int pass = 0; pass < passes_; ++pass) {
       ++summary.iterations;
       if (pass == kWithStereoBases) constraint->chooseWidestBases();
-      constraint->reweight(state->p, pass > 1 && weighting_ == "robust");
+      constraint->reweight(state->p, pass > 1 && robust_);
       Eigen::MatrixXd H = Eigen::MatrixXd::Zero(imu.size(), imu.size());
       Eigen::VectorXd gradient = Eigen::VectorXd::Zero(imu.size());
       constraint->addTo(state->p, &H, &gradient);
       // The first position is the gauge; the loose variant knows positions alone.
-      if (variant_ == "tight") imu.addTo(*state, &H, &gradient);
-      const Eigen::Index size = (variant_ == "tight" ? imu.size() : n) - 3;
+      if (tight_) imu.addTo(*state, &H, &gradient);
+      const Eigen::Index size = (tight_ ? imu.size() : n) - 3;
       const Eigen::LDLT<Eigen::MatrixXd> factor(H.block(3, 3, size, size));
       Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
       step.segment(3, size) = factor.solve(-gradient.segment(3, size));
@@ -192,9 +190,9 @@ class Drt : public Initializer {
     return {};
   }
 
-  std::string variant_ = "tight";
-  std::string accel_bias_ = "prior";
-  std::string weighting_ = "robust";
+  bool tight_ = true;
+  bool estimate_accel_bias_ = true;
+  bool robust_ = true;
   int passes_ = 12;
   double min_parallax_rad_ = 0.01;
   int min_landmarks_ = 15;

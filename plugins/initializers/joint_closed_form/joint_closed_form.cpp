@@ -41,7 +41,7 @@ class JointClosedForm : public Initializer {
     parameters.add("frame_stride", &frame_stride_, {0, 1000},
                    "Rows come from the keyframes and from every n-th frame between them; 0: from "
                    "the keyframes alone.");
-    parameters.add("accel_bias", &accel_bias_, {"prior", "estimate"},
+    parameters.add("accel_bias", &estimate_accel_bias_, {{"prior", false}, {"estimate", true}},
                    "b_a stays at the mean of its prior (as published: zero), or is an unknown with "
                    "that prior.");
     parameters.add(
@@ -112,7 +112,7 @@ class JointClosedForm : public Initializer {
     if (const auto good = check(tracks, estimate); !good) return refuse(good.error());
     Initialization result = makeResult(problem, nodes, window, tracks, estimate);
     // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
-    if (imu_noise_ && accel_bias_ == "estimate") {
+    if (imu_noise_ && estimate_accel_bias_) {
       tracks.linearize(estimate.T_VB);
       result.covariance =
           system(problem, motion, tracks, tracks.fisherShare(), estimate).covariance(estimate);
@@ -179,7 +179,7 @@ class JointClosedForm : public Initializer {
                      const TrackInformation& tracks, double factor,
                      const JointEstimate& estimate) const {
     return JointSystem(problem, motion, factor * tracks.S(), factor * tracks.s(), estimate,
-                       imu_noise_, accel_bias_ == "estimate");
+                       imu_noise_, estimate_accel_bias_);
   }
 
   Expected<void> check(const TrackInformation& tracks, const JointEstimate& estimate) const {
@@ -216,7 +216,7 @@ class JointClosedForm : public Initializer {
   static constexpr double kChi2Outlier = 16.0;  ///< what [odometry] pose_chi2 calls an outlier
 
   int frame_stride_ = 0;
-  std::string accel_bias_ = "estimate";
+  bool estimate_accel_bias_ = true;
   bool imu_noise_ = true;
   int max_passes_ = 20;
   double converged_ = 1e-4;

@@ -1,5 +1,4 @@
 #include <Eigen/LU>
-#include <string>
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -20,10 +19,12 @@ class StereoNec : public Initializer {
 
  public:
   void declareParameters(ParameterSet& parameters) override {
-    parameters.add("nec_seed", &seed_, {"visual_odometry", "prior"},
+    parameters.add("nec_seed", &seed_,
+                   {{"visual_odometry", Seed::kVisualOdometry}, {"prior", Seed::kPrior}},
                    "Where the search for b_g starts: at the bias that stereo odometry's rotations "
                    "say, or at the prior's mean.");
-    parameters.add("nec_in_map", &in_map_, {"prior", "seed", "hold"},
+    parameters.add("nec_in_map", &in_map_,
+                   {{"prior", InMap::kPrior}, {"seed", InMap::kSeed}, {"hold", InMap::kHold}},
                    "What the MAP does with the b_g of the normal epipolar constraints: takes it as "
                    "a measurement with its covariance, starts there (as published), or keeps it.");
     nec_.declare(parameters);
@@ -39,7 +40,7 @@ class StereoNec : public Initializer {
     Stopwatch watch;
     const std::vector<Preintegration> preintegrations = problem.preintegrate(problem.priors().mean);
     Eigen::Vector3d seed = problem.priors().mean.gyro;
-    if (seed_ == "visual_odometry") {
+    if (seed_ == Seed::kVisualOdometry) {
       std::vector<Eigen::Matrix3d> rotations;
       for (const SE3& T_VB : visual->T_VB) rotations.push_back(T_VB.R);
       seed = gyroBiasFromRotations(rotations, preintegrations);
@@ -66,17 +67,20 @@ class StereoNec : public Initializer {
   }
 
  private:
+  enum class Seed { kVisualOdometry, kPrior };
+  enum class InMap { kPrior, kSeed, kHold };
+
   GyroBiasMeasurement measurement(const NormalEpipolarBias& bias) const {
     GyroBiasMeasurement measured;
     measured.gyro = bias.gyro;
     // 1e-7 rad/s: for the MAP that is no freedom at all.
-    if (in_map_ == "hold") measured.information = 1e14 * Eigen::Matrix3d::Identity();
-    if (in_map_ == "prior") measured.information = bias.covariance.inverse();
+    if (in_map_ == InMap::kHold) measured.information = 1e14 * Eigen::Matrix3d::Identity();
+    if (in_map_ == InMap::kPrior) measured.information = bias.covariance.inverse();
     return measured;
   }
 
-  std::string seed_ = "visual_odometry";
-  std::string in_map_ = "prior";
+  Seed seed_ = Seed::kVisualOdometry;
+  InMap in_map_ = InMap::kPrior;
   NormalEpipolarStepOptions nec_;
   InertialOnlyStepOptions map_;
   TranslationStepOptions translation_;

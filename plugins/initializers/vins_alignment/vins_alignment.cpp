@@ -27,11 +27,14 @@ class VinsAlignment : public Initializer {
  public:
   void declareParameters(ParameterSet& parameters) override {
     parameters.add(
-        "variant", &variant_, {"alignment", "fusion"},
+        "variant", &variant_, {{"alignment", Variant::kAlignment}, {"fusion", Variant::kFusion}},
         "alignment: velocities and gravity by linear alignment (VINS-Mono). fusion: what "
         "VINS-Fusion does with a stereo camera, gravity from the first accelerometer "
         "readings and velocities integrated from zero.");
-    parameters.add("weights", &weights_, {"none", "imu", "imu_and_vision"},
+    parameters.add("weights", &weights_,
+                   {{"none", Weights::kNone},
+                    {"imu", Weights::kImu},
+                    {"imu_and_vision", Weights::kImuAndVision}},
                    "Weights of the alignment's rows: none (as published), by the covariance of the "
                    "preintegration, or by that and the covariance of stereo odometry.");
     parameters.add(
@@ -72,7 +75,7 @@ class VinsAlignment : public Initializer {
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     const double gyro_ms = watch.lapMilliseconds();
 
-    if (variant_ == "fusion") {
+    if (variant_ == Variant::kFusion) {
       seedAsFusion(problem, preintegrations, &estimate);
     } else {
       estimate.errors = biasErrors(problem, visual, preintegrations, gyro_bias_response);
@@ -85,6 +88,9 @@ class VinsAlignment : public Initializer {
   }
 
  private:
+  enum class Variant { kAlignment, kFusion };
+  enum class Weights { kNone, kImu, kImuAndVision };
+
   /**
    * b_g by least squares on the rotations of neighbouring keyframes, r_k = 2 vec(q) of
    * dR_k^T R_VBk^T R_VBk+1 = J_k db_g; preintegrations are integrated anew at the result.
@@ -157,9 +163,9 @@ class VinsAlignment : public Initializer {
   MatrixXd rotationWhitening(const VisualSolution& visual,
                              const std::vector<Preintegration>& preintegrations) const {
     const Index n = static_cast<Index>(preintegrations.size());
-    if (weights_ == "none") return {};
+    if (weights_ == Weights::kNone) return {};
     MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
-    if (weights_ == "imu_and_vision" && visual.covariance.rows() == 6 * n) {
+    if (weights_ == Weights::kImuAndVision && visual.covariance.rows() == 6 * n) {
       const MatrixXd J = rotationByPoses(visual);
       covariance = J * visual.covariance * J.transpose();
     }
@@ -177,8 +183,8 @@ class VinsAlignment : public Initializer {
                        VisualFrameEstimate* estimate) const {
     LinearAlignmentOptions options;
     options.gravity_mps2 = problem.gravityMagnitude();
-    options.weighted = weights_ != "none";
-    if (weights_ == "imu_and_vision") options.pose_covariance = visual.covariance;
+    options.weighted = weights_ != Weights::kNone;
+    if (weights_ == Weights::kImuAndVision) options.pose_covariance = visual.covariance;
     options.tangent_iterations = gravity_iterations_;
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);
@@ -213,8 +219,8 @@ class VinsAlignment : public Initializer {
                                   estimate->T_VB[k].R * preintegrations[k].deltas().dv);
   }
 
-  std::string variant_ = "alignment";
-  std::string weights_ = "imu";
+  Variant variant_ = Variant::kAlignment;
+  Weights weights_ = Weights::kImu;
   int gyro_passes_ = 3;
   int gravity_iterations_ = 4;
   double max_gravity_deviation_ = 1.0;

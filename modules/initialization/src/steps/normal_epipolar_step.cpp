@@ -9,12 +9,12 @@
 namespace etalon {
 
 void NormalEpipolarStepOptions::declare(ParameterSet& parameters) {
-  parameters.add("nec_pairs", &pairs, {"all", "consecutive"},
+  parameters.add("nec_pairs", &solver.all_pairs, {{"all", true}, {"consecutive", false}},
                  "Pairs of keyframes whose normal epipolar constraints give b_g: all, or "
                  "neighbours only (as published).");
-  parameters.add("nec_cameras", &cameras, {"both", "left"},
+  parameters.add("nec_cameras", &solver.both_cameras, {{"both", true}, {"left", false}},
                  "Cameras of these pairs: both, or the left one only (as published).");
-  parameters.add("nec_weighting", &weighting, {"noise", "none"},
+  parameters.add("nec_weighting", &solver.noise_weighted, {{"noise", true}, {"none", false}},
                  "Smallest eigenvalue relative to the covariance of the normals, or as it is (as "
                  "published).");
   parameters.add("nec_min_matches", &solver.min_matches, {5, 100000},
@@ -39,9 +39,6 @@ Expected<NormalEpipolarBias> solveNormalEpipolarStep(
     const InitializationProblem& problem, const std::vector<Preintegration>& preintegrations,
     const Eigen::Vector3d& seed, const NormalEpipolarStepOptions& options) {
   NormalEpipolarBiasOptions solver = options.solver;
-  solver.all_pairs = options.pairs == "all";
-  solver.both_cameras = options.cameras == "both";
-  solver.noise_weighted = options.weighting == "noise";
   solver.sigma_px = problem.sigmaPx();
   NormalEpipolarBias bias =
       estimateGyroBias(problem.calibration(), problem.keyframes(), preintegrations, seed, solver);

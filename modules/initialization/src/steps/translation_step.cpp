@@ -6,7 +6,7 @@
 namespace etalon {
 
 void TranslationStepOptions::declare(ParameterSet& parameters) {
-  parameters.add("landmarks", &landmarks, {"fixed", "free"},
+  parameters.add("landmarks", &ba.landmarks_free, {{"fixed", false}, {"free", true}},
                  "Landmarks in the 3-DoF bundle adjustment: fixed at stereo odometry's (the "
                  "paper), or free to move.");
   parameters.add("rounds", &ba.rounds, {1, 100},
@@ -40,9 +40,7 @@ Expected<TranslationBaResult> estimateTranslations(const InitializationProblem& 
   BundleProblem start(
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
       visual.landmarks);
-  TranslationBaOptions ba_options = options.ba;
-  ba_options.landmarks_free = options.landmarks == "free";
-  TranslationBaResult ba = solveTranslationBa(std::move(start), T_VB, ba_options);
+  TranslationBaResult ba = solveTranslationBa(std::move(start), T_VB, options.ba);
   if (!ba.summary.usable() || ba.fewest_inliers < options.min_inliers)
     return refuse(RefusalStatus::kTooFewTracks, Value(ba.fewest_inliers),
                   " measurements agree with the translation of the weakest keyframe, at least ",

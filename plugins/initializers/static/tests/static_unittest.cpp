@@ -50,7 +50,7 @@ TEST(Static, IsExactAtRestWithoutNoise) {
   const InitializationResult result = load()->initialize(problem);
   ASSERT_TRUE(result) << result.error().reason;
   EXPECT_FALSE(problem.visualSolutionComputed());
-  const WindowErrors e = errorsOf(result->states, result.bias, window);
+  const WindowErrors e = errorsOf(result->states, result->bias, window);
   EXPECT_LT(e.gravity_deg, 1e-9);
   EXPECT_LT(e.gyro_bias_rps, 1e-12);
   EXPECT_LT(e.velocity_mps, 1e-12);
@@ -64,7 +64,7 @@ TEST(Static, SubtractsTheAccelerometerBiasThatThePriorKnows) {
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationResult result = load()->initialize(makeProblem(window, options));
   ASSERT_TRUE(result) << result.error().reason;
-  EXPECT_LT(errorsOf(result->states, result.bias, window).gravity_deg, 1e-9);
+  EXPECT_LT(errorsOf(result->states, result->bias, window).gravity_deg, 1e-9);
   EXPECT_EQ(result->bias.accel, options.bias.accel);
 }
 
@@ -75,7 +75,7 @@ TEST(Static, StandsStillWithRunningMotors) {
   shake(0.08, 1.4, &window);
   const InitializationResult result = load()->initialize(makeProblem(window, options));
   ASSERT_TRUE(result) << result.error().reason;
-  const WindowErrors e = errorsOf(result->states, result.bias, window);
+  const WindowErrors e = errorsOf(result->states, result->bias, window);
   EXPECT_LT(e.gravity_deg, 0.1);  // what is left of whole periods of the shaking
   EXPECT_LT(e.gyro_bias_rps, 1e-3);
 }

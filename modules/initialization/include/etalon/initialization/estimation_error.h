@@ -19,7 +19,7 @@ struct WindowTruth {
  * Estimate less truth in the order of Initialization::covariance: b_g (rad/s), b_a (m/s^2),
  * tilt (rad), v_WB of the last keyframe (m/s).
  *
- * The yaw of the world is nobody's to know: the true world is turned about its z until the first
+ * The yaw of the world cannot be observed: the true world is turned about its z until the first
  * keyframe's attitudes differ by a horizontal rotation alone, R_WB0 = Exp((tilt_x, tilt_y, 0))
  * R_WB0_true; velocities are compared in that world.
  * @param states one a keyframe, not empty

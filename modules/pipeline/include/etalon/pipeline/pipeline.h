@@ -79,7 +79,7 @@ class Pipeline {
   const InputFaultCounts& inputFaults() const { return border_.faults(); }
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
-  /** When the initializer for motion took over from the one at rest. */
+  /** Stamp at which the initializer for motion took over from the one at rest. */
   const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
   /** The stereo odometry: its window and landmarks, in the frame of the last pose. */
   const StereoOdometry& odometry() const { return odometry_; }

@@ -31,7 +31,7 @@ struct InertialOnlyStep {
 };
 
 /**
- * Step 2 of the disjoint stereo initializers: the inertial-only MAP on the poses of stereo
+ * The inertial-only MAP of the disjoint stereo initializers on the poses of stereo
  * odometry; the raw IMU is re-integrated at the biases found and the MAP solved again until they
  * stand still (at most `reintegrations` times).
  * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere

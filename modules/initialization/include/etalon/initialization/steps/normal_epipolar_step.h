@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "etalon/core/parameters.h"
@@ -12,10 +11,7 @@ namespace etalon {
 
 /** Parameters of the gyro bias from normal epipolar constraints as a step of an initializer. */
 struct NormalEpipolarStepOptions {
-  std::string pairs = "all";         ///< "all" or "consecutive" (published)
-  std::string cameras = "both";      ///< "both" or "left" (published)
-  std::string weighting = "noise";   ///< "noise" or "none" (published)
-  NormalEpipolarBiasOptions solver;  ///< what the above do not say
+  NormalEpipolarBiasOptions solver;  ///< its sigma_px is the problem's
   double max_noise = 3.0;
   double max_sigma_gyro_rps = 0.02;
   double max_gyro_bias_rps = 0.5;

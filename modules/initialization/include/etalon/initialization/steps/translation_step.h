@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "etalon/core/parameters.h"
@@ -14,8 +13,7 @@ namespace etalon {
 
 /** Parameters of the decoupled translation step; defaults of Stereo-NEC and ETA. */
 struct TranslationStepOptions {
-  TranslationBaOptions ba;          ///< its landmarks_free is overwritten by `landmarks`
-  std::string landmarks = "fixed";  ///< "fixed" or "free"
+  TranslationBaOptions ba;
   int min_inliers = 15;
 
   void declare(ParameterSet& parameters);
