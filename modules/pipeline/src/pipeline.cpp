@@ -111,6 +111,7 @@ void Pipeline::process(const StereoFrame& frame) {
 
   if (tracked && collecting()) {
     window_.add(*tracked, keyframe);
+    if (views_) keepWindowImages(frame);
     if (keyframe) tryInitialize();
     timing.initialization_ms = watch.lapMilliseconds();
   } else if (!collecting()) {
@@ -268,20 +269,39 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   inertial_ = std::move(odometry);
   if (views_) views_->show({}, {});  // the window's images are gone
   const std::deque<TrackedFrame>& frames = window_.frames();
+  showWindowImage(frames.front().t);
   OdometryOutput output = inertial_->start(
       odometryStart(attempt, T_WA, options_.window.priors.sigma_accel_mps2), frames.front());
   record_.add(output.t, frames.front(), {}, output, inertial_->keyframes());
   for (size_t i = 1; i < frames.size(); ++i) {
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
+    showWindowImage(frames[i].t);
     output = inertial_->process(frames[i], imu);
     record_.add(output.t, frames[i], imu, output, inertial_->keyframes());
   }
   window_.clear();
+  window_images_.clear();
   starter_.endWaitForMotion();
   const std::string by =
       attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
   enter(PipelineState::kInertial, output.t, by + " accepted");
   return output;
+}
+
+/** The map takes its views from the window's frames, too, when the odometry runs through them. */
+void Pipeline::keepWindowImages(const StereoFrame& frame) {
+  StereoFrame& kept = window_images_[frame.t];
+  kept.left = frame.left.clone();
+  kept.right = frame.right.clone();
+  const std::deque<TrackedFrame>& frames = window_.frames();
+  const auto first = frames.empty() ? window_images_.end() : window_images_.find(frames.front().t);
+  window_images_.erase(window_images_.begin(), first);
+}
+
+void Pipeline::showWindowImage(TimeNs t) {
+  if (!views_) return;
+  const StereoFrame& frame = window_images_.at(t);
+  views_->show(frame.left, frame.right);
 }
 
 /** The last pose is the fixed-lag odometry's first. */

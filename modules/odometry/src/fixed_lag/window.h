@@ -45,6 +45,11 @@ struct LandmarkObservation {
   int state = 0;   ///< its index in the window
   bool has_right = false;
   std::array<ReprojectionMeasurement, 2> measurements;
+  bool has_left = true;
+
+  /** The cameras that see it: from first() to before end(). */
+  size_t first() const { return has_left ? 0 : 1; }
+  size_t end() const { return has_right ? 2 : 1; }
 };
 
 struct Landmark {
