@@ -267,7 +267,6 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   clock_shift_ = 0;
   clock_jumped_ = false;
   inertial_ = std::move(odometry);
-  if (views_) views_->show({}, {});  // the window's images are gone
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);
   OdometryOutput output = inertial_->start(
