@@ -36,6 +36,7 @@
 #include "etalon/imu/preintegration.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
 #include "etalon/odometry/visual_solution.h"
+#include "program.h"
 #include "rig_check.h"
 
 namespace {
@@ -323,26 +324,12 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Arguments arguments;
   cv::setNumThreads(1);
-  try {
-    if (argc < 2 || argc % 2 != 0) throw ConfigError("takes a recording, then options with values");
-    arguments.source = argv[1];
-    for (int i = 2; i < argc; i += 2) {
-      const std::string option = argv[i];
-      if (option == "--truth")
-        arguments.truth = argv[i + 1];
-      else if (option == "--from")
-        arguments.from_s = std::stod(argv[i + 1]);
-      else if (option == "--to")
-        arguments.to_s = std::stod(argv[i + 1]);
-      else
-        throw ConfigError("knows no " + option);
-    }
-    run(arguments);
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "stereo_scale: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+  Arguments arguments;
+  CLI::App app("What a recording's images and IMU say of its scale", "stereo_scale");
+  app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
+  app.add_option("--truth", arguments.truth, "Ground truth to use instead of the recording's");
+  app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
+  app.add_option("--to", arguments.to_s, "End, seconds after the first image");
+  return runProgram(&app, argc, argv, [&] { run(arguments); });
 }

@@ -4,7 +4,7 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "anchor_patch.h"
+#include "etalon/frontend/anchor_patch.h"
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"

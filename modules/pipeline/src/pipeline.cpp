@@ -45,6 +45,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
+  if (options.map.enabled) views_ = std::make_shared<ImageViews>();
 }
 
 Pipeline::~Pipeline() = default;
@@ -110,6 +111,7 @@ void Pipeline::process(const StereoFrame& frame) {
 
   if (tracked && collecting()) {
     window_.add(*tracked, keyframe);
+    if (views_) keepWindowImages(frame);
     if (keyframe) tryInitialize();
     timing.initialization_ms = watch.lapMilliseconds();
   } else if (!collecting()) {
@@ -128,6 +130,7 @@ std::optional<TrackedFrame> Pipeline::track(const StereoFrame& frame, TimeNs bef
   if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
     window_.restart();
   tracked_at_ = frame.t;
+  if (views_) views_->show(frame.left, frame.right);
   TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
   repeated_images_.tracked(tracked);
   return tracked;
@@ -235,7 +238,7 @@ void Pipeline::tryInitialize() {
 void Pipeline::start(const InitializationAttempt& attempt) {
   initialized_at_ = attempt.t;
   std::optional<OdometryOutput> inertial;
-  if (auto odometry = makeOdometry(calibration_, options_))
+  if (auto odometry = makeOdometry(calibration_, options_, views_))
     inertial = startInertially(std::move(odometry), attempt, SE3());
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
@@ -250,7 +253,7 @@ void Pipeline::start(const InitializationAttempt& attempt) {
 
 void Pipeline::startAgain(const InitializationAttempt& attempt) {
   const SE3 before = trajectory_.back().T_WB;
-  replaceLast(startInertially(makeOdometry(calibration_, options_), attempt,
+  replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
                               keepingYawAndPosition(attempt)));
   PoseJump jump;
   jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
@@ -265,20 +268,39 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   clock_jumped_ = false;
   inertial_ = std::move(odometry);
   const std::deque<TrackedFrame>& frames = window_.frames();
+  showWindowImage(frames.front().t);
   OdometryOutput output = inertial_->start(
       odometryStart(attempt, T_WA, options_.window.priors.sigma_accel_mps2), frames.front());
   record_.add(output.t, frames.front(), {}, output, inertial_->keyframes());
   for (size_t i = 1; i < frames.size(); ++i) {
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
+    showWindowImage(frames[i].t);
     output = inertial_->process(frames[i], imu);
     record_.add(output.t, frames[i], imu, output, inertial_->keyframes());
   }
   window_.clear();
+  window_images_.clear();
   starter_.endWaitForMotion();
   const std::string by =
       attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
   enter(PipelineState::kInertial, output.t, by + " accepted");
   return output;
+}
+
+/** The map takes its views from the window's frames, too, when the odometry runs through them. */
+void Pipeline::keepWindowImages(const StereoFrame& frame) {
+  StereoFrame& kept = window_images_[frame.t];
+  kept.left = frame.left.clone();
+  kept.right = frame.right.clone();
+  const std::deque<TrackedFrame>& frames = window_.frames();
+  const auto first = frames.empty() ? window_images_.end() : window_images_.find(frames.front().t);
+  window_images_.erase(window_images_.begin(), first);
+}
+
+void Pipeline::showWindowImage(TimeNs t) {
+  if (!views_) return;
+  const StereoFrame& frame = window_images_.at(t);
+  views_->show(frame.left, frame.right);
 }
 
 /** The last pose is the fixed-lag odometry's first. */

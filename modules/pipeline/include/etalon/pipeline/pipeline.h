@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/stereo_tracker.h"
+#include "etalon/map/image_views.h"
 #include "etalon/odometry/flight_record.h"
 #include "etalon/pipeline/frame_estimate.h"
 #include "etalon/pipeline/input_border.h"
@@ -107,6 +109,8 @@ class Pipeline {
   void startAgain(const InitializationAttempt& attempt);
   OdometryOutput startInertially(std::unique_ptr<Odometry> odometry,
                                  const InitializationAttempt& attempt, const SE3& T_WA);
+  void keepWindowImages(const StereoFrame& frame);
+  void showWindowImage(TimeNs t);
   void replaceLast(const OdometryOutput& output);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
@@ -118,8 +122,10 @@ class Pipeline {
   RepeatedImages repeated_images_;
   StereoTracker tracker_;
   StereoOdometry odometry_;
-  std::unique_ptr<Odometry> inertial_;  ///< while kInertial or kDeadReckoning
-  bool clock_jumped_ = false;           ///< since the last frame
+  std::unique_ptr<Odometry> inertial_;           ///< while kInertial or kDeadReckoning
+  std::shared_ptr<ImageViews> views_;            ///< of inertial_; null without a map
+  std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
+  bool clock_jumped_ = false;                    ///< since the last frame
   FlightRecord record_;
   TimeNs clock_shift_ = 0;  ///< stamps less those that inertial_ is given
   TimeNs frame_step_ = 0;   ///< between the last two frames
