@@ -226,12 +226,23 @@ class StereoTracker::Impl {
     tracks_.swap(kept);
   }
 
+  /** A new anchor where the view has changed in scale, while the old one still fits: it is the same
+   * point. */
+  void renewAnchor(const cv::Mat& image, Track* track) const {
+    AnchorPatch anchor(image, {track->pixel.x, track->pixel.y}, options_.anchor_window_px);
+    if (!anchor.valid()) return;
+    track->anchor = std::move(anchor);
+    track->A_other = (track->A_other * track->A.inverse()).eval();
+    track->A.setIdentity();
+  }
+
   /**
    * Takes back what the tracks have drifted since their anchors. A track that its anchor does not
    * fit any more ends: with a new anchor it would be another point, which earlier sightings are not
    * of.
    */
   void anchorTracks(const cv::Mat& image) {
+    constexpr double kWornScale = 1.5;  // of the patch's area
     std::vector<Track> kept;
     for (Track& track : tracks_) {
       const Eigen::Vector2d followed(track.pixel.x, track.pixel.y);
@@ -245,6 +256,7 @@ class StereoTracker::Impl {
         track.pixel = {static_cast<float>(pose.centre.x()), static_cast<float>(pose.centre.y())};
         track.A = pose.A;
         track.unanchored = 0;
+        if (scale > kWornScale || scale < 1.0 / kWornScale) renewAnchor(image, &track);
       } else if (++track.unanchored > options_.anchor_patience) {
         continue;
       }
