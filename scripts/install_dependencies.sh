@@ -5,7 +5,7 @@
 #   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
 #
 # Without arguments: what building takes, the unit tests included. --test adds what the tests call
-# (rawlog-edit, GNU parallel, Chromium), --lint the formatter and the linter, --benchmarks Google Benchmark.
+# (rawlog-edit, GNU parallel, Chromium), --lint the formatter, the linter and Doxygen, --benchmarks Google Benchmark.
 # Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
 set -euo pipefail
 
@@ -23,7 +23,7 @@ for argument in "$@"; do
       packages+=(mrpt-apps parallel chromium)
       npm_omit=()
       ;;
-    --lint) packages+=(clang-format-14 clang-tidy-14) ;;
+    --lint) packages+=(clang-format-14 clang-tidy-14 doxygen) ;;
     --benchmarks) packages+=(libbenchmark-dev) ;;
     *)
       echo "install_dependencies.sh: unknown argument '$argument'; expected --test, --lint or --benchmarks" >&2

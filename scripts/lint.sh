@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # clang-format 14 on all tracked C++ files, then clang-tidy 14 on the sources of modules, plugins and
-# application (with their headers), as .clang-format and .clang-tidy say.
+# application (with their headers), as .clang-format and .clang-tidy say; Doxygen on the public headers and the documents,
+# whose page is build/api/html/index.html: a docstring or a link that it cannot resolve is an error.
 #
 #   scripts/lint.sh [--all]       --all: clang-tidy on the tests and benchmarks, too
 #
@@ -28,6 +29,10 @@ if ! clang-format-14 --dry-run --Werror "${tracked[@]}"; then
   echo "lint: not formatted; run: clang-format-14 -i \$(git ls-files '*.cpp' '*.h')" >&2
   formatted=false
 fi
+
+echo "lint: doxygen"
+documented=true
+doxygen docs/Doxyfile || documented=false
 
 folder=build/release
 [[ -f $folder/compile_commands.json ]] || cmake --preset release >/dev/null
@@ -86,8 +91,9 @@ if ((count > 0)); then
       exit 1
     fi' "$folder" "$memory" || tidy=false
 fi
-if ! $formatted || ! $tidy; then
+if ! $formatted || ! $documented || ! $tidy; then
   $formatted || echo "lint: clang-format would change files, see above" >&2
+  $documented || echo "lint: doxygen found something, see above" >&2
   $tidy || echo "lint: clang-tidy found something, see above" >&2
   exit 1
 fi

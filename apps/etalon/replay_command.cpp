@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -14,11 +12,10 @@
 #include "etalon/frontend/recording_inspection.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/run_results.h"
+#include "replay_output.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
-#include "support/print_stage_errors.h"
 #include "support/progress_line.h"
-#include "support/read_summary.h"
 #include "support/supervised_run.h"
 #include "support/versions.h"
 
@@ -31,51 +28,8 @@ struct Arguments {
   ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
-  bool final_ba = false;
+  bool final_ba = false, imu_states = false;
 };
-
-/** The live line: time in the recording, frames per second, state. */
-std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& options,
-                             double seconds, double elapsed_s) {
-  const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
-  std::string state = toString(pipeline.state());
-  if (!pipeline.initializedAt())
-    state = pipeline.attempts().empty()
-                ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
-                      std::to_string(options.keyframes)
-                : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
-  char text[120];
-  std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
-                state.c_str());
-  return text;
-}
-
-/**
- * @param handover whether the odometry ran already, started at rest
- * @param at_rest name of the initializer at rest; empty if there is none
- */
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
-                  const std::string& at_rest) {
-  std::string text = attempt.decision.accepted ? (handover ? "handed over" : "initialised")
-                                               : "not yet, because " + attempt.decision.reason;
-  if (handover && attempt.initializer == at_rest)
-    text = "still waiting for motion, because " + attempt.decision.reason;
-  if (!attempt.initializer.empty())
-    text = attempt.decision.accepted ? text + (handover ? " to " : " by ") + attempt.initializer
-                                     : attempt.initializer + ": " + text;
-  std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
-  std::fflush(stdout);
-}
-
-void printEvent(const PipelineEvent& event, TimeNs first_image) {
-  std::printf("%8.2f s  %s: %s\n", secondsBetween(first_image, event.t), toString(event.state),
-              event.reason.c_str());
-  if (event.jump)
-    std::printf("            the pose jumped by %.3f m and may be off by %.3f m\n",
-                event.jump->T_before_after.t.norm(),
-                std::sqrt(event.jump->covariance.diagonal().tail<3>().sum()));
-  std::fflush(stdout);
-}
 
 /** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
 class Replay {
@@ -105,6 +59,10 @@ class Replay {
     }
   }
 
+  void keepImuStates() {
+    pipeline_.onImuState([this](const ImuRateState& state) { imu_states_.push_back(state); });
+  }
+
   void finish() {
     pipeline_.finish();
     report(true);
@@ -112,7 +70,7 @@ class Replay {
 
   FinishedRun finished(double min_coverage) {
     FinishedRun run{source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-                    versions(), min_coverage,   {},        0.0};
+                    versions(), min_coverage,   {},        0.0,     std::move(imu_states_)};
     if (configuration_.pipeline.final_ba) {
       std::printf("final bundle adjustment...\n");
       std::fflush(stdout);
@@ -159,114 +117,12 @@ class Replay {
   const RunEnd* died_;
   Pipeline pipeline_;
   std::vector<StereoReference> images_;
+  std::vector<ImuRateState> imu_states_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
   size_t reported_ = 0, events_reported_ = 0;
 };
-
-/** Errors and times of an accepted attempt. */
-void printAccepted(const AttemptRecord& attempt) {
-  for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
-  const double odometry_ms = attempt.milliseconds(kTimingStereoOdometry);
-  if (!std::isnan(odometry_ms)) std::printf("  stereo odometry %.1f ms\n", odometry_ms);
-  std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
-              attempt.milliseconds(kTimingViBa));
-}
-
-/** With `initializer = auto`: who started, who took over, and the errors of each. */
-void printAutoSummary(const RunRecord& record) {
-  std::vector<const AttemptRecord*> accepted;
-  std::string text;
-  for (size_t i = 0; i < record.attempts.size(); ++i) {
-    const AttemptRecord& attempt = record.attempts[i];
-    if (!attempt.accepted()) continue;
-    char when[64];
-    std::snprintf(when, sizeof when, " at %.2f s (attempt %zu)",
-                  secondsBetween(record.first_image, attempt.t), i + 1);
-    text += (accepted.empty() ? "" : "; ") + attempt.initializer +
-            (accepted.empty() ? " initialised" : " took over") + when;
-    accepted.push_back(&attempt);
-  }
-  if (accepted.front()->initializer == record.at_rest_initializer && !record.handed_over_at)
-    text += "; no other one took over";
-  std::printf("\n%s\n", text.c_str());
-  for (const AttemptRecord* attempt : accepted) {
-    std::printf("%s:\n", attempt->initializer.c_str());
-    printAccepted(*attempt);
-  }
-}
-
-/** ", 9 of 100 frames": how much of the trajectory an error is of, if not all. */
-std::string partly(const RunRecord& record) {
-  if (!record.ground_truth || record.ground_truth->covered_frames == record.ground_truth->frames)
-    return "";
-  return ", " + std::to_string(record.ground_truth->covered_frames) + " of " +
-         std::to_string(record.ground_truth->frames) + " frames have ground truth";
-}
-
-void printSummary(const RunRecord& record, const std::vector<std::string>& files) {
-  const AttemptRecord* attempt = record.acceptedAttempt();
-  if (attempt && !record.at_rest_initializer.empty()) {
-    printAutoSummary(record);
-  } else if (attempt) {
-    std::printf("\n%s initialised after %zu attempt%s, %.2f s after the first image\n",
-                record.initializer.c_str(), record.attempts.size(),
-                record.attempts.size() == 1 ? "" : "s",
-                secondsBetween(record.first_image, attempt->t));
-    printAccepted(*attempt);
-  } else {
-    std::printf("\n%s never initialised in %zu attempts%s%s\n", record.initializer.c_str(),
-                record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",
-                record.attempts.empty() ? ": the recording is shorter than the window of keyframes"
-                                        : record.attempts.back().reason.c_str());
-  }
-  const RunStatistics& s = record.statistics;
-  std::printf("%s, %.1f s", counted(static_cast<size_t>(s.stereo_frames), "stereo frame").c_str(),
-              s.duration_s);
-  if (!std::isnan(s.frame_median_ms)) std::printf(", %.1f ms a frame (median)", s.frame_median_ms);
-  if (record.trajectory_errors)
-    std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
-                record.trajectory_errors->position_m.rmse, partly(record).c_str());
-  std::printf("\n");
-  if (record.smoothed_errors)
-    std::printf("with hindsight: ATE of trajectory_smoothed.tum %.4f m",
-                record.smoothed_errors->position_m.rmse);
-  if (record.final_errors)
-    std::printf(", of trajectory_final.tum %.4f m", record.final_errors->position_m.rmse);
-  if (record.smoothed_errors) std::printf("\n");
-  if (const auto& ba = record.final_ba)
-    std::printf(
-        "final bundle adjustment of %d keyframes and %d landmarks: %s in %d iterations, "
-        "%.1f s\n",
-        ba->keyframes, ba->landmarks, ba->termination.c_str(), ba->iterations, ba->wall_s);
-  if (s.unpaired_left + s.unpaired_right > 0)
-    std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
-                s.unpaired_right);
-  if (s.frames_not_located > 0)
-    std::printf(
-        "%s could not be located: %s\n",
-        counted(static_cast<size_t>(s.frames_not_located), "frame").c_str(),
-        s.frames_not_located == 1 ? "its pose is a prediction" : "their poses are predictions");
-  printReadProblems(s.unreadable_images, record.warnings);
-  std::printf("written:\n");
-  for (const std::string& file : files) std::printf("  %s\n", file.c_str());
-}
-
-/** "misbehaves crashed with signal 11 (Segmentation fault) at 2.25 s of RECORDING, in attempt 3".
- */
-std::string describe(const RunEnd& end, const std::string& source) {
-  char when[64] = "";
-  if (end.first_image)
-    std::snprintf(when, sizeof when, " at %.2f s",
-                  secondsBetween(*end.first_image, !end.initializer.empty() ? end.attempt_t
-                                                   : end.processed          ? *end.processed
-                                                                            : *end.first_image));
-  if (end.initializer.empty())
-    return "the run " + end.how + when + " of " + source + ", outside of the initializer's call";
-  return end.initializer + " " + end.how + when + " of " + source + ", in its attempt number " +
-         std::to_string(end.attempts);
-}
 
 /** The attempt that did not come to its end, and words about it. */
 void addLostAttempt(const RunEnd& died, RunRecord* record) {
@@ -299,6 +155,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   // What cannot be written should not show after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration, state, died);
+  if (arguments.imu_states) run.keepImuStates();
   std::exception_ptr failure;
   try {
     run.run();
@@ -365,6 +222,8 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   addTimeLimitOption(command, "Processor time that the initializer may use in an attempt",
                      &arguments->time_limit_s);
+  command->add_flag("--imu-states", arguments->imu_states,
+                    "Write states_imu.csv, too: pose and velocity at every IMU sample");
   command->add_flag("--final-ba", arguments->final_ba,
                     "After the run, adjust all keyframes together, images and IMU: "
                     "trajectory_final.tum");

@@ -113,7 +113,7 @@ Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
                                                : odometry.process(frame, imu));
     run.ms.push_back(cpuMilliseconds() - before);
     run.keyframes += run.outputs.back().keyframe;
-    record->add(frame.t, frame, imu, run.outputs.back(), odometry.keyframes());
+    record->add(frame.t, frame, imu, run.outputs.back(), &odometry);
   }
   return run;
 }

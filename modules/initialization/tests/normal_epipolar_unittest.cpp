@@ -94,11 +94,12 @@ TEST(NormalEpipolar, GradientAgreesWithDifferences) {
         const Matrix3d R = views.R * expSO3(Vector3d(0.02, -0.01, 0.03));
         for (const Matrix3d& N : {Matrix3d(Matrix3d::Identity()), moments.normalCovariance(R)}) {
           const EpipolarCost at = cost(moments, R, N);
-          // Values of order 0.01 to 1: truncation of 1e-12 at this step, rounding of 1e-13.
+          // Values of order 0.01 to 1. Without parallax two eigenvalues nearly meet and the fifth
+          // derivative is large: truncation of 1e-9 at this step, rounding of 1e-12.
           testing::expectJacobian(
               at.gradient.transpose(),
               [&](const Matrix3d& turned) { return cost(moments, turned, N).value; }, R,
-              {1e-3, 1e-8});
+              {1e-4, 1e-8});
         }
       }
 }

@@ -1,13 +1,10 @@
-#include "etalon/optimization/bundle/visual_inertial_ba.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <random>
 
 #include "etalon/core/so3.h"
-#include "etalon/testing/known_landmarks.h"
-#include "etalon/testing/synthetic_window.h"
+#include "visual_inertial_case.h"
 
 namespace etalon {
 namespace {
@@ -16,36 +13,6 @@ using Eigen::Vector3d;
 using testing::SyntheticWindow;
 using testing::SyntheticWindowOptions;
 
-struct ViCase {
-  ViCase(const SyntheticWindowOptions& options, double sigma_px)
-      : synthetic(testing::makeSyntheticWindow(options)),
-        window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
-    for (const KeyframeState& s : synthetic.truth) states.push_back({s.T_WB, s.v_WB});
-    landmarks = synthetic.landmarks;
-    for (size_t k = 1; k < states.size(); ++k)
-      preintegrations.emplace_back(
-          synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias,
-          synthetic.calibration.imu.noise);
-  }
-  VisualInertialBaResult solve(const VisualInertialBaOptions& options) const {
-    return solveVisualInertialBa({BundleProblem(window, testing::knownLandmarks(landmarks)),
-                                  preintegrations, states, synthetic.bias, priors, 9.81},
-                                 options);
-  }
-  std::vector<KeyframeState> stamped(const VisualInertialBaResult& result) const {
-    std::vector<KeyframeState> out;
-    for (size_t k = 0; k < result.states.size(); ++k)
-      out.push_back({synthetic.truth[k].t, result.states[k].T_WB, result.states[k].v_WB});
-    return out;
-  }
-  SyntheticWindow synthetic;
-  VisualWindow window;
-  std::vector<VisualInertialState> states;
-  std::vector<Vector3d> landmarks;  ///< p_W by id
-  std::vector<Preintegration> preintegrations;
-  BiasPriors priors;
-};
-
 TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
   for (const testing::Motion motion : {testing::Motion::kGentle, testing::Motion::kAggressive,
                                        testing::Motion::kCircle, testing::Motion::kPureRotation}) {
@@ -53,7 +20,7 @@ TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
     SyntheticWindowOptions options;
     options.motion = motion;
     options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
-    ViCase c(options, 1.0);
+    VisualInertialCase c(options, 1.0);
     const Eigen::Matrix3d tilt = expSO3(Vector3d(0.02, -0.03, 0.0));
     for (VisualInertialState& s : c.states) {  // tilted world, wrong velocities and biases
       s.T_WB = SE3(tilt, Vector3d::Zero()) * s.T_WB;
@@ -97,7 +64,7 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
   double nees = 0.0;
   for (int run = 0; run < runs; ++run) {
     options.seed = static_cast<unsigned>(500 + run);
-    ViCase c(options, options.sigma_px);
+    VisualInertialCase c(options, options.sigma_px);
     c.priors.sigma_accel_mps2 = c.priors.sigma_gyro_rps = 10.0;
     const VisualInertialBaResult result = c.solve(ba);
     ASSERT_GT(result.covariance.rows(), 0);
@@ -121,9 +88,9 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
 }
 
 /** Starts from no bias at all, the truth being `bias`; the IMU is integrated there. */
-ViCase unaware(SyntheticWindowOptions options, const ImuBias& bias) {
+VisualInertialCase unaware(SyntheticWindowOptions options, const ImuBias& bias) {
   options.bias = bias;
-  ViCase c(options, 1.0);
+  VisualInertialCase c(options, 1.0);
   c.synthetic.bias = ImuBias();
   for (Preintegration& p : c.preintegrations) p = p.reintegrated(ImuBias());
   return c;
@@ -140,7 +107,7 @@ TEST(VisualInertialBa, AtRestThePriorDecidesOnTheLevelPartOfTheAccelerometerBias
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kStandstill;
   const ImuBias truth{{0.0, 0.0, 0.0}, {0.2, -0.1, 0.15}};
-  ViCase c = unaware(options, truth);
+  VisualInertialCase c = unaware(options, truth);
   VisualInertialBaOptions ba = patient();
   c.priors.mean.accel = Vector3d(-0.1, 0.25, 0.1);
   const VisualInertialBaResult result = c.solve(ba);
@@ -161,7 +128,7 @@ TEST(VisualInertialBa, PriorWeighsAgainstTheDataByItsSigmas) {
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kAggressive;
   options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
-  ViCase c(options, 1.0);
+  VisualInertialCase c(options, 1.0);
   VisualInertialBaOptions ba = patient();
   ba.chi2_pixel = ba.chi2_inertial = 1e6;
   c.priors.sigma_gyro_rps = c.priors.sigma_accel_mps2 = 1e4;
@@ -192,7 +159,7 @@ TEST(VisualInertialBa, IntegratesAnewWhereTheBiasesMovedFar) {
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kAggressive;
   const ImuBias truth{{0.2, -0.2, 0.2}, {0.1, -0.08, 0.12}};
-  ViCase c = unaware(options, truth);
+  VisualInertialCase c = unaware(options, truth);
   VisualInertialBaOptions ba = patient();
   c.priors.sigma_gyro_rps = c.priors.sigma_accel_mps2 = 1e4;
   ba.chi2_inertial = 1e9;  // the first-order correction is far off in the first round
@@ -221,7 +188,7 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
   options.sigma_px = 0.5;
   options.gyro_noise_factor = options.accel_noise_factor = 1.0;
   const auto velocityError = [&](double chi2_inertial, double blow) {
-    ViCase c(options, options.sigma_px);
+    VisualInertialCase c(options, options.sigma_px);
     std::vector<ImuSample> samples = c.preintegrations[4].samples();
     for (ImuSample& s : samples) s.accel += blow * Vector3d(0.8, -0.5, 0.3);
     c.preintegrations[4] = Preintegration(samples, options.bias, c.synthetic.calibration.imu.noise);
@@ -257,7 +224,7 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
     options.landmarks = 100;
     options.sigma_px = 0.5;
     options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-    ViCase c = unaware(options, {{0.02, -0.06, 0.04}, {0.05, -0.04, 0.03}});
+    VisualInertialCase c = unaware(options, {{0.02, -0.06, 0.04}, {0.05, -0.04, 0.03}});
     const Eigen::Matrix3d tilt = expSO3(Vector3d(0.15, -0.12, 0.0));  // 11 deg
     for (VisualInertialState& s : c.states) s = {SE3(tilt, Vector3d::Zero()) * s.T_WB, s.v_WB};
     for (Vector3d& p_W : c.landmarks) p_W = tilt * p_W;
@@ -281,73 +248,9 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
   }
 }
 
-/** Of the last keyframe's velocity over 30 windows whose landmarks are all at `distance_m`: NEES
- * summed over the windows that claim to know it, their number, landmarks at infinity. */
-struct VelocityOfFarLandmarks {
-  double nees = 0.0;
-  int claiming = 0, far_at_all = 0;
-};
-
-VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
-  std::mt19937 random(8);
-  std::normal_distribution<double> normal;
-  const auto drawn = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
-  VelocityOfFarLandmarks sum;
-  for (unsigned run = 0; run < 30; ++run) {
-    SyntheticWindowOptions options;
-    options.motion = testing::Motion::kAggressive;
-    options.seed = 700 + run;
-    options.frames_per_keyframe = 1;
-    options.landmarks = 120;
-    options.landmark_distance_m = distance_m;
-    options.sigma_px = 0.5;
-    options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-    const VisualInertialBaOptions ba;
-    const BiasPriors priors;
-    const Vector3d gyro = 0.1 * priors.sigma_gyro_rps * drawn();
-    options.bias = {gyro, priors.sigma_accel_mps2 * drawn()};
-    ViCase c(options, options.sigma_px);
-    std::vector<SE3> T_WB;
-    for (const VisualInertialState& s : c.states) T_WB.push_back(s.T_WB);
-    VisualInertialProblem problem{
-        BundleProblem(c.window), c.preintegrations, c.states, options.bias, c.priors,
-        options.gravity_mps2};
-    problem.bundle.triangulateMissing(T_WB);
-    const VisualInertialBaResult result = solveVisualInertialBa(std::move(problem), ba);
-    EXPECT_TRUE(result.summary.message.empty()) << result.summary.message;
-    for (const BundleLandmark& landmark : result.bundle.landmarks)
-      sum.far_at_all += (landmark.position - T_WB[0].t).norm() > 0.99 * kFarthestLandmark;
-    if (!(result.sigmaVelocity() <= 0.1)) continue;  // as the acceptance has it
-    const Eigen::Index v = 9 * (static_cast<Eigen::Index>(result.states.size()) - 1) + 6;
-    const Vector3d e = result.states.back().v_WB - c.states.back().v_WB;
-    sum.nees += e.dot(result.covariance.block<3, 3>(v, v).ldlt().solve(e));
-    ++sum.claiming;
-  }
-  return sum;
-}
-
-TEST(VisualInertialBa, FarLandmarksGiveAVelocityAsGoodAsItSays) {
-  for (const double distance_m : {20.0, 150.0}) {
-    const VelocityOfFarLandmarks sum = velocityOfFarLandmarks(distance_m);
-    SCOPED_TRACE(distance_m);
-    ASSERT_GE(sum.claiming, 20);
-    EXPECT_GT(sum.nees / (3.0 * sum.claiming), 0.7);
-    EXPECT_LT(sum.nees / (3.0 * sum.claiming), 1.5);
-  }
-}
-
-TEST(VisualInertialBa, LandmarksTooFarGiveNoVelocity) {
-  for (const double distance_m : {500.0, 1e9}) {
-    SCOPED_TRACE(distance_m);
-    const VelocityOfFarLandmarks sum = velocityOfFarLandmarks(distance_m);
-    EXPECT_EQ(sum.claiming, 0);
-    EXPECT_GT(sum.far_at_all, 30 * 30);  // thirty a window and more
-  }
-}
-
 TEST(VisualInertialBa, SaysWhyWhenNothingAgrees) {
   SyntheticWindowOptions options;
-  ViCase c(options, 1.0);
+  VisualInertialCase c(options, 1.0);
   for (Vector3d& p : c.landmarks) p += Vector3d(50, 0, 0);
   const VisualInertialBaResult result = c.solve({});
   EXPECT_EQ(result.summary.termination, Termination::kNotStarted);

@@ -9,6 +9,7 @@
 #include "etalon/core/aligning_yaw.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
+#include "odometry_kinds.h"
 
 namespace etalon {
 
@@ -33,7 +34,9 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       options_(options),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
-      tracker_(calibration, options.frontend),
+      front_(calibration, options.frontend, noise_, options.input.max_gap_s,
+             std::max(options.input.max_gap_s, options.max_dead_reckoning_s)),
+      propagator_(noise_, options.window.gravity_mps2),
       odometry_(calibration, options.window.odometry),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
@@ -44,41 +47,24 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
+  front_bias_ = bias_;
+  if (options.live) startThreads();
 }
 
-Pipeline::~Pipeline() = default;
+Pipeline::~Pipeline() { joinThreads(); }
 
-void Pipeline::add(const ImuSample& sample) {
-  border_.add(sample);
-  processAdmitted();
+void Pipeline::estimate(const EstimatorInput& input) {
+  std::visit([this](const auto& what) { estimate(what); }, input);
 }
 
-void Pipeline::add(const StereoFrame& frame) {
-  border_.add(frame);
-  processAdmitted();
+void Pipeline::estimate(const ClockJump& /*jump*/) {
+  imu_ = ImuBuffer();
+  odometry_.forgetVelocity();
+  window_.restart();
+  clock_jumped_ = true;
 }
 
-void Pipeline::finish() {
-  border_.finish();
-  processAdmitted();
-}
-
-void Pipeline::processAdmitted() {
-  while (const std::optional<AdmittedInput> input = border_.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*input)) {
-      process(*sample);
-    } else if (const auto* frame = std::get_if<StereoFrame>(&*input)) {
-      process(*frame);
-    } else {
-      imu_ = ImuBuffer();
-      odometry_.forgetVelocity();
-      window_.restart();
-      clock_jumped_ = true;
-    }
-  }
-}
-
-void Pipeline::process(const ImuSample& sample) {
+void Pipeline::estimate(const ImuSample& sample) {
   imu_.add(sample);
   // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
   const TimeNs needed =
@@ -86,50 +72,51 @@ void Pipeline::process(const ImuSample& sample) {
   if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
 }
 
-/** Rotation of the body from t0 to t1 as the gyro saw it; identity where it saw nothing. */
-Eigen::Matrix3d Pipeline::rotationSince(TimeNs t0, TimeNs t1) const {
-  if (t0 >= t1 || !imu_.covers(t0, t1)) return Eigen::Matrix3d::Identity();
-  return Preintegration(imu_.between(t0, t1), bias_, noise_).deltas().dR;
-}
-
-void Pipeline::process(const StereoFrame& frame) {
+void Pipeline::estimate(const FrontFrame& frame) {
   FrameTiming timing;
+  timing.frontend_ms = frame.ms;
   Stopwatch watch;
+  noticeMissingImages(frame.t);
   const TimeNs before = last_frame_.value_or(frame.t);
   last_frame_ = frame.t;
-  const Eigen::Matrix3d R_prev_cur = rotationSince(tracked_at_.value_or(frame.t), frame.t);
-  const std::optional<TrackedFrame> tracked = track(frame, before, R_prev_cur);
-  timing.frontend_ms = watch.lapMilliseconds();
-  const bool keyframe = tracked && window_.isKeyframe(frame.t);
+  if (frame.after_gap) window_.restart();
+  const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
   if (inertial_)
-    followInertially(frame.t, before, tracked);
+    followInertially(frame.t, before, frame.tracked);
   else
-    follow(frame.t, tracked, R_prev_cur, keyframe);
+    follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
   timing.odometry_ms = watch.lapMilliseconds();
 
-  if (tracked && collecting()) {
-    window_.add(*tracked, keyframe);
-    if (keyframe) tryInitialize(*tracked);
+  if (frame.tracked && collecting()) {
+    window_.add(*frame.tracked, keyframe);
+    if (keyframe) tryInitialize(*frame.tracked);
     timing.initialization_ms = watch.lapMilliseconds();
   } else if (!collecting()) {
     imu_.dropBefore(frame.t);
   }
   timings_.push_back(timing);
+  publish(estimates_.back());
+  forgetOld();
 }
 
-/** The front end; nothing for a frame that shows the past. */
-std::optional<TrackedFrame> Pipeline::track(const StereoFrame& frame, TimeNs before,
-                                            const Eigen::Matrix3d& R_prev_cur) {
-  if (repeated_images_.isRepeated(frame.left, frame.right, imu_.between(before, frame.t))) {
-    border_.count(InputFault::kFrameRepeatsImage, frame.t);
-    return std::nullopt;
-  }
-  if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
-    window_.restart();
-  tracked_at_ = frame.t;
-  TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
-  repeated_images_.tracked(tracked);
-  return tracked;
+/** From the last frame to `until`: there, the IMU alone carried the pose. */
+void Pipeline::noticeMissingImages(TimeNs until) {
+  if (state_ != PipelineState::kInertial || clock_jumped_ ||
+      secondsBetween(*last_frame_, until) <= kNoImageS)
+    return;
+  char text[80];
+  std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
+  enter(PipelineState::kDeadReckoning, *last_frame_ + durationNs(kNoImageS), text);
+}
+
+void Pipeline::forgetOld() {
+  const size_t keep = options_.history_frames;
+  if (keep == 0 || estimates_.size() < 2 * keep) return;
+  const auto old = static_cast<std::ptrdiff_t>(estimates_.size() - keep);
+  trajectory_.erase(trajectory_.begin(), trajectory_.begin() + old);
+  estimates_.erase(estimates_.begin(), estimates_.begin() + old);
+  timings_.erase(timings_.begin(), timings_.begin() + old);
+  record_.forgetBefore(trajectory_.front().t);
 }
 
 /** Stereo odometry. */
@@ -166,7 +153,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   frame.t = t - clock_shift_;
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
   OdometryOutput output = inertial_->process(frame, imu);
-  record_.add(t, frame, imu, output, inertial_->keyframes());
+  record_.add(t, frame, imu, output, inertial_.get());
   output.t = frame.t = t;
   const bool located = output.unlocated_s == 0.0;
   if (!located) ++frames_not_located_;
@@ -237,26 +224,28 @@ void Pipeline::start(const InitializationAttempt& attempt, const TrackedFrame& f
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
   initialized_at_ = attempt.t;
-  if (options_.odometry_kind == kFixedLag)
-    startInertially(attempt, SE3(), frame);
+  if (auto odometry = makeOdometry(calibration_, options_))
+    startInertially(std::move(odometry), attempt, SE3(), frame);
   else
     adopt(attempt, SE3());
 }
 
 void Pipeline::startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame) {
   const SE3 before = trajectory_.back().T_WB;
-  startInertially(attempt, keepingYawAndPosition(attempt), frame);
+  startInertially(makeOdometry(calibration_, options_), attempt, keepingYawAndPosition(attempt),
+                  frame);
   PoseJump jump;
   jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
   jump.covariance = lost_covariance_;
   events_.back().jump = jump;
 }
 
-void Pipeline::startInertially(const InitializationAttempt& attempt, const SE3& T_WA,
+void Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
+                               const InitializationAttempt& attempt, const SE3& T_WA,
                                const TrackedFrame& frame) {
   clock_shift_ = 0;
   clock_jumped_ = false;
-  inertial_ = std::make_unique<FixedLagOdometry>(calibration_, options_.fixed_lag);
+  inertial_ = std::move(odometry);
   starter_.endWaitForMotion();
   const std::string by =
       attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
@@ -279,7 +268,7 @@ void Pipeline::recordStart(const InitializationAttempt& attempt, const SE3& T_WA
     keyframe.state = stateOf(attempt, static_cast<size_t>(k - attempt.keyframes.begin()), T_WA);
     std::vector<ImuSample> imu;
     if (k != attempt.keyframes.begin()) imu = imu_.between(*(k - 1), *k);
-    record_.add(frame.t, frame, imu, keyframe, {});
+    record_.add(frame.t, frame, imu, keyframe, nullptr);
   }
 }
 

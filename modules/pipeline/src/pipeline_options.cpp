@@ -1,5 +1,7 @@
 #include "etalon/pipeline/pipeline_options.h"
 
+#include "odometry_kinds.h"
+
 namespace etalon {
 
 std::vector<ParameterSet> PipelineOptions::sections() {
@@ -39,9 +41,8 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   declared("imu_noise", imu_noise);
   declared("frontend", frontend);
   ParameterSet odometry("odometry");
-  odometry.add("kind", &odometry_kind,
-               "What runs after the start: fixed_lag (images and IMU, tightly coupled) or "
-               "stereo_visual (images alone).");
+  odometry.add("kind", &odometry_kind, odometryKinds(),
+               "What runs after the start: " + odometryKindsInWords() + ".");
   odometry.add("max_dead_reckoning_s", &max_dead_reckoning_s, {0.0, 1e6},
                "Seconds for which the IMU alone carries the pose where images fail; then the "
                "odometry is lost, and starts again.");

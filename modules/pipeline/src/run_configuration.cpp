@@ -44,7 +44,6 @@ class ConfigurationReader {
       known_.push_back(section.section());
       pipeline_ini_ += section.toIni() + "\n";
     }
-    checkOdometryKind(pipeline->odometry_kind);
     checkOdd("klt_window_px", pipeline->frontend.klt_window_px);
     checkOdd("anchor_window_px", pipeline->frontend.anchor_window_px);
     std::vector<std::string> search = plugin_path;
@@ -101,13 +100,6 @@ class ConfigurationReader {
   }
 
  private:
-  void checkOdometryKind(const std::string& kind) const {
-    if (kind == kFixedLag || kind == kStereoVisual) return;
-    const IniFile::Value& text = ini_.section("odometry").at("kind");
-    throw ConfigError(text.origin + ": [odometry] kind = '" + kind + "': expected " + kFixedLag +
-                      " or " + kStereoVisual);
-  }
-
   /** A patch of the front end has a pixel in its middle. */
   void checkOdd(const std::string& key, int value) const {
     if (value % 2 != 0) return;

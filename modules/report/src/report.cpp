@@ -12,11 +12,12 @@
 #include "etalon/report/comparison_table.h"
 #include "report_assets.h"
 #include "report_data.h"
+#include "run_as_benchmark.h"
 
 namespace etalon {
 namespace {
 
-std::string escaped(const std::string& text) { return htmlText(printable(text)); }
+std::string escaped(const std::string& text) { return htmlText(pageText(text)); }
 
 std::string number(double value) {
   char text[32];
@@ -115,7 +116,7 @@ std::string tableText(const TitledTable& table, bool open) {
   const std::string note = noteOf(table);
   const std::string body = (note.empty() ? "" : "<p class=\"note\">" + escaped(note) + "</p>\n") +
                            "<div class=\"scroll\">" +
-                           printable(table.table.toString(TableFormat::kHtml)) + "</div>\n";
+                           pageText(table.table.toString(TableFormat::kHtml)) + "</div>\n";
   const std::string title = escaped(table.title);
   if (open) return "<section class=\"table\"><h3>" + title + "</h3>\n" + body + "</section>\n";
   return "<details class=\"table\"><summary>" + title + "</summary>\n" + body + "</details>\n";
@@ -215,7 +216,7 @@ std::string runReportHtml(const RunRecord& record, const Trajectory& odometry,
   const std::string table =
       "<section class=\"table\"><h3>The attempt that counts</h3>\n<div "
       "class=\"scroll\">" +
-      printable(compareRuns(runs).toString(TableFormat::kHtml)) + "</div></section>\n";
+      pageText(compareRuns(runs).toString(TableFormat::kHtml)) + "</div></section>\n";
   const std::string refusals = joined(refusalsOf(runs), "", [](const std::string& sentence) {
     return "<p class=\"bad\">" + escaped(sentence) + "</p>\n";
   });

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "etalon/benchmark/record.h"
 #include "etalon/core/trajectory.h"
-#include "etalon/runlog/initialization_json.h"
 
 namespace etalon {
 
@@ -20,14 +20,11 @@ nlohmann::json reportData(const BenchmarkRecord& record);
 nlohmann::json trajectoryData(const Trajectory& odometry, const GroundTruth& ground_truth,
                               TimeNs first_image);
 
-/** A run as if it were a benchmark of one recording and one initializer: its attempts are the
- * windows. */
-BenchmarkRecord benchmarkOfRun(const RunRecord& record, const GroundTruth& ground_truth);
-
 /** JSON that can stand inside a <script> element: valid UTF-8, no '<'. */
 std::string scriptText(const nlohmann::json& json);
 
-/** The text with everything replaced that is no valid UTF-8 or a control character. */
-std::string printable(const std::string& text);
+/** The text with its line ends, everything else as printable() says, and U+FFFD where it is no valid
+ * UTF-8. */
+std::string pageText(const std::string& text);
 
 }  // namespace etalon

@@ -54,6 +54,14 @@ Json statisticsJson(const RunStatistics& s) {
   json["duration_s"] = numberJson(s.duration_s);
   json["wall_s"] = numberJson(s.wall_s);
   json["frame_median_ms"] = numberJson(s.frame_median_ms);
+  if (!s.stages.empty()) json["stages"] = Json::array();
+  for (const StageTimes& stage : s.stages)
+    json["stages"].push_back({{"stage", stage.stage},
+                              {"frames", stage.frames},
+                              {"median_ms", numberJson(stage.median_ms)},
+                              {"p99_ms", numberJson(stage.p99_ms)},
+                              {"max_ms", numberJson(stage.max_ms)},
+                              {"total_s", numberJson(stage.total_s)}});
   return json;
 }
 
@@ -72,6 +80,11 @@ RunStatistics statisticsFromJson(const JsonReader& json) {
   s.duration_s = json.at("duration_s").number();
   s.wall_s = json.at("wall_s").number();
   s.frame_median_ms = json.at("frame_median_ms").number();
+  if (json.has("stages"))
+    for (const JsonReader& stage : json.at("stages").elements())
+      s.stages.push_back({stage.at("stage").text(), stage.at("frames").count(),
+                          stage.at("median_ms").number(), stage.at("p99_ms").number(),
+                          stage.at("max_ms").number(), stage.at("total_s").number()});
   return s;
 }
 

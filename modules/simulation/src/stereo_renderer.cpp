@@ -11,7 +11,7 @@
 
 #include "etalon/core/errors.h"
 #include "random.h"
-#include "texture.h"
+#include "rendered_room.h"
 
 namespace etalon {
 
@@ -19,10 +19,10 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
+using PlacedSolid = RenderedRoom::PlacedSolid;
 
 constexpr int kTile = 16;      // px
 constexpr int kSubpixels = 4;  // a pixel, on a 2x2 grid
-constexpr size_t kTextures = 4;
 
 /** The ray through one point of a pixel. */
 struct Ray {
@@ -31,46 +31,14 @@ struct Ray {
   float length = 0.0f;   // of the direction
 };
 
-/** A box with its textures, relative to the centre of the room. */
-struct Solid {
-  Vector3f centre, half_size;
-  float cos_yaw, sin_yaw, radius;
-};
-
-/** How a flat surface looks. */
-struct Coat {
-  const Texture* texture;
-  float offset_u, offset_v;  // m
-  float brightness;
-};
-
-/** The direction with components that may be divided by. */
-Vector3f withoutZeros(Vector3f d) {
-  constexpr float kTiny = 1e-12f;
-  for (int k = 0; k < 3; ++k) {
-    if (std::abs(d[k]) < kTiny) d[k] = kTiny;
-  }
-  return d;
-}
-
-/** A solid as seen from one camera position: its axes' ray origin, computed once an image. */
-struct PlacedSolid {
-  const Solid* solid;
-  size_t index;
-  Vector3f origin;  // of the camera, in the solid's axes
-};
-
 }  // namespace
 
 struct StereoRenderer::Impl {
+  Impl(const Room& room, const RenderOptions& render_options)
+      : options(render_options), scene(room, render_options.seed) {}
+
   RenderOptions options;
-  Vector3d middle;  // of the room, p_W
-  Vector3f half_room;
-  Vector3f lamp;
-  float lamp_falloff;  // 1/m^2
-  std::vector<Solid> solids;
-  std::vector<Coat> room_coats, solid_coats;  // six a room, six a solid
-  std::vector<Texture> textures;
+  RenderedRoom scene;
   struct Camera {
     int width, height;
     SE3 T_BC;
@@ -85,53 +53,18 @@ struct StereoRenderer::Impl {
 
   struct Pass {  // one instant
     Eigen::Matrix3f R_WC;
-    Vector3f origin;  // of the camera, relative to `middle`
+    Vector3f origin;  // of the camera, in the scene
     int first_subpixel, subpixels;
     std::vector<PlacedSolid> placed;
   };
 
-  void makeSurfaces(const Room& room);
   void makeRays(const CameraCalibration& calibration, Camera* camera) const;
   std::vector<Pass> passesOf(const Camera& camera, const SimulatedTrajectory& trajectory,
                              TimeNs t) const;
   void drawTile(const Camera& camera, const Pass& pass, int x0, int y0, float* sum) const;
   void solidsInTile(const Camera& camera, const Pass& pass, int x0, int y0, int x1, int y1,
                     std::vector<PlacedSolid>* found) const;
-  float trace(const Pass& pass, const std::vector<PlacedSolid>& candidates, const Ray& ray) const;
-  float shade(const Coat& coat, float u, float v, float du, float dv, float footprint,
-              float stretch, const Vector3f& p) const;
 };
-
-void StereoRenderer::Impl::makeSurfaces(const Room& room) {
-  middle = 0.5 * (room.low + room.high);
-  half_room = (0.5 * (room.high - room.low)).cast<float>();
-  lamp = Vector3f(0.2f * half_room.x(), -0.15f * half_room.y(), 0.9f * half_room.z());
-  lamp_falloff = 2.0f / half_room.squaredNorm();
-  textures.reserve(kTextures);
-  for (size_t i = 0; i < kTextures; ++i) textures.emplace_back(options.seed, i);
-
-  Random random(options.seed, kTextureStream);
-  const auto coat = [&](size_t texture, double low, double high) {
-    const double period = static_cast<double>(Texture::kSize) * Texture::kTexelSize;
-    const double u = random.uniform(0.0, period), v = random.uniform(0.0, period);
-    const double brightness = random.uniform(low, high);
-    return Coat{&textures[texture], static_cast<float>(u), static_cast<float>(v),
-                static_cast<float>(brightness)};
-  };
-  constexpr std::array<size_t, 6> kFaceTextures = {0, 2, 3, 0, 1, 2};  // walls, floor, ceiling
-  for (size_t face = 0; face < 6; ++face) room_coats.push_back(coat(kFaceTextures[face], 0.7, 1.1));
-  for (const RoomBox& box : room.boxes) {
-    Solid solid;
-    solid.centre = (box.centre - middle).cast<float>();
-    solid.half_size = box.half_size.cast<float>();
-    solid.cos_yaw = static_cast<float>(std::cos(box.yaw));
-    solid.sin_yaw = static_cast<float>(std::sin(box.yaw));
-    solid.radius = solid.half_size.norm();
-    solids.push_back(solid);
-    const size_t texture = static_cast<size_t>(random.uniformInt(static_cast<int>(kTextures)));
-    for (size_t face = 0; face < 6; ++face) solid_coats.push_back(coat(texture, 0.6, 1.25));
-  }
-}
 
 void StereoRenderer::Impl::makeRays(const CameraCalibration& calibration, Camera* camera) const {
   const CameraModel& model = calibration.model;
@@ -177,16 +110,10 @@ std::vector<StereoRenderer::Impl::Pass> StereoRenderer::Impl::passesOf(
     const SE3 T_WC = trajectory.at(instant).T_WB * camera.T_BC;
     Pass pass;
     pass.R_WC = T_WC.R.cast<float>();
-    pass.origin = (T_WC.t - middle).cast<float>();
+    pass.origin = scene.inRoom(T_WC.t);
     pass.first_subpixel = blur ? i % kSubpixels : 0;
     pass.subpixels = blur ? 1 : kSubpixels;
-    for (size_t k = 0; k < solids.size(); ++k) {
-      const Solid& s = solids[k];
-      const Vector3f o = pass.origin - s.centre;
-      const Vector3f turned(s.cos_yaw * o.x() + s.sin_yaw * o.y(),
-                            -s.sin_yaw * o.x() + s.cos_yaw * o.y(), o.z());
-      pass.placed.push_back({&s, k, turned});
-    }
+    pass.placed = scene.placed(pass.origin);
     passes.push_back(std::move(pass));
   }
   return passes;
@@ -225,78 +152,6 @@ void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, 
   }
 }
 
-/**
- * Brightness of a surface at (u, v). The footprint of a ray is an ellipse, `stretch` times longer
- * along (du, dv) than across; up to four lookups lie along it.
- */
-float StereoRenderer::Impl::shade(const Coat& coat, float u, float v, float du, float dv,
-                                  float footprint, float stretch, const Vector3f& p) const {
-  const float cu = u + coat.offset_u, cv = v + coat.offset_v;
-  float gray;
-  if (stretch < 1.6f) {
-    gray = coat.texture->sample(cu, cv, footprint * stretch);
-  } else {
-    const int taps = stretch < 3.0f ? 2 : 4;
-    const float length = footprint * std::min(stretch, 16.0f);
-    const float width = std::max(footprint, length / static_cast<float>(taps));
-    const float norm = length / std::sqrt(du * du + dv * dv);
-    gray = 0.0f;
-    for (int i = 0; i < taps; ++i) {
-      const float s = ((static_cast<float>(i) + 0.5f) / static_cast<float>(taps) - 0.5f) * norm;
-      gray += coat.texture->sample(cu + s * du, cv + s * dv, width);
-    }
-    gray /= static_cast<float>(taps);
-  }
-  const float light = 0.55f + 0.65f / (1.0f + (p - lamp).squaredNorm() * lamp_falloff);
-  return gray * coat.brightness * light;
-}
-
-float StereoRenderer::Impl::trace(const Pass& pass, const std::vector<PlacedSolid>& candidates,
-                                  const Ray& ray) const {
-  if (!(ray.spread >= 0.0f)) return 0.0f;
-  const Vector3f d = withoutZeros(pass.R_WC * ray.direction);
-  const Vector3f& o = pass.origin;
-  // Out of the room, whose walls are met from inside.
-  const float sx = (std::copysign(half_room.x(), d.x()) - o.x()) / d.x();
-  const float sy = (std::copysign(half_room.y(), d.y()) - o.y()) / d.y();
-  const float sz = (std::copysign(half_room.z(), d.z()) - o.z()) / d.z();
-  float nearest = std::min(sx, std::min(sy, sz));
-  int axis = nearest == sx ? 0 : nearest == sy ? 1 : 2;
-  const PlacedSolid* hit = nullptr;
-  Vector3f hit_d = d;
-  for (const PlacedSolid& placed : candidates) {
-    const Solid& solid = *placed.solid;
-    const Vector3f e = withoutZeros({solid.cos_yaw * d.x() + solid.sin_yaw * d.y(),
-                                     -solid.sin_yaw * d.x() + solid.cos_yaw * d.y(), d.z()});
-    float enter = 0.0f, leave = nearest;
-    int enter_axis = -1;
-    for (int k = 0; k < 3; ++k) {
-      const float inverse = 1.0f / e[k];
-      const float middle_s = -placed.origin[k] * inverse;
-      const float half_s = std::abs(solid.half_size[k] * inverse);
-      if (middle_s - half_s > enter) {
-        enter = middle_s - half_s;
-        enter_axis = k;
-      }
-      leave = std::min(leave, middle_s + half_s);
-    }
-    if (enter_axis >= 0 && enter < leave) {
-      nearest = enter;
-      axis = enter_axis;
-      hit = &placed;
-      hit_d = e;
-    }
-  }
-  const Vector3f p = o + nearest * d;
-  const Vector3f local = hit ? Vector3f(hit->origin + nearest * hit_d) : p;
-  const size_t face = 2 * static_cast<size_t>(axis) + (hit_d[axis] > 0.0f ? 1 : 0);
-  const Coat& coat = hit ? solid_coats[6 * hit->index + face] : room_coats[face];
-  const int iu = axis == 0 ? 1 : 0, iv = axis == 2 ? 1 : 2;
-  const float footprint = nearest * ray.spread;
-  const float stretch = ray.length / std::abs(hit_d[axis]);
-  return shade(coat, local[iu], local[iv], hit_d[iu], hit_d[iv], footprint, stretch, p);
-}
-
 void StereoRenderer::Impl::drawTile(const Camera& camera, const Pass& pass, int x0, int y0,
                                     float* sum) const {
   const int x1 = std::min(x0 + kTile, camera.width), y1 = std::min(y0 + kTile, camera.height);
@@ -307,15 +162,19 @@ void StereoRenderer::Impl::drawTile(const Camera& camera, const Pass& pass, int 
       const size_t pixel = camera.index(x, y);
       const Ray* rays = &camera.rays[pixel * kSubpixels + static_cast<size_t>(pass.first_subpixel)];
       float value = 0.0f;
-      for (int k = 0; k < pass.subpixels; ++k) value += trace(pass, candidates, rays[k]);
+      for (int k = 0; k < pass.subpixels; ++k) {
+        const Ray& ray = rays[k];
+        if (ray.spread >= 0.0f)
+          value += scene.brightness(pass.origin, candidates,
+                                    {pass.R_WC * ray.direction, ray.spread, ray.length});
+      }
       sum[pixel] += value;
     }
   }
 }
 
 StereoRenderer::StereoRenderer(const Room& room, const StereoInertialCalibration& calibration,
-                               const RenderOptions& options)
-    : impl_(std::make_unique<Impl>()) {
+                               const RenderOptions& options) {
   const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
   if (!in(options.blur_samples, 0, 256) || !in(options.exposure_ms, 0.0, 1000.0) ||
       !in(options.noise_gray, 0.0, 100.0) || !in(options.shot_noise, 0.0, 10.0) ||
@@ -325,8 +184,7 @@ StereoRenderer::StereoRenderer(const Room& room, const StereoInertialCalibration
         "gray levels and "
         "vignetting of 0 to 0.9");
   }
-  impl_->options = options;
-  impl_->makeSurfaces(room);
+  impl_ = std::make_unique<Impl>(room, options);
   for (size_t i = 0; i < 2; ++i) impl_->makeRays(calibration.cameras[i], &impl_->cameras[i]);
 }
 

@@ -6,29 +6,9 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
-#include "etalon/initialization/steps/normal_epipolar.h"
+#include "steps/epipolar_pairs.h"
 
 namespace etalon {
-
-/** One landmark in two views of one camera: unit bearings. */
-struct EpipolarMatch {
-  int observation_i = 0, observation_j = 0;  ///< numbers of the two, for what several pairs share
-  Eigen::Vector3d f_i, f_j;
-  double residual = 0.0;  ///< in standard deviations
-  double weight = 0.0;    ///< in the moments
-};
-
-/** One camera at two keyframes. */
-struct EpipolarPair {
-  int i = 0, j = 0, camera = 0;
-  std::vector<EpipolarMatch> matches;
-  EpipolarMoments moments;
-  Eigen::Matrix3d N = Eigen::Matrix3d::Identity();
-  double certainty = 1.0;
-  double factor = 1.0;  ///< from the pair's cost to squared standard deviations
-  double sigma = 1.0;   ///< robust, of the residuals
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
-};
 
 /**
  * Covariance of the minimiser of a sum of pairs' costs by propagating the noise of what goes in,

@@ -28,6 +28,7 @@ struct WindowState {
   bool fixed = false;
   bool full = true;
   bool keyframe = false;
+  bool at_rest = false;  ///< since the state before
   Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
   Matrix15d imu_sqrt_information = Matrix15d::Zero();
   Eigen::Index column = 0;  ///< of its first unknown

@@ -70,7 +70,7 @@ bool readTracks(const std::string& path, const std::string& key, SequenceTracks*
                 std::string* why_not);
 
 /**
- * The recording with its tracks: from the cache file `folder`/`name`-<key>.tracks where that can be
+ * The recording with its tracks: from the cache file `folder`/`name`-KEY.tracks where that can be
  * trusted, else from the front end, and then kept there. The folder is made if need be.
  * @param recording_hash recordingHash(recording)
  * @param note a sentence where a file was there and could not be trusted; may be null

@@ -11,7 +11,7 @@ bool makeFolder(const std::string& path);
 
 /**
  * A file that appears under its name when it is whole: until then it stands beside, under a name
- * that no other writer has (PATH.<process>.part). Of several writers of one file the last one's
+ * that no other writer has (PATH.PROCESS.part). Of several writers of one file the last one's
  * stays, whole. What is no regular file, a device for instance, is written directly.
  */
 class OutputFile {

@@ -57,7 +57,7 @@ class Table {
   /** NaN leaves the cell empty. */
   void setNumber(const std::string& key, double value);
   /** Marks the least (or the greatest) number among these columns of the last row, and all that are
-   * printed alike: `**` in Markdown, \textbf in LaTeX, <b> in HTML. Nothing where fewer than two
+   * printed alike: `**` in Markdown, `\textbf` in LaTeX, `<b>` in HTML. Nothing where fewer than two
    * cells have a number. */
   void markBest(const std::vector<std::string>& keys, bool least_is_best = true);
 
@@ -72,7 +72,7 @@ class Table {
   bool hasColumn(const std::string& key) const;
 
   /**
-   * For people (text, Markdown, LaTeX with booktabs and multirow's \multicolumn, HTML with class
+   * For people (text, Markdown, LaTeX with booktabs and `\multicolumn`, HTML with class
    * "etalon"): columns aligned, numbers in the title's unit and rounded, "-" for an empty cell. CSV
    * (RFC 4180): numbers in `%.9g`, an empty cell is empty.
    * @param style of text alone

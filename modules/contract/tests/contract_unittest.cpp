@@ -1,91 +1,33 @@
-#include "etalon/contract/contract.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <csignal>
-#include <functional>
-#include <random>
 #include <stdexcept>
 #include <string>
 
-#include "etalon/contract/synthetic_window.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/initialization/plugin_loader.h"
-
-namespace etalon::test_plugins {
-
-using Change = std::function<void(const InitializationProblem&, InitializationResult*)>;
-
-/** A good initializer whose results are spoilt on the way out. */
-class Spoilt : public Initializer {
-  DEFINE_MRPT_OBJECT(Spoilt, etalon::test_plugins)
-
- public:
-  Spoilt() = default;
-  explicit Spoilt(Change change) : change_(std::move(change)) {
-    good_ = PluginLoader({ETALON_INITIALIZERS}).create("orbslam3_inertial_only");
-  }
-  void declareParameters(ParameterSet& parameters) override {
-    parameters.add("key", &number_, {0, 9}, documentation_);
-  }
-  bool needsVisualSolution() const override { return says_needs_; }
-
-  std::string documentation_ = "A number.";
-  bool says_needs_ = true;
-
- protected:
-  InitializationResult solve(const InitializationProblem& problem) const override {
-    InitializationResult result = good_->initialize(problem);
-    change_(problem, &result);
-    return result;
-  }
-
- private:
-  Initializer::Ptr good_;
-  Change change_ = [](const InitializationProblem&, InitializationResult*) {};
-  int number_ = 1;
-};
-
-IMPLEMENTS_MRPT_OBJECT(Spoilt, etalon::Initializer, etalon::test_plugins)
-
-}  // namespace etalon::test_plugins
+#include "spoilt.h"
 
 namespace etalon {
 namespace {
 
-using test_plugins::Change;
-using test_plugins::Spoilt;
+using testing::Change;
+using testing::check;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ofSuccess;
+using testing::Spoilt;
 using Verdict = ContractCheck::Verdict;
 
 void unchanged(const InitializationProblem& /*problem*/, InitializationResult* /*result*/) {}
-
-/** The verdict of one check. */
-ContractCheck check(const std::string& name, const Initializer& initializer,
-                    ContractOptions options = {}) {
-  options.only = {name};
-  options.limits.cpu_s = 100.0;
-  const ContractReport report = checkContract(initializer, options);
-  EXPECT_EQ(report.checks.size(), 1U);
-  return report.checks.front();
-}
 
 void expectFailure(const std::string& name, const Change& change, const std::string& words) {
   const ContractCheck result = check(name, Spoilt(change));
   EXPECT_EQ(result.verdict, Verdict::kFailed) << name << ": " << result.detail;
   EXPECT_THAT(result.detail, HasSubstr(words)) << name;
-}
-
-/** A change of successes alone. */
-Change ofSuccess(const std::function<void(InitializationResult*)>& change) {
-  return [change](const InitializationProblem&, InitializationResult* result) {
-    if (result->ok()) change(result);
-  };
 }
 
 TEST(Contract, LetsAGoodInitializerPass) {
@@ -312,120 +254,6 @@ TEST(Contract, FindsFalseDeclarations) {
   Spoilt silent(unchanged);
   silent.documentation_ = "";
   EXPECT_THAT(check("parameters", silent).detail, HasSubstr("'key' has no documentation"));
-}
-
-/** The truth of a drawn window with an error of known covariance on it: what the Monte Carlo wants.
- * The scale is that of the covariance that is given against the one that is true. */
-class Drawn : public Initializer {
-  DEFINE_MRPT_OBJECT(Drawn, etalon)
-
- public:
-  explicit Drawn(double scale = 1.0) : scale_(scale) {}
-  void declareParameters(ParameterSet& /*parameters*/) override {}
-  bool needsVisualSolution() const override { return false; }
-  bool singular_ = false, lopsided_ = false, unknown_ = false;
-
- protected:
-  static constexpr double kSigmaTilt = 0.24, kSigmaVelocity = 0.81;  // rad, m/s
-
-  InitializationResult solve(const InitializationProblem& problem) const override {
-    InitializationResult result;
-    result.status = InitializationStatus::kSuccess;
-    for (int k = 0; k < problem.keyframeCount(); ++k)
-      result.states.push_back({problem.keyframe(k).t, SE3(), Eigen::Vector3d::Zero()});
-    // Knows nothing of the motion: b_g and b_a are the prior's, and so are their covariances.
-    // Attitude and velocity are as large as those of the windows are.
-    result.bias = problem.priors().mean;
-    Eigen::VectorXd variances(11);
-    variances.segment<2>(6).setConstant(std::pow(kSigmaTilt, 2));
-    variances.segment<3>(8).setConstant(std::pow(kSigmaVelocity, 2));
-    if (unknown_) variances.tail<5>().setConstant(1e12);
-    variances.head<3>().setConstant(std::pow(problem.priors().sigma_gyro_rps, 2));
-    variances.segment<3>(3).setConstant(std::pow(problem.priors().sigma_accel_mps2, 2));
-    result.covariance = scale_ * variances.asDiagonal().toDenseMatrix();
-    if (singular_) result.covariance.bottomRightCorner<3, 3>().setZero();
-    if (lopsided_) result.covariance(0, 1) = 0.5 * result.covariance(0, 0);
-    return result;
-  }
-
- private:
-  double scale_;
-};
-
-IMPLEMENTS_MRPT_OBJECT(Drawn, etalon::Initializer, etalon)
-
-TEST(Contract, JudgesCovariances) {
-  const Spoilt without(ofSuccess([](auto* r) { r->covariance.resize(0, 0); }));
-  for (const char* name : {"covariance.positive_definite", "covariance.consistent"}) {
-    const ContractCheck none = check(name, without);
-    EXPECT_EQ(none.verdict, Verdict::kNotApplicable);
-    EXPECT_THAT(none.detail, HasSubstr("gives none"));
-  }
-  // One that is ten times too good in velocity alone.
-  const Spoilt sure(ofSuccess([](auto* r) {
-    r->covariance.bottomRows(3) *= 0.3;
-    r->covariance.rightCols(3) *= 0.3;
-  }));
-  const ContractCheck optimistic = check("covariance.consistent", sure);
-  EXPECT_EQ(optimistic.verdict, Verdict::kFailed);
-  EXPECT_THAT(optimistic.detail, HasSubstr("velocity: too optimistic"));
-
-  Drawn honest(1.0), lopsided(1.0), singular(1.0);
-  lopsided.lopsided_ = singular.singular_ = true;
-  EXPECT_EQ(check("covariance.positive_definite", honest).verdict, Verdict::kPassed);
-  EXPECT_THAT(check("covariance.positive_definite", lopsided).detail, HasSubstr("not symmetric"));
-  const ContractCheck not_definite = check("covariance.positive_definite", singular);
-  EXPECT_EQ(not_definite.verdict, Verdict::kFailed);
-  EXPECT_THAT(not_definite.detail, HasSubstr("not positive definite"));
-}
-
-TEST(Contract, ComparesErrorsWithTheCovarianceByMonteCarlo) {
-  ContractOptions options;
-  options.monte_carlo_windows = 60;
-  const ContractCheck honest = check("covariance.consistent", Drawn(1.0), options);
-  EXPECT_EQ(honest.verdict, Verdict::kPassed) << honest.detail;
-  EXPECT_NEAR(honest.value, 1.0, 0.2);
-  const ContractCheck pessimistic = check("covariance.consistent", Drawn(3.0), options);
-  EXPECT_EQ(pessimistic.verdict, Verdict::kFailed);
-  EXPECT_THAT(pessimistic.detail, HasSubstr("all: too pessimistic"));
-  const ContractCheck optimistic = check("covariance.consistent", Drawn(1.0 / 3.0), options);
-  EXPECT_EQ(optimistic.verdict, Verdict::kFailed);
-  EXPECT_THAT(optimistic.detail, HasSubstr("all: too optimistic"));
-  // Gravity and velocity as good as unknown: only six of eleven degrees of freedom contribute. 11/6
-  // too much in these and nothing in the others cancel in the sum, but no block is right.
-  Drawn unknown(6.0 / 11.0);
-  unknown.unknown_ = true;
-  const ContractCheck cancelled = check("covariance.consistent", unknown, options);
-  EXPECT_EQ(cancelled.verdict, Verdict::kFailed);
-  EXPECT_NEAR(cancelled.value, 1.0, 0.2);
-  EXPECT_THAT(cancelled.detail,
-              AllOf(HasSubstr("b_g: too optimistic"), HasSubstr("velocity: too pessimistic")));
-  options.allowed_nees_factor = 4.0;
-  EXPECT_EQ(check("covariance.consistent", Drawn(1.0 / 3.0), options).verdict, Verdict::kPassed);
-  // Where a part is singular, the other blocks alone.
-  Drawn singular(1.0);
-  singular.singular_ = true;
-  EXPECT_THAT(check("covariance.consistent", singular, options).detail,
-              HasSubstr("velocity singular"));
-}
-
-TEST(EstimationError, TakesYawOutAndTiltAboutTheWorldsAxes) {
-  testing::SyntheticWindowOptions options;
-  options.motion = testing::Motion::kAggressive;
-  const testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
-  const Eigen::Vector3d tilt(0.01, -0.02, 0.0), dv(0.1, 0.2, -0.3);
-  const Eigen::Matrix3d yaw = expSO3({0.0, 0.0, 2.5});
-  InitializationResult result;
-  result.states = window.truth;
-  for (KeyframeState& s : result.states) {
-    s.T_WB.R = expSO3(tilt) * yaw * s.T_WB.R;
-    s.v_WB = yaw * s.v_WB + dv;
-  }
-  result.bias.gyro = {1e-3, 2e-3, 3e-3};
-  const Eigen::Matrix<double, 11, 1> error = estimationError(result, window);
-  Eigen::Matrix<double, 11, 1> expected;
-  expected << 1e-3, 2e-3, 3e-3, 0, 0, 0, tilt.head<2>(), dv;
-  EXPECT_LT((error - expected).norm(), 1e-12);
 }
 
 }  // namespace

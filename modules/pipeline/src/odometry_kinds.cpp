@@ -1,0 +1,53 @@
+#include "odometry_kinds.h"
+
+#include <algorithm>
+#include <array>
+
+#include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+
+namespace etalon {
+namespace {
+
+struct OdometryKind {
+  const char* name;
+  const char* words;
+  std::unique_ptr<Odometry> (*make)(const StereoInertialCalibration&, const PipelineOptions&);
+};
+
+std::unique_ptr<Odometry> makeFixedLag(const StereoInertialCalibration& calibration,
+                                       const PipelineOptions& options) {
+  return std::make_unique<FixedLagOdometry>(calibration, options.fixed_lag);
+}
+
+const std::array kOdometryKinds = {
+    OdometryKind{kFixedLag, "images and IMU, tightly coupled", makeFixedLag},
+    OdometryKind{kStereoVisual, "images alone", nullptr},
+};
+
+}  // namespace
+
+std::vector<std::string> odometryKinds() {
+  std::vector<std::string> names;
+  for (const OdometryKind& kind : kOdometryKinds) names.emplace_back(kind.name);
+  return names;
+}
+
+std::string odometryKindsInWords() {
+  std::string text;
+  for (const OdometryKind& kind : kOdometryKinds) {
+    if (!text.empty()) text += &kind == &kOdometryKinds.back() ? " or " : ", ";
+    text += std::string(kind.name) + " (" + kind.words + ")";
+  }
+  return text;
+}
+
+std::unique_ptr<Odometry> makeOdometry(const StereoInertialCalibration& calibration,
+                                       const PipelineOptions& options) {
+  const auto kind =
+      std::find_if(kOdometryKinds.begin(), kOdometryKinds.end(),
+                   [&](const OdometryKind& k) { return options.odometry_kind == k.name; });
+  if (kind == kOdometryKinds.end() || kind->make == nullptr) return nullptr;
+  return kind->make(calibration, options);
+}
+
+}  // namespace etalon
