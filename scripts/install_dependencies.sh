@@ -13,7 +13,7 @@ set -euo pipefail
 packages=(
   cmake ninja-build ccache g++ git
   libmrpt-obs-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev libboost-dev
-  nlohmann-json3-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
+  nlohmann-json3-dev libexpected-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
 report_folder="$(dirname "${BASH_SOURCE[0]}")/../modules/report/page"
 npm_omit=(--omit=dev)

@@ -27,13 +27,13 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
 
 void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
                   const std::string& at_rest) {
-  std::string text = attempt.decision.accepted ? (handover ? "handed over" : "initialised")
-                                               : "not yet, because " + attempt.decision.reason;
+  std::string text = attempt.accepted() ? (handover ? "handed over" : "initialised")
+                                        : "not yet, because " + attempt.decision.error().reason;
   if (handover && attempt.initializer == at_rest)
-    text = "still waiting for motion, because " + attempt.decision.reason;
+    text = "still waiting for motion, because " + attempt.decision.error().reason;
   if (!attempt.initializer.empty())
-    text = attempt.decision.accepted ? text + (handover ? " to " : " by ") + attempt.initializer
-                                     : attempt.initializer + ": " + text;
+    text = attempt.accepted() ? text + (handover ? " to " : " by ") + attempt.initializer
+                              : attempt.initializer + ": " + text;
   std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
   std::fflush(stdout);
 }

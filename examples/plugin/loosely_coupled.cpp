@@ -1,6 +1,5 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <string>
 
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
@@ -11,7 +10,10 @@ namespace my_lab {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Status = etalon::InitializationStatus;
+using etalon::Bound;
+using etalon::refuse;
+using etalon::Value;
+using Status = etalon::RefusalStatus;
 
 /**
  * Loosely coupled: the poses of stereo odometry stay as they are; b_g from their
@@ -33,40 +35,38 @@ class LooselyCoupled : public etalon::Initializer {
 
  protected:
   etalon::InitializationResult solve(const etalon::InitializationProblem& problem) const override {
-    const etalon::VisualSolution& visual = problem.visualSolution();
-    const auto landmarks = static_cast<double>(visual.landmarks.size());
+    const etalon::Expected<etalon::VisualSolution>& visual = problem.visualSolution();
+    if (!visual) return refuse(visual.error());
+    const int landmarks = static_cast<int>(visual->landmarks.size());
     if (landmarks < min_landmarks_)
-      return refuse(Status::kTooFewTracks, "landmarks in the window", landmarks, min_landmarks_);
+      return refuse(Status::kTooFewTracks, Value(landmarks), " landmarks in the window, at least ",
+                    Bound(min_landmarks_), " are wanted");
     if (problem.keyframeCount() < 3)  // fewer equations than unknowns
-      return refuse(Status::kTooFewKeyframes, "keyframes", problem.keyframeCount(), 3);
+      return refuse(Status::kTooFewKeyframes, Value(problem.keyframeCount()),
+                    " keyframes, at least ", Bound(3), " are needed");
 
     etalon::Stopwatch watch;
     etalon::VisualFrameEstimate estimate;
-    estimate.T_VB = visual.T_VB;
-    estimate.landmarks = visual.landmarks;
+    estimate.T_VB = visual->T_VB;
+    estimate.landmarks = visual->landmarks;
     estimate.bias.accel = problem.priors().mean.accel;
-    estimate.bias.gyro = gyroBias(problem, visual);
+    estimate.bias.gyro = gyroBias(problem, *visual);
     const double gyro_bias = estimate.bias.gyro.norm();
     if (!(gyro_bias <= max_gyro_bias_rps_))
-      return refuse(Status::kImplausible, "rad/s of gyro bias", gyro_bias, max_gyro_bias_rps_);
+      return refuse(Status::kImplausible, "a gyro bias of ", Value(gyro_bias), " rad/s, at most ",
+                    Bound(max_gyro_bias_rps_), " is plausible");
 
     const double gravity_error = findVelocitiesAndGravity(problem, &estimate);
     if (!(gravity_error <= max_gravity_error_mps2_))
-      return refuse(Status::kIllConditioned, "m/s^2 of error in the magnitude of gravity",
-                    gravity_error, max_gravity_error_mps2_);
-    etalon::InitializationResult result = etalon::alignWithGravity(problem, estimate);
+      return refuse(Status::kIllConditioned, "the magnitude of gravity is off by ",
+                    Value(gravity_error), " m/s^2, at most ", Bound(max_gravity_error_mps2_),
+                    " is wanted");
+    etalon::Initialization result = etalon::alignWithGravity(problem, estimate);
     result.timings.push_back({"linear", watch.lapMilliseconds()});
     return result;
   }
 
  private:
-  static etalon::InitializationResult refuse(Status status, const std::string& what, double found,
-                                             double bound) {
-    return etalon::InitializationResult::refusal(
-        status, std::to_string(found) + " " + what + ", the bound is " + std::to_string(bound),
-        found);
-  }
-
   /** The b_g (rad/s) for which the integrated gyro turns from keyframe to keyframe as the camera
    * did: Log(dR(b_g)^T R_VBk-1^T R_VBk) = 0 in the least squares, Gauss-Newton. */
   static Vector3d gyroBias(const etalon::InitializationProblem& problem,

@@ -18,9 +18,9 @@ TEST(LooselyCoupled, FindsTheGyroBiasFromThreeKeyframes) {
   options.bias.gyro = {0.02, -0.06, 0.04};
   const auto window = etalon::testing::makeSyntheticWindow(options);
   const auto result = load()->initialize(etalon::testing::makeProblem(window, options));
-  ASSERT_TRUE(result.ok()) << result.reason;
+  ASSERT_TRUE(result) << result.error().reason;
   // Noise-free: nothing but the first-order steps of the iteration is left.
-  EXPECT_LT((result.bias.gyro - options.bias.gyro).norm(), 1e-6);
+  EXPECT_LT((result->bias.gyro - options.bias.gyro).norm(), 1e-6);
 }
 
 TEST(LooselyCoupled, KeepsTheContract) {

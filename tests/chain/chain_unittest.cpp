@@ -160,8 +160,8 @@ TEST(Chain, StampsAreTheSensorsToTheNanosecond) {
   stamps.erase(stamps.begin(), stamps.end() - static_cast<std::ptrdiff_t>(trajectory.size()));
   for (size_t i = 0; i < trajectory.size(); ++i)
     EXPECT_EQ(nanoseconds(trajectory[i].stamp), stamps[i]);
-  for (const json& keyframe :
-       readJson(run + "/initialization.json").at("attempts")[0]["keyframes_ns"])
+  const json record = readJson(run + "/initialization.json");
+  for (const json& keyframe : record.at("attempts").at(0).at("keyframes_ns"))
     EXPECT_THAT(stamps, Contains(std::to_string(keyframe.get<long long>())));
   // The log's observations have ticks of 100 ns; its stamps are the same.
   replayed(log, "eta", folder.path() + "/of_log");

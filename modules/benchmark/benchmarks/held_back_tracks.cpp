@@ -29,6 +29,7 @@
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "prediction_error.h"
+#include "program.h"
 
 namespace {
 
@@ -71,10 +72,10 @@ std::optional<std::array<std::vector<SE3>, kSets>> posesOf(const InitializationP
                                                            bool* accepted) {
   const InitializationAttempt attempt = attemptInitialization(problem, initializer, options);
   if (!attempt.has_vi_ba) return std::nullopt;
-  *accepted = attempt.decision.accepted;
+  *accepted = attempt.accepted();
   std::array<std::vector<SE3>, kSets> poses;
-  poses[kOdometry] = problem.visualSolution().T_VB;
-  for (const KeyframeState& state : attempt.init.states) poses[kBefore].push_back(state.T_WB);
+  poses[kOdometry] = problem.visualSolution()->T_VB;
+  for (const KeyframeState& state : attempt.init->states) poses[kBefore].push_back(state.T_WB);
   poses[kAfter] = attempt.poses();
   for (const TrackedFrame* frame : problem.keyframes())
     if (const auto state = truth.at(frame->t)) poses[kTruth].push_back(state->T_WB);
@@ -200,44 +201,24 @@ void run(const Arguments& arguments) {
   print(scores, windows, static_cast<size_t>(std::ceil(overlapping)));
 }
 
-Arguments parse(int argc, char** argv) {
-  if (argc < 2 || argc % 2 != 0) throw ConfigError("takes a recording, then options with values");
-  Arguments arguments;
-  arguments.source = argv[1];
-  std::vector<std::string> set;
-  for (int i = 2; i < argc; i += 2) {
-    const std::string option = argv[i], value = argv[i + 1];
-    if (option == "--from")
-      arguments.from_s = std::stod(value);
-    else if (option == "--to")
-      arguments.to_s = std::stod(value);
-    else if (option == "--every")
-      arguments.every_s = std::stod(value);
-    else if (option == "--tracks")
-      arguments.tracks = value;
-    else if (option == "--initializer")
-      arguments.initializer = value;
-    else if (option == "-c")
-      arguments.ini = IniFile::fromFile(value);
-    else if (option == "--set")
-      set.push_back(value);
-    else
-      throw ConfigError("knows no " + option);
-  }
-  for (const std::string& argument : set) arguments.ini.setFromArgument(argument);
-  if (!(arguments.every_s > 0.0)) throw ConfigError("--every must be positive");
-  return arguments;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
-  try {
-    run(parse(argc, argv));
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "held_back_tracks: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+  Arguments arguments;
+  IniOptions ini;
+  CLI::App app("Judges an initializer's windows by tracks that were held back", "held_back_tracks");
+  app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
+  app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
+  app.add_option("--to", arguments.to_s, "End, seconds after the first image");
+  app.add_option("--every", arguments.every_s, "Seconds from window to window")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--tracks", arguments.tracks, "Folder of the cached tracks");
+  app.add_option("--initializer", arguments.initializer, "Plugin")->capture_default_str();
+  ini.addTo(&app);
+  return runProgram(&app, argc, argv, [&] {
+    arguments.ini = ini.ini();
+    run(arguments);
+  });
 }

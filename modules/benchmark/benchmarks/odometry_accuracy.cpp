@@ -1,11 +1,12 @@
 // odometry_accuracy SRC [--tracks FOLDER | --tracks-file FILE] [--from S] [--to S] [--start
 // truth|NAME]
 //                   [--fault black|right|drop|imu --at S --for S] [--seed N] [--stereo yes|no]
-//                   [--trajectory FILE] [-c INI] [--set section.key=value]...
+//                   [--map yes|no] [--trajectory FILE] [-c INI] [--set section.key=value]...
 //
-// How good is the odometry, asked without images? SRC is a recording (EuRoC folder or .rawlog) with
+// How good is the odometry, asked without the front end? SRC is a recording (EuRoC folder or .rawlog) with
 // ground truth; its tracks come from the front end or from a cache (--tracks keeps them in FOLDER;
-// --tracks-file takes FILE as it is, whatever it was made from). Both odometries run from S to S
+// --tracks-file takes FILE as it is, whatever it was made from). --map: old keyframes are found
+// again, in the recording's images. Both odometries run from S to S
 // after the first image: from the ground truth's state with seeded errors, or from what the
 // initializer NAME finds in the first window that is accepted. --fault: from S after the first of
 // those frames on, for S seconds, no frame has observations and afterwards every track is a new
@@ -20,7 +21,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <opencv2/core/utility.hpp>
 #include <string>
@@ -38,6 +38,7 @@
 #include "etalon/odometry/flight_record.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "odometry_beginning.h"
+#include "recorded_views.h"
 
 namespace {
 
@@ -52,15 +53,9 @@ struct Arguments {
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
   IniFile ini;
-  IniFile fixed_lag;  ///< section [fixed_lag] alone
+  IniFile fixed_lag;  ///< sections [fixed_lag] and [map] alone
+  bool map = false;
 };
-
-/** CPU time of this thread, ms. */
-double cpuMilliseconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
 
 /** A state for every frame. */
 struct Run {
@@ -100,18 +95,21 @@ SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline)
 }
 
 Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
-                const FixedLagOptions& options, FlightRecord* record) {
+                const FixedLagOptions& options, const MapOptions& map,
+                const std::shared_ptr<RecordedViews>& views, FlightRecord* record) {
   Run run;
   run.name = "fixed lag";
-  FixedLagOdometry odometry(tracks.calibration, options);
+  FixedLagOdometry odometry(tracks.calibration, options, map, views);
   for (size_t i = beginning.frame; i < tracks.frames.size(); ++i) {
     const TrackedFrame& frame = tracks.frames[i];
     std::vector<ImuSample> imu;
     if (i > beginning.frame) imu = tracks.imu.between(tracks.frames[i - 1].t, frame.t);
+    if (views) views->at(frame.t);
     const double before = cpuMilliseconds();
     run.outputs.push_back(i == beginning.frame ? odometry.start(beginning.start, frame)
                                                : odometry.process(frame, imu));
     run.ms.push_back(cpuMilliseconds() - before);
+    if (views) run.ms.back() -= views->takeReadingMilliseconds();
     run.keyframes += run.outputs.back().keyframe;
     record->add(frame.t, frame, imu, run.outputs.back(), &odometry);
   }
@@ -243,6 +241,10 @@ void run(const Arguments& arguments) {
   ParameterSet section("fixed_lag");
   options.declare(section);
   section.read(arguments.fixed_lag);
+  MapOptions map;
+  ParameterSet map_section("map");
+  map.declare(map_section);
+  map_section.read(arguments.fixed_lag);
   options.sigma_px = suite.pipeline.window.odometry.sigma_px;
   options.gravity_mps2 = suite.pipeline.window.gravity_mps2;
   options.imu_noise = suite.pipeline.imu_noise.apply(tracks.calibration.imu.noise);
@@ -256,7 +258,9 @@ void run(const Arguments& arguments) {
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
   FlightRecord record(tracks.calibration, {options.imu_noise, options.gravity_mps2,
                                            options.sigma_px, arguments.final_ba ? 100000U : 0U});
-  const Run fixed_lag = runFixedLag(tracks, beginning, options, &record);
+  const Run fixed_lag = runFixedLag(
+      tracks, beginning, options, map,
+      arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr, &record);
   printRun(fixed_lag, tracks, check.gravity_direction_G);
   const Run smoothed = withHindsight(fixed_lag, "smoothed", record.smoothed());
   printRun(smoothed, tracks, check.gravity_direction_G);
@@ -307,6 +311,8 @@ Arguments parse(int argc, char** argv) {
       arguments.stereo = value != "no";
     else if (option == "--trajectory")
       arguments.trajectory = value;
+    else if (option == "--map")
+      arguments.map = value != "no";
     else if (option == "-c")
       arguments.ini = IniFile::fromFile(value);
     else if (option == "--set")
@@ -315,7 +321,8 @@ Arguments parse(int argc, char** argv) {
       throw ConfigError("knows no " + option);
   }
   for (const std::string& argument : set) {
-    const bool of_fixed_lag = argument.rfind("fixed_lag.", 0) == 0;
+    const bool of_fixed_lag =
+        argument.rfind("fixed_lag.", 0) == 0 || argument.rfind("map.", 0) == 0;
     (of_fixed_lag ? arguments.fixed_lag : arguments.ini).setFromArgument(argument);
   }
   return arguments;

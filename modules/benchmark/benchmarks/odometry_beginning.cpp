@@ -4,6 +4,7 @@
 
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
+#include "etalon/pipeline/odometry_start.h"
 
 namespace etalon {
 
@@ -42,18 +43,10 @@ Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration
         windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
     const InitializationAttempt attempt =
         attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
-    if (!attempt.decision.accepted) continue;
+    if (!attempt.accepted()) continue;
     Beginning beginning;
     while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
-    const VisualInertialState& first = attempt.vi_ba.states.front();
-    beginning.start.state.T_WB = first.T_WB;
-    beginning.start.state.v_WB = first.v_WB;
-    beginning.start.state.bias = attempt.bias();
-    // The window's measurements are used again: what they taught counts for its value alone.
-    Eigen::Matrix<double, 15, 1> sigma;
-    sigma << Vector3d::Constant(0.03), Vector3d::Constant(1e-4), Vector3d::Constant(0.1),
-        Vector3d::Constant(0.02), Vector3d::Constant(pipeline.window.priors.sigma_accel_mps2);
-    beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
+    beginning.start = odometryStart(attempt, SE3(), pipeline.window.priors.sigma_accel_mps2);
     return beginning;
   }
   throw DataError("", 0, "no window was accepted");

@@ -36,6 +36,7 @@
 #include "etalon/imu/preintegration.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
 #include "etalon/odometry/visual_solution.h"
+#include "program.h"
 #include "rig_check.h"
 
 namespace {
@@ -56,6 +57,14 @@ struct Keyframes {
   Points truth;
   std::vector<SE3> T_WB;  ///< true
 };
+
+/** @throws DataError where stereo odometry loses its way */
+VisualSolution solved(const StereoInertialCalibration& calibration, const Keyframes& keyframes,
+                      const StereoOdometryOptions& options) {
+  auto solution = solveStereoOdometry(calibration, keyframes.frames, keyframes.R_prev_cur, options);
+  if (!solution) throw DataError("", 0, solution.error().reason);
+  return std::move(*solution);
+}
 
 Keyframes keyframesFrom(const SequenceTracks& tracks, size_t first, size_t most) {
   Keyframes keyframes;
@@ -181,16 +190,12 @@ double visionsError(const SequenceTracks& tracks, const Keyframes& keyframes,
         if (o.id % kParts == part) frames[k].observations.push_back(o);
       pointers.push_back(&frames[k]);
     }
-    try {
-      const double scale = scaleOf(
-          keyframes.truth,
-          positions(solveStereoOdometry(tracks.calibration, pointers, keyframes.R_prev_cur, options)
-                        .T_VB));
-      sum += scale;
-      squares += scale * scale;
-    } catch (const DataError&) {
-      return std::nan("");
-    }
+    const auto solution =
+        solveStereoOdometry(tracks.calibration, pointers, keyframes.R_prev_cur, options);
+    if (!solution) return std::nan("");
+    const double scale = scaleOf(keyframes.truth, positions(solution->T_VB));
+    sum += scale;
+    squares += scale * scale;
   }
   const double variance = std::max(0.0, squares - sum * sum / kParts) / (kParts - 1);
   return std::sqrt(variance / kParts);
@@ -233,8 +238,7 @@ void printWindows(const SequenceTracks& tracks, const StereoInertialCalibration&
     const Keyframes keyframes = keyframesFrom(tracks, first, kWindow);
     if (keyframes.frames.size() < kWindow) break;
     const auto estimate = [&](const StereoInertialCalibration& calibration) {
-      return positions(
-          solveStereoOdometry(calibration, keyframes.frames, keyframes.R_prev_cur, options).T_VB);
+      return positions(solved(calibration, keyframes, options).T_VB);
     };
     const Points as_given = estimate(tracks.calibration);
     given.push_back(scaleOf(keyframes.truth, as_given));
@@ -295,8 +299,7 @@ void run(const Arguments& arguments) {
   const SequenceTracks tracks = readTracks(arguments);
   const StereoOdometryOptions options;
   const Keyframes keyframes = keyframesFrom(tracks, 0, tracks.frames.size());
-  const VisualSolution start =
-      solveStereoOdometry(tracks.calibration, keyframes.frames, keyframes.R_prev_cur, options);
+  const VisualSolution start = solved(tracks.calibration, keyframes, options);
   const RigCheck check = checkRig(tracks.calibration, keyframes.frames, start.T_VB);
   printWindows(tracks, check.corrected, options);
   std::printf("all %zu keyframes, extent %.3f m\n", keyframes.frames.size(),
@@ -321,26 +324,12 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Arguments arguments;
   cv::setNumThreads(1);
-  try {
-    if (argc < 2 || argc % 2 != 0) throw ConfigError("takes a recording, then options with values");
-    arguments.source = argv[1];
-    for (int i = 2; i < argc; i += 2) {
-      const std::string option = argv[i];
-      if (option == "--truth")
-        arguments.truth = argv[i + 1];
-      else if (option == "--from")
-        arguments.from_s = std::stod(argv[i + 1]);
-      else if (option == "--to")
-        arguments.to_s = std::stod(argv[i + 1]);
-      else
-        throw ConfigError("knows no " + option);
-    }
-    run(arguments);
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "stereo_scale: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+  Arguments arguments;
+  CLI::App app("What a recording's images and IMU say of its scale", "stereo_scale");
+  app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
+  app.add_option("--truth", arguments.truth, "Ground truth to use instead of the recording's");
+  app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
+  app.add_option("--to", arguments.to_s, "End, seconds after the first image");
+  return runProgram(&app, argc, argv, [&] { run(arguments); });
 }

@@ -58,7 +58,7 @@ class Fit {
       refined = std::move(attempt.vi_ba);
       landmarks = std::move(attempt.landmarks);
     }
-    if (!judge(refined, options.acceptance).accepted || !(refined.noise.vision.dof > 0.0)) {
+    if (!judge(refined, options.acceptance) || !(refined.noise.vision.dof > 0.0)) {
       start_.reset();
       return;
     }
@@ -75,7 +75,6 @@ class Fit {
   void keep(const InitializationProblem& problem, const VisualInertialBaResult& refined,
             std::map<LandmarkId, Eigen::Vector3d> landmarks) {
     start_.emplace();
-    start_->status = InitializationStatus::kSuccess;
     start_->bias = refined.bias;
     start_->landmarks = std::move(landmarks);
     double sum = 0.0;
@@ -88,7 +87,7 @@ class Fit {
   }
 
   NoiseWindow window_;
-  std::optional<InitializationResult> start_;
+  std::optional<Initialization> start_;
   bool ok_ = false;
   NoiseCheck check_;
   double speed_mps_ = 0.0;

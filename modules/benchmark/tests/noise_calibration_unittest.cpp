@@ -26,11 +26,12 @@ class TestInitializer : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const InertialOnlyStep step = solveInertialOnlyStep(problem, {});
-    if (!step.ok) return step.refusal;
-    const VisualSolution& visual = problem.visualSolution();
+    const Expected<InertialOnlyStep> step = solveInertialOnlyStep(problem, {});
+    if (!step) return refuse(step.error());
+    const VisualSolution& visual = *problem.visualSolution();
     return alignWithGravity(
-        problem, {visual.T_VB, step.map.v_VB, step.map.g_V, visual.landmarks, step.map.bias, {}});
+        problem,
+        {visual.T_VB, step->map.v_VB, step->map.g_V, visual.landmarks, step->map.bias, {}});
   }
 };
 

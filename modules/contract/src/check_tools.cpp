@@ -5,17 +5,16 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "etalon/core/errors.h"
-
 namespace etalon::contract {
 
 ContractCheck passed(std::string detail, double value) {
   return {"", ContractCheck::Verdict::kPassed, std::move(detail), value};
 }
 
-ContractCheck refused(const InitializationResult& result) {
+ContractCheck refused(const Refusal& refusal) {
   return {"", ContractCheck::Verdict::kRefused,
-          std::string(toString(result.status)) + ": " + result.reason, result.reason_value};
+          std::string(toString(refusal.status)) + ": " + refusal.reason,
+          refusal.value.value_or(0.0)};
 }
 
 ContractCheck failed(std::string detail, double value) {
@@ -35,19 +34,18 @@ class Probe : public Initializer {
  public:
   void declareParameters(ParameterSet& /*parameters*/) override {}
   bool needsVisualSolution() const override { return false; }
-  static constexpr double kReached = 1.25;
+  static constexpr char kReached[] = "reached";
 
  protected:
   InitializationResult solve(const InitializationProblem& /*problem*/) const override {
-    return InitializationResult::refusal(InitializationStatus::kNotConverged, "reached", kReached);
+    return refuse(RefusalStatus::kNotConverged, kReached);
   }
 };
 
 IMPLEMENTS_MRPT_OBJECT(Probe, etalon::Initializer, etalon::contract)
 
 bool hostAsksThePlugin(const InitializationProblem& problem) {
-  const InitializationResult answer = Probe().initialize(problem);
-  return answer.reason == "reached" && answer.reason_value == Probe::kReached;
+  return Probe().initialize(problem).error().reason == Probe::kReached;
 }
 
 /** Shows solve(), to call it without the host's net under it. */
@@ -55,28 +53,16 @@ struct WithoutNet : Initializer {
   using Initializer::solve;
 };
 
-bool stereoOdometryFailed(const InitializationProblem& problem) {
-  if (!problem.visualSolutionComputed()) return false;
-  try {
-    problem.visualSolution();
-  } catch (...) {
-    return true;
-  }
-  return false;
-}
-
 /** How the plugin broke its word on a problem that initialize() refused; empty if it did not. */
 std::string brokenWord(const Initializer& initializer, const InitializationProblem& problem,
-                       const InitializationResult& result) {
+                       const Refusal& refusal) {
   if (!hostAsksThePlugin(problem)) return "";
   try {
     const InitializationResult bare = (initializer.*&WithoutNet::solve)(problem);
-    if (bare.ok()) return result.reason;  // "reports success with ..."
-    if (bare.reason.empty())
-      return std::string("refuses (") + toString(bare.status) + ") without a reason";
+    if (bare) return refusal.reason;  // "reports success with ..."
+    if (bare.error().reason.empty())
+      return std::string("refuses (") + toString(bare.error().status) + ") without a reason";
   } catch (const std::exception& e) {
-    // What stereo odometry throws may pass through.
-    if (dynamic_cast<const Error*>(&e) && stereoOdometryFailed(problem)) return "";
     return std::string("throws: ") + e.what();
   } catch (...) {
     return "throws what is no std::exception";
@@ -87,13 +73,8 @@ std::string brokenWord(const Initializer& initializer, const InitializationProbl
 }  // namespace
 
 Answer ask(const Initializer& initializer, const InitializationProblem& problem) {
-  Answer answer;
-  answer.result = initializer.initialize(problem);
-  if (!answer.result.ok()) {
-    answer.broken = brokenWord(initializer, problem, answer.result);
-  } else if (!answer.result.reason.empty()) {
-    answer.broken = "reports success with a reason, which is for refusals: " + answer.result.reason;
-  }
+  Answer answer{initializer.initialize(problem), ""};
+  if (!answer.result) answer.broken = brokenWord(initializer, problem, answer.result.error());
   return answer;
 }
 
@@ -146,7 +127,7 @@ bool explains(double error, double error_undone, double size) {
 
 /** RMS over the keyframes of v_WB less its truth in the body frame, m/s, with the velocities turned
  * by `turn` first. */
-double velocityError(const InitializationResult& result, const SyntheticWindow& window,
+double velocityError(const Initialization& result, const SyntheticWindow& window,
                      const std::function<Eigen::Matrix3d(const KeyframeState&)>& turn) {
   std::vector<KeyframeState> states = result.states;
   for (KeyframeState& s : states) s.v_WB = turn(s) * s.v_WB;
@@ -161,7 +142,7 @@ double typicalSpeed(const SyntheticWindow& window) {
 
 }  // namespace
 
-std::string hintAtCause(const InitializationResult& result, const SyntheticWindow& window) {
+std::string hintAtCause(const Initialization& result, const SyntheticWindow& window) {
   const WindowErrors errors = testing::errorsOf(result.states, result.bias, window);
   std::string text;
   if (errors.gravity_deg > 175.0) text += "; does gravity point up?";

@@ -31,7 +31,7 @@ std::vector<CheckEntry> covarianceChecks();
 std::vector<CheckEntry> interfaceChecks();
 
 ContractCheck passed(std::string detail, double value = 0.0);
-ContractCheck refused(const InitializationResult& result);
+ContractCheck refused(const Refusal& refusal);
 ContractCheck failed(std::string detail, double value = 0.0);
 ContractCheck notApplicable(std::string detail);
 
@@ -39,8 +39,7 @@ ContractCheck notApplicable(std::string detail);
 struct Answer {
   InitializationResult result;
   /** How the plugin broke its word, though the host made a refusal of it; empty if it did not:
-   * solve() threw (other than what stereo odometry threw), refused without a reason, called a
-   * success what is none, or gave a reason for a success. */
+   * solve() threw, refused without a reason, or called a success what is none. */
   std::string broken;
 };
 
@@ -74,7 +73,7 @@ std::string describe(const std::vector<Bounded>& errors);
 
 /** What a wrong result looks like where it is one of the usual mistakes and clearly so, as the end
  * of a sentence: "; does gravity point up?". Empty otherwise. */
-std::string hintAtCause(const InitializationResult& result, const SyntheticWindow& window);
+std::string hintAtCause(const Initialization& result, const SyntheticWindow& window);
 
 /** What went wrong in the windows of one check. */
 class Complaints {

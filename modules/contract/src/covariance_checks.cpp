@@ -58,8 +58,8 @@ ContractCheck isPositiveDefinite(const Initializer& initializer, const ContractO
   for (const Motion motion : testing::kAllMotions) {
     const Answer answer = ask(initializer, Trial(noisyOptions(motion, 3)).problem());
     if (!answer.broken.empty()) return failed(answer.broken);
-    const MatrixXd& P = answer.result.covariance;
-    if (!answer.result.ok() || P.size() == 0) continue;
+    if (!answer.result || answer.result->covariance.size() == 0) continue;
+    const MatrixXd& P = answer.result->covariance;
     ++given;
     const double asymmetry = correlationAsymmetry(P);
     if (!(asymmetry < 1e-9))
@@ -156,7 +156,7 @@ std::vector<Motion> motionsWithCovariance(const Initializer& initializer) {
   for (const Motion motion : testing::kAllMotions) {
     if (!motions.empty() && motion != Motion::kGentle && motion != Motion::kAggressive) break;
     const InitializationResult result = initializer.initialize(drawnTrial(motion, 1).problem());
-    if (result.ok() && result.covariance.size() > 0) motions.push_back(motion);
+    if (result && result->covariance.size() > 0) motions.push_back(motion);
   }
   return motions;
 }
@@ -208,8 +208,8 @@ ContractCheck isConsistent(const Initializer& initializer, const ContractOptions
     const Motion motion = motions[static_cast<size_t>(i) % motions.size()];
     const Trial trial = drawnTrial(motion, static_cast<unsigned>(i + 1));
     const InitializationResult result = initializer.initialize(trial.problem());
-    if (!result.ok() || result.covariance.size() == 0) continue;
-    nees.add(testing::estimationError(result, trial.window), result.covariance);
+    if (!result || result->covariance.size() == 0) continue;
+    nees.add(testing::estimationError(*result, trial.window), result->covariance);
   }
   // Who answers only where it is easy would look more consistent than it is.
   if (2 * nees.windows() < options.monte_carlo_windows)

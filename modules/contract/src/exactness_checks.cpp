@@ -24,7 +24,7 @@ std::vector<Bounded> exactness(const WindowErrors& e) {
 
 /** Median distance of the estimated landmarks from the true ones in the first keyframe's body
  * frame, m; 0 if there are none. */
-double medianLandmarkError(const InitializationResult& result, const SyntheticWindow& window) {
+double medianLandmarkError(const Initialization& result, const SyntheticWindow& window) {
   const SE3 T_B0W_estimated = result.states.front().T_WB.inverse();
   const SE3 T_B0W_true = window.truth.front().T_WB.inverse();
   std::vector<double> errors;
@@ -42,14 +42,14 @@ ContractCheck exactOn(Motion motion, const Initializer& initializer) {
   const Trial trial(options);
   const Answer answer = ask(initializer, trial.problem());
   if (!answer.broken.empty()) return failed(answer.broken);
-  if (!answer.result.ok()) return refused(answer.result);
+  if (!answer.result) return refused(answer.result.error());
   std::vector<Bounded> errors =
-      exactness(errorsOf(answer.result.states, answer.result.bias, trial.window));
+      exactness(errorsOf(answer.result->states, answer.result->bias, trial.window));
   // A tenth of a pixel at 3 m and EuRoC's baseline is eighteen times that.
-  if (!answer.result.landmarks.empty())
-    errors.push_back({"landmarks", "m", medianLandmarkError(answer.result, trial.window), 1e-3});
+  if (!answer.result->landmarks.empty())
+    errors.push_back({"landmarks", "m", medianLandmarkError(*answer.result, trial.window), 1e-3});
   if (anyExceeded(errors))
-    return failed(describe(errors) + hintAtCause(answer.result, trial.window));
+    return failed(describe(errors) + hintAtCause(*answer.result, trial.window));
   return passed(describe(errors));
 }
 
@@ -58,8 +58,7 @@ ContractCheck exactOn(Motion motion, const Initializer& initializer) {
 class BiasTrials {
  public:
   /** Returns errors with their bounds. */
-  using Judge =
-      std::function<std::vector<Bounded>(const InitializationResult&, const SyntheticWindow&)>;
+  using Judge = std::function<std::vector<Bounded>(const Initialization&, const SyntheticWindow&)>;
 
   BiasTrials(const Initializer& initializer, const Judge& judge)
       : initializer_(initializer), judge_(judge) {}
@@ -78,14 +77,14 @@ class BiasTrials {
         complaints_.add(where, answer.broken);
         continue;
       }
-      if (!answer.result.ok()) {
-        refusal_ = answer.result;
+      if (!answer.result) {
+        refusal_ = answer.result.error();
         continue;
       }
       ++answered_;
-      const std::vector<Bounded> errors = judge_(answer.result, trial.window);
+      const std::vector<Bounded> errors = judge_(*answer.result, trial.window);
       if (anyExceeded(errors))
-        complaints_.add(where, describe(errors) + hintAtCause(answer.result, trial.window),
+        complaints_.add(where, describe(errors) + hintAtCause(*answer.result, trial.window),
                         worstShare(errors));
     }
   }
@@ -101,7 +100,7 @@ class BiasTrials {
   Judge judge_;
   int answered_ = 0;
   Complaints complaints_;
-  InitializationResult refusal_;
+  Refusal refusal_;
 };
 
 constexpr double kGyroBias[] = {0.02, -0.06, 0.04};  // rad/s; EuRoC has 0.02 to 0.08
@@ -131,7 +130,7 @@ ContractCheck followsGyroBias(const Initializer& initializer, const ContractOpti
  * turn by more than |b_a|/g, and velocities may not run away by more than b_a does in half the
  * window. 5 % on top, since b_a is no infinitesimal.
  */
-std::vector<Bounded> accelBounds(const InitializationResult& result, const SyntheticWindow& window,
+std::vector<Bounded> accelBounds(const Initialization& result, const SyntheticWindow& window,
                                  double window_s) {
   constexpr double kGravity = 9.81;  // m/s^2, of SyntheticWindowOptions
   const double size = window.bias.accel.norm();

@@ -46,13 +46,13 @@ ContractCheck declaresNeeds(const Initializer& initializer, const ContractOption
 }
 
 ContractCheck measureTime(const Initializer& initializer, const ContractOptions& options) {
-  InitializationResult last_refusal;
+  Refusal last_refusal;
   for (const Motion motion : testing::kAllMotions) {
     const InitializationProblem problem = Trial(noisyOptions(motion, 1)).problem();
     const Answer answer = ask(initializer, problem);  // stereo odometry is computed here, once
     if (!answer.broken.empty()) return failed(std::string(toString(motion)) + ": " + answer.broken);
-    if (!answer.result.ok()) {
-      last_refusal = answer.result;
+    if (!answer.result) {
+      last_refusal = answer.result.error();
       continue;
     }
     std::vector<double> milliseconds;

@@ -28,13 +28,13 @@ class BadWindows {
     const Answer answer = ask(initializer_, problem);
     if (!answer.broken.empty()) {
       complaints_.add(what, answer.broken);
-    } else if (!answer.result.ok()) {
+    } else if (!answer.result) {
       ++refused_;
-      last_refusal_ = what + ": " + toString(answer.result.status) + ": " + answer.result.reason;
+      last_refusal_ = what + ": " + refused(answer.result.error()).detail;
     } else if (allowed == Allowed::kRefusal) {
       complaints_.add(what, "is called a success");
     } else {
-      judge(what, answer.result, trial.window, allowed == Allowed::kNearOrRefusal ? 5.0 : 1.0);
+      judge(what, *answer.result, trial.window, allowed == Allowed::kNearOrRefusal ? 5.0 : 1.0);
     }
   }
 
@@ -47,8 +47,8 @@ class BadWindows {
   }
 
  private:
-  void judge(const std::string& what, const InitializationResult& result,
-             const SyntheticWindow& window, double factor) {
+  void judge(const std::string& what, const Initialization& result, const SyntheticWindow& window,
+             double factor) {
     const WindowErrors errors = errorsOf(result.states, result.bias, window);
     // What the evaluation calls a success.
     const double gravity_deg = factor * 2.0, velocity_mps = factor * 0.1;

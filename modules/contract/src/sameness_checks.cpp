@@ -15,10 +15,8 @@ bool sameBits(const A& a, const B& b) {
   return a.rows() == b.rows() && a.cols() == b.cols() && (a.array() == b.array()).all();
 }
 
-/** First thing in which two results differ by a bit; empty if none. Times are left out. */
-std::string firstDifference(const InitializationResult& a, const InitializationResult& b) {
-  if (a.status != b.status) return "the status";
-  if (a.reason != b.reason || !(a.reason_value == b.reason_value)) return "the reason";
+/** First thing in which two estimates differ by a bit; empty if none. Times are left out. */
+std::string firstDifference(const Initialization& a, const Initialization& b) {
   if (a.states.size() != b.states.size()) return "the number of states";
   for (size_t k = 0; k < a.states.size(); ++k) {
     const std::string at = " of keyframe " + std::to_string(k);
@@ -39,12 +37,19 @@ std::string firstDifference(const InitializationResult& a, const InitializationR
   return "";
 }
 
+std::string firstDifference(const InitializationResult& a, const InitializationResult& b) {
+  if (a.has_value() != b.has_value()) return "the status";
+  if (a) return firstDifference(*a, *b);
+  if (a.error().status != b.error().status) return "the status";
+  return a.error().reason == b.error().reason ? "" : "the reason";
+}
+
 /** The same question again: to the same object after another one, to a copy of it, in another
  * thread. */
 std::string repeatedDifference(const Initializer& initializer, const Trial& trial,
                                const Trial& other, bool* answered) {
   const InitializationResult first = initializer.initialize(trial.problem());
-  *answered = *answered || first.ok();
+  *answered = *answered || first.has_value();
   initializer.initialize(other.problem());
   std::string difference = firstDifference(first, initializer.initialize(trial.problem()));
   if (!difference.empty()) return difference + " differs when asked again";
@@ -82,8 +87,7 @@ ContractCheck isDeterministic(const Initializer& initializer, const ContractOpti
 }
 
 /** Largest difference of two results in what does not depend on yaw and origin of the world. */
-std::vector<Bounded> differences(const InitializationResult& a, const InitializationResult& b,
-                                 double bound) {
+std::vector<Bounded> differences(const Initialization& a, const Initialization& b, double bound) {
   double rotation = 0, position = 0, velocity = 0;
   const SE3 T_B0W_a = a.states.front().T_WB.inverse(), T_B0W_b = b.states.front().T_WB.inverse();
   for (size_t k = 0; k < a.states.size(); ++k) {
@@ -104,13 +108,18 @@ std::vector<Bounded> differences(const InitializationResult& a, const Initializa
           {"b_a", "m/s^2", (a.bias.accel - b.bias.accel).norm(), bound}};
 }
 
+/** "success", or status and reason of the refusal. */
+std::string statusOf(const InitializationResult& result) {
+  return result ? "success" : refused(result.error()).detail;
+}
+
 using OptionsChange = std::function<void(SyntheticWindowOptions*)>;
 
 /** Each motion twice, as `prepare` leaves the options and as `change` does then: results within
  * `bound`. */
 ContractCheck compareChanged(const Initializer& initializer, double bound,
                              const OptionsChange& prepare, const OptionsChange& change) {
-  InitializationResult last_refusal;
+  Refusal last_refusal;
   double largest = 0.0;
   int answered = 0;
   for (const Motion motion : testing::kAllMotions) {
@@ -122,16 +131,15 @@ ContractCheck compareChanged(const Initializer& initializer, double bound,
     const Answer after = ask(initializer, Trial(options).problem());
     for (const Answer& answer : {before, after})
       if (!answer.broken.empty()) return failed(where + answer.broken);
-    if (before.result.status != after.result.status)
-      return failed(where + "once " + toString(before.result.status) + ", once " +
-                    toString(after.result.status) + ": " + before.result.reason +
-                    after.result.reason);
-    if (!before.result.ok()) {
-      last_refusal = before.result;
+    if (before.result.has_value() != after.result.has_value() ||
+        (!before.result && before.result.error().status != after.result.error().status))
+      return failed(where + "once " + statusOf(before.result) + ", once " + statusOf(after.result));
+    if (!before.result) {
+      last_refusal = before.result.error();
       continue;
     }
     ++answered;
-    const auto errors = differences(before.result, after.result, bound);
+    const auto errors = differences(*before.result, *after.result, bound);
     if (anyExceeded(errors)) return failed(where + describe(errors));
     for (const Bounded& e : errors) largest = std::max(largest, e.error);
   }

@@ -335,7 +335,7 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
   return e;
 }
 
-Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
+Eigen::Matrix<double, 11, 1> estimationError(const Initialization& result,
                                              const SyntheticWindow& window) {
   return etalon::estimationError(
       result.states, result.bias,

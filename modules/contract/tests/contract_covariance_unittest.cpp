@@ -30,8 +30,7 @@ class Drawn : public Initializer {
   static constexpr double kSigmaTilt = 0.24, kSigmaVelocity = 0.81;  // rad, m/s
 
   InitializationResult solve(const InitializationProblem& problem) const override {
-    InitializationResult result;
-    result.status = InitializationStatus::kSuccess;
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k)
       result.states.push_back({problem.keyframe(k).t, SE3(), Eigen::Vector3d::Zero()});
     // Knows nothing of the motion: b_g and b_a are the prior's, and so are their covariances.

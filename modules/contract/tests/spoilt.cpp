@@ -14,9 +14,9 @@ Spoilt::Spoilt(Change change) : change_(std::move(change)) {
   good_ = PluginLoader({ETALON_INITIALIZERS}).create("orbslam3_inertial_only");
 }
 
-Change ofSuccess(const std::function<void(InitializationResult*)>& change) {
+Change ofSuccess(const std::function<void(Initialization*)>& change) {
   return [change](const InitializationProblem&, InitializationResult* result) {
-    if (result->ok()) change(result);
+    if (*result) change(&**result);
   };
 }
 

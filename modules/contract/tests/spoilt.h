@@ -39,7 +39,7 @@ class Spoilt : public Initializer {
 };
 
 /** A change of successes alone. */
-Change ofSuccess(const std::function<void(InitializationResult*)>& change);
+Change ofSuccess(const std::function<void(Initialization*)>& change);
 
 /** The verdict of one check. */
 ContractCheck check(const std::string& name, const Initializer& initializer,

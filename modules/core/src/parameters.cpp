@@ -200,22 +200,31 @@ void ParameterSet::add(const std::string& key, std::string* value, const std::st
 
 void ParameterSet::add(const std::string& key, std::string* value,
                        const std::vector<std::string>& choices, const std::string& doc) {
-  if (std::find(choices.begin(), choices.end(), *value) == choices.end()) {
-    failDeclaration(section_, key,
-                    "default '" + *value + "' is none of its choices " + joined(choices, ", "));
-  }
-  insert({{key, "choice", *value, joined(choices, ", "), doc},
+  addChoice(
+      key, choices, doc, [=](size_t i) { *value = choices[i]; },
+      [=] {
+        return static_cast<size_t>(std::find(choices.begin(), choices.end(), *value) -
+                                   choices.begin());
+      });
+}
+
+void ParameterSet::addChoice(const std::string& key, const std::vector<std::string>& names,
+                             const std::string& doc, const std::function<void(size_t)>& set,
+                             const std::function<size_t()>& get) {
+  if (get() >= names.size())
+    failDeclaration(section_, key, "its default is none of its choices " + joined(names, ", "));
+  insert({{key, "choice", names[get()], joined(names, ", "), doc},
           [=, section = section_](const IniFile&, const IniFile::Value& text) {
-            if (std::find(choices.begin(), choices.end(), text.text) == choices.end()) {
+            const auto found = std::find(names.begin(), names.end(), text.text);
+            if (found == names.end()) {
+              const std::string nearest = nearestWord(text.text, names);
               failValue(text, section, key,
-                        "one of " + joined(choices, ", ") +
-                            (nearestWord(text.text, choices).empty()
-                                 ? ""
-                                 : " (did you mean '" + nearestWord(text.text, choices) + "'?)"));
+                        "one of " + joined(names, ", ") +
+                            (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
             }
-            *value = text.text;
+            set(static_cast<size_t>(found - names.begin()));
           },
-          [value] { return *value; }});
+          [=] { return names[get()]; }});
 }
 
 void ParameterSet::insert(Entry entry) {

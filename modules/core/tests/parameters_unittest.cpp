@@ -263,6 +263,34 @@ TEST(ParameterSet, DescribesItself) {
   EXPECT_EQ(descriptions[4].range, "paper, fusion");
 }
 
+TEST(ParameterSet, AnEnumHasTheNamesOfItsValues) {
+  enum class Recipe { kPaper, kFusion };
+  Recipe recipe = Recipe::kPaper;
+  bool free = true;
+  ParameterSet set("s");
+  set.add("recipe", &recipe, {{"paper", Recipe::kPaper}, {"fusion", Recipe::kFusion}}, "Which.");
+  set.add("landmarks", &free, {{"fixed", false}, {"free", true}}, "Whether landmarks move.");
+  const auto descriptions = set.describe();
+  EXPECT_EQ(descriptions[0].type, "choice");
+  EXPECT_EQ(descriptions[0].range, "paper, fusion");
+  EXPECT_EQ(descriptions[0].default_value, "paper");
+  EXPECT_EQ(descriptions[1].default_value, "free");
+  const auto read = [&set](const std::string& lines) {
+    set.read(IniFile::fromText("[s]\n" + lines, "a.ini"));
+  };
+  read("recipe = fusion\nlandmarks = fixed\n");
+  EXPECT_EQ(recipe, Recipe::kFusion);
+  EXPECT_FALSE(free);
+  EXPECT_THAT(set.toIni(), AllOf(HasSubstr("recipe = fusion"), HasSubstr("landmarks = fixed")));
+  EXPECT_THAT(errorOf([&] { read("recipe = fusio\n"); }),
+              AllOf(HasSubstr("one of paper, fusion"), HasSubstr("did you mean 'fusion'?")));
+  Recipe unnamed = Recipe::kFusion;
+  EXPECT_THAT(errorOf([&] {
+                set.add("r", &unnamed, {{"paper", Recipe::kPaper}}, "");
+              }),
+              HasSubstr("none of its choices"));
+}
+
 TEST(ParameterSet, RefusesWrongDeclarations) {
   double x = std::numeric_limits<double>::quiet_NaN();
   std::string choice = "none";

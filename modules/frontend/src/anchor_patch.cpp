@@ -1,4 +1,4 @@
-#include "anchor_patch.h"
+#include "etalon/frontend/anchor_patch.h"
 
 #include <Eigen/Dense>
 #include <cmath>

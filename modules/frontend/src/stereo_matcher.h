@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "anchor_patch.h"
+#include "etalon/frontend/anchor_patch.h"
 #include "etalon/core/calibration.h"
 #include "klt.h"
 

@@ -1,9 +1,10 @@
 #include "etalon/frontend/stereo_tracker.h"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "anchor_patch.h"
+#include "etalon/frontend/anchor_patch.h"
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
@@ -13,58 +14,18 @@
 
 namespace etalon {
 
-void StereoTrackerOptions::declare(ParameterSet& parameters) {
-  parameters.add("max_features", &max_features, {10, 5000}, "Landmarks followed at a time.");
-  parameters.add("klt_window_px", &klt_window_px, {5, 63}, "Side of the KLT patch, px (odd).");
-  parameters.add("klt_levels", &klt_levels, {1, 8}, "Pyramid levels above the full image.");
-  parameters.add("klt_iterations", &klt_iterations, {1, 1000}, "KLT iterations a level, at most.");
-  parameters.add("klt_epsilon_px", &klt_epsilon_px, {1e-6, 1.0},
-                 "A KLT iteration that moves less ends the level, px.");
-  parameters.add("forward_backward_px", &forward_backward_px, {0.01, 100.0},
-                 "A track followed back must end this near to where it started, px.");
-  parameters.add("epipolar_px", &epipolar_px, {0.01, 100.0},
-                 "Largest distance of a right pixel from its epipolar line, px.");
-  parameters.add("temporal_epipolar_px", &temporal_epipolar_px, {0.0, 100.0},
-                 "Largest distance of a track from where the camera's motion since the last frame "
-                 "takes its landmark (from its epipolar line where the depth is unknown), px; 0: "
-                 "no such check.");
-  parameters.add("min_distance_px", &min_distance_px, {1.0, 200.0},
-                 "Least distance between two landmarks, px.");
-  parameters.add("min_corner_response", &min_corner_response, {0.0, 1.0},
-                 "A corner's least eigenvalue of the structure tensor (OpenCV's "
-                 "cornerMinEigenVal, block 5) is at least this.");
-  parameters.add("min_depth_m", &min_depth_m, {0.01, 100.0},
-                 "Landmarks nearer to the camera are not matched between left and right, m.");
-  parameters.add("min_correlation", &min_correlation, {-1.0, 1.0},
-                 "Normalised correlation that a patch must reach in the right image.");
-  parameters.add("anchor_window_px", &anchor_window_px, {7, 63},
-                 "Side of the patch that a track keeps from its first frame and is aligned with in "
-                 "later left and right images, px (odd).");
-  parameters.add("anchor_iterations", &anchor_iterations, {1, 1000},
-                 "Iterations of that alignment, at most.");
-  parameters.add("anchor_reach_px", &anchor_reach_px, {0.0, 100.0},
-                 "The alignment corrects a track by at most this, px; 0: tracks drift freely.");
-  parameters.add("anchor_min_correlation", &anchor_min_correlation, {-1.0, 1.0},
-                 "Normalised correlation that an aligned patch must reach in the left image.");
-  parameters.add("anchor_patience", &anchor_patience, {0, 1000},
-                 "After this many frames in a row without alignment the patch is taken anew.");
-  parameters.add("stereo_reach_px", &stereo_reach_px, {0.0, 100.0},
-                 "A right pixel is at most this far from where the search or the last depth "
-                 "expects it, px.");
-  parameters.add("border_px", &border_px, {1, 200},
-                 "No landmark is nearer to the edge of the image, px.");
-}
-
 namespace {
 
+/** In the image of the camera that is followed; the "other" image is of the other camera. */
 struct Track {
   LandmarkId id = -1;
   cv::Point2f pixel;
   cv::Point2f pixel_before{};   ///< in the frame before
-  double inverse_depth = -1.0;  ///< 1/m when last matched with the right image; negative if never
+  cv::Point2f matched{};        ///< in the other image of the last frame, if inverse_depth is known
+  double inverse_depth = -1.0;  ///< 1/m, in the camera that is followed; negative if not matched
   AnchorPatch anchor{};         ///< what it looked like when it was found
   Eigen::Matrix2d A = Eigen::Matrix2d::Identity();        ///< of the anchor in the current image
-  Eigen::Matrix2d A_right = Eigen::Matrix2d::Identity();  ///< in the right one
+  Eigen::Matrix2d A_other = Eigen::Matrix2d::Identity();  ///< in the other one
   int unanchored = 0;  ///< frames in a row in which the anchor did not fit
 };
 
@@ -73,7 +34,9 @@ struct Track {
 class StereoTracker::Impl {
  public:
   Impl(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options)
-      : calibration_(calibration), options_(options), matcher_(calibration_, options_) {}
+      : rigs_{calibration, exchanged(calibration)},
+        options_(options),
+        matchers_{StereoMatcher(rigs_[0], options_), StereoMatcher(rigs_[1], options_)} {}
 
   TrackedFrame track(TimeNs t, const cv::Mat& left, const cv::Mat& right,
                      const Eigen::Matrix3d& R_prev_cur) {
@@ -81,28 +44,31 @@ class StereoTracker::Impl {
     statistics_ = TrackingStatistics();
     checkImage(left, 0);
     checkImage(right, 1);
-    Pyramid left_pyramid = buildPyramid(left, options_);
-    cv::Mat right_half;
-    cv::pyrDown(right, right_half);
+    const std::array<const cv::Mat*, 2> images = {&left, &right};
     const int before = static_cast<int>(tracks_.size());
-    const Eigen::Matrix3d& R_BC0 = calibration_.cameras[0].T_BC.R;
-    const Eigen::Matrix3d R_C0cur_C0prev = R_BC0.transpose() * R_prev_cur.transpose() * R_BC0;
-    follow(left_pyramid, R_C0cur_C0prev);
-    anchorTracks(left);
-    rejectByMotion(R_C0cur_C0prev);
-    CornerGrid grid(left.size(), options_);
+    Pyramid pyramid = follow(images, R_prev_cur);
+    const cv::Mat &image = *images[followed_], &other = *images[1 - followed_];
+    cv::Mat other_half;
+    cv::pyrDown(other, other_half);
+    const Eigen::Matrix3d R_cur_prev = ofCamera(rigs_[followed_], R_prev_cur);
+    anchorTracks(image);
+    rejectByMotion(R_cur_prev);
+    CornerGrid grid(image.size(), options_);
     keepApart(&grid);
     statistics_.tracked = static_cast<int>(tracks_.size());
     statistics_.lost = before - statistics_.tracked;
     for (const cv::Point2f& corner :
-         grid.detect(left, options_.max_features - statistics_.tracked)) {
+         grid.detect(image, options_.max_features - statistics_.tracked)) {
       if (!inLens(corner)) continue;
+      AnchorPatch anchor(image, {corner.x, corner.y}, options_.anchor_window_px);
+      if (!anchor.valid()) continue;
       tracks_.push_back({next_id_++, corner});
-      setAnchor(left, &tracks_.back());
+      tracks_.back().anchor = std::move(anchor);
       ++statistics_.added;
     }
-    TrackedFrame frame = observe(t, left, left_pyramid, right, right_half);
-    previous_ = std::move(left_pyramid);
+    TrackedFrame frame = observe(t, pyramid, other, other_half);
+    previous_ = std::move(pyramid);
+    other.copyTo(previous_other_);
     statistics_.milliseconds = watch.lapMilliseconds();
     return frame;
   }
@@ -110,8 +76,22 @@ class StereoTracker::Impl {
   const TrackingStatistics& statistics() const { return statistics_; }
 
  private:
+  static StereoInertialCalibration exchanged(StereoInertialCalibration calibration) {
+    std::swap(calibration.cameras[0], calibration.cameras[1]);
+    return calibration;
+  }
+
+  /** Rotation of the camera that `rig` has first, from the previous frame's axes to this one's. */
+  static Eigen::Matrix3d ofCamera(const StereoInertialCalibration& rig,
+                                  const Eigen::Matrix3d& R_prev_cur) {
+    const Eigen::Matrix3d& R_BC = rig.cameras[0].T_BC.R;
+    return R_BC.transpose() * R_prev_cur.transpose() * R_BC;
+  }
+
+  const CameraModel& camera() const { return rigs_[followed_].cameras[0].model; }
+
   void checkImage(const cv::Mat& image, size_t camera) const {
-    const CameraModel& model = calibration_.cameras[camera].model;
+    const CameraModel& model = rigs_[0].cameras[camera].model;
     if (image.type() == CV_8UC1 && image.cols == model.width() && image.rows == model.height())
       return;
     throw DataError("", 0,
@@ -128,47 +108,104 @@ class StereoTracker::Impl {
     const Eigen::Vector2d centre(pixel.x, pixel.y);
     for (const auto& offset : {Eigen::Vector2d(d, d), Eigen::Vector2d(d, -d),
                                Eigen::Vector2d(-d, d), Eigen::Vector2d(-d, -d)})
-      if (!calibration_.cameras[0].model.unproject(centre + offset)) return false;
+      if (!camera().unproject(centre + offset)) return false;
     return true;
   }
 
-  /** Where the rotation alone takes a pixel of the left image; the pixel itself if it leaves the
-   * image. */
-  cv::Point2f rotated(const cv::Point2f& pixel, const Eigen::Matrix3d& R_C0cur_C0prev) const {
-    const CameraModel& camera = calibration_.cameras[0].model;
+  /** Where the rotation alone takes a pixel; the pixel itself if it leaves the image. */
+  static cv::Point2f rotated(const CameraModel& camera, const cv::Point2f& pixel,
+                             const Eigen::Matrix3d& R_cur_prev) {
     const auto ray = camera.unproject({pixel.x, pixel.y});
     if (!ray) return pixel;
-    const auto moved = camera.project(R_C0cur_C0prev * *ray);
+    const auto moved = camera.project(R_cur_prev * *ray);
     if (!moved || !camera.inImage(*moved)) return pixel;
     return {static_cast<float>(moved->x()), static_cast<float>(moved->y())};
   }
 
-  /** KLT from the previous left image; tracks that fail are dropped. */
-  void follow(const Pyramid& left, const Eigen::Matrix3d& R_C0cur_C0prev) {
-    if (tracks_.empty()) return;
+  /** Tracks found again in an image. */
+  struct Followed {
+    std::vector<size_t> tracks;
     std::vector<cv::Point2f> from, to;
-    for (const Track& track : tracks_) {
-      from.push_back(track.pixel);
-      to.push_back(rotated(track.pixel, R_C0cur_C0prev));
+  };
+
+  /** KLT of tracks from a previous image of camera `c` to its present one. */
+  Followed followIn(size_t c, const Pyramid& before, const Pyramid& now, const Followed& wanted,
+                    const Eigen::Matrix3d& R_prev_cur) const {
+    const CameraModel& camera = rigs_[c].cameras[0].model;
+    const Eigen::Matrix3d R_cur_prev = ofCamera(rigs_[c], R_prev_cur);
+    std::vector<cv::Point2f> to;
+    for (const cv::Point2f& pixel : wanted.from) to.push_back(rotated(camera, pixel, R_cur_prev));
+    const std::vector<char> good = followPoints(before, now, wanted.from, &to, options_);
+    Followed found;
+    for (size_t i = 0; i < good.size(); ++i) {
+      if (!good[i] || !camera.inImage({to[i].x, to[i].y}, options_.border_px)) continue;
+      found.tracks.push_back(wanted.tracks[i]);
+      found.from.push_back(wanted.from[i]);
+      found.to.push_back(to[i]);
     }
-    std::vector<char> good = followPoints(previous_, left, from, &to, options_);
-    for (size_t i = 0; i < good.size(); ++i)
-      good[i] =
-          good[i] && calibration_.cameras[0].model.inImage({to[i].x, to[i].y}, options_.border_px);
-    std::vector<Track> kept;
-    for (size_t i = 0; i < tracks_.size(); ++i)
-      if (good[i]) {
-        kept.push_back(std::move(tracks_[i]));
-        kept.back().pixel_before = from[i];
-        kept.back().pixel = to[i];
+    return found;
+  }
+
+  /**
+   * KLT from the previous frame; tracks that fail are dropped. Where the camera that is followed
+   * loses most of them and the other one does not, as with a covered lens, that one is followed
+   * from here on.
+   * @return the pyramid of the image that is followed
+   */
+  Pyramid follow(const std::array<const cv::Mat*, 2>& images, const Eigen::Matrix3d& R_prev_cur) {
+    constexpr double kMost = 0.3;  // of the tracks are left
+    Pyramid pyramid = buildPyramid(*images[followed_], options_);
+    Followed all, matched;
+    for (size_t i = 0; i < tracks_.size(); ++i) {
+      all.tracks.push_back(i);
+      all.from.push_back(tracks_[i].pixel);
+      if (tracks_[i].inverse_depth < 0.0) continue;
+      matched.tracks.push_back(i);
+      matched.from.push_back(tracks_[i].matched);
+    }
+    Followed found = followIn(followed_, previous_, pyramid, all, R_prev_cur);
+    if (static_cast<double>(found.tracks.size()) < kMost * static_cast<double>(tracks_.size()) &&
+        matched.tracks.size() > found.tracks.size()) {
+      const size_t other = 1 - followed_;
+      Pyramid other_pyramid = buildPyramid(*images[other], options_);
+      Followed in_other = followIn(other, buildPyramid(previous_other_, options_), other_pyramid,
+                                   matched, R_prev_cur);
+      if (in_other.tracks.size() > found.tracks.size()) {
+        for (const size_t i : in_other.tracks) exchangeCameras(&tracks_[i]);
+        followed_ = other;
+        found = std::move(in_other);
+        pyramid = std::move(other_pyramid);
       }
+    }
+    std::vector<Track> kept;
+    for (size_t i = 0; i < found.tracks.size(); ++i) {
+      kept.push_back(std::move(tracks_[found.tracks[i]]));
+      kept.back().pixel_before = found.from[i];
+      kept.back().pixel = found.to[i];
+    }
     tracks_.swap(kept);
+    return pyramid;
+  }
+
+  /** What is known of a matched track, in the camera that is not followed yet. */
+  void exchangeCameras(Track* track) const {
+    const StereoInertialCalibration& rig = rigs_[followed_];
+    const auto ray = camera().unproject({track->pixel.x, track->pixel.y});
+    const auto other_ray = rig.cameras[1].model.unproject({track->matched.x, track->matched.y});
+    if (ray && other_ray) {
+      const SE3 T = rig.rightFromLeft();
+      const Eigen::Vector3d scaled = T.R * *ray + track->inverse_depth * T.t;
+      track->inverse_depth *= other_ray->norm() / scaled.norm();
+    } else {
+      track->inverse_depth = -1.0;
+    }
+    std::swap(track->A, track->A_other);
   }
 
   /** Drops tracks that do not move as the camera does. */
-  void rejectByMotion(const Eigen::Matrix3d& R_C0cur_C0prev) {
+  void rejectByMotion(const Eigen::Matrix3d& R_cur_prev) {
     if (options_.temporal_epipolar_px <= 0.0) return;
-    const CameraModel& camera = calibration_.cameras[0].model;
+    const CameraModel& camera = this->camera();
     std::vector<TrackedRay> rays;
     std::vector<size_t> index;
     for (size_t i = 0; i < tracks_.size(); ++i) {
@@ -179,8 +216,8 @@ class StereoTracker::Impl {
       rays.push_back({*before, *now, track.inverse_depth});
       index.push_back(i);
     }
-    const std::vector<char> agree = agreeWithMotion(
-        rays, R_C0cur_C0prev, 0.5 * camera.focal().sum(), options_.temporal_epipolar_px);
+    const std::vector<char> agree = agreeWithMotion(rays, R_cur_prev, 0.5 * camera.focal().sum(),
+                                                    options_.temporal_epipolar_px);
     std::vector<char> keep(tracks_.size(), 1);
     for (size_t j = 0; j < index.size(); ++j) keep[index[j]] = agree[j];
     std::vector<Track> kept;
@@ -189,22 +226,18 @@ class StereoTracker::Impl {
     tracks_.swap(kept);
   }
 
-  void setAnchor(const cv::Mat& left, Track* track) const {
-    track->anchor = AnchorPatch(left, {track->pixel.x, track->pixel.y}, options_.anchor_window_px);
-    track->A.setIdentity();
-    track->A_right.setIdentity();
-    track->unanchored = 0;
-  }
-
-  /** Takes back what the tracks have drifted since their anchors. */
-  void anchorTracks(const cv::Mat& left) {
+  /**
+   * Takes back what the tracks have drifted since their anchors. A track that its anchor does not
+   * fit any more ends: with a new anchor it would be another point, which earlier sightings are not
+   * of.
+   */
+  void anchorTracks(const cv::Mat& image) {
+    std::vector<Track> kept;
     for (Track& track : tracks_) {
       const Eigen::Vector2d followed(track.pixel.x, track.pixel.y);
       PatchPose pose{followed, track.A};
       const double correlation =
-          track.anchor.valid()
-              ? track.anchor.align(left, &pose, options_.anchor_iterations, options_.klt_epsilon_px)
-              : -1.0;
+          track.anchor.align(image, &pose, options_.anchor_iterations, options_.klt_epsilon_px);
       const double scale = pose.A.determinant();
       if (correlation >= options_.anchor_min_correlation &&
           (pose.centre - followed).norm() <= options_.anchor_reach_px && scale > 0.3 &&
@@ -213,9 +246,11 @@ class StereoTracker::Impl {
         track.A = pose.A;
         track.unanchored = 0;
       } else if (++track.unanchored > options_.anchor_patience) {
-        setAnchor(left, &track);
+        continue;
       }
+      kept.push_back(std::move(track));
     }
+    tracks_.swap(kept);
   }
 
   /** Of tracks that have run into each other the oldest survives. */
@@ -226,49 +261,55 @@ class StereoTracker::Impl {
     tracks_.swap(kept);
   }
 
-  TrackedFrame observe(TimeNs t, const cv::Mat& left, const Pyramid& left_pyramid,
-                       const cv::Mat& right, const cv::Mat& right_half) {
-    std::vector<AnchorPatch> present(tracks_.size());
+  /** What is reported of the frame: tracks that their anchors fit, matched with the other image.
+   */
+  TrackedFrame observe(TimeNs t, const Pyramid& pyramid, const cv::Mat& other,
+                       const cv::Mat& other_half) {
+    std::vector<Track*> anchored;
     std::vector<StereoQuery> queries;
-    for (const Track& track : tracks_) {
+    for (Track& track : tracks_) {
+      if (track.unanchored > 0) {
+        track.inverse_depth = -1.0;
+        continue;
+      }
       StereoQuery query;
       query.left = track.pixel;
       query.inverse_depth = track.inverse_depth;
       query.patch = &track.anchor;
-      query.A = track.A_right;
-      if (track.unanchored > 0 || !track.anchor.valid()) {
-        present[queries.size()] =
-            AnchorPatch(left, {track.pixel.x, track.pixel.y}, options_.anchor_window_px);
-        query.patch = &present[queries.size()];
-        query.A.setIdentity();
-      }
-      const auto ray = calibration_.cameras[0].model.unproject({track.pixel.x, track.pixel.y});
+      query.A = track.A_other;
+      const auto ray = camera().unproject({track.pixel.x, track.pixel.y});
       if (ray) query.left_ray = *ray;
       queries.push_back(query);
+      anchored.push_back(&track);
     }
     const std::vector<StereoMatch> matches =
-        matcher_.match(left_pyramid[2], right, right_half, queries);
+        matchers_[followed_].match(pyramid[2], other, other_half, queries);
     TrackedFrame frame;
     frame.t = t;
-    for (size_t i = 0; i < tracks_.size(); ++i) {
-      Observation o;
-      o.id = tracks_[i].id;
-      o.left = {tracks_[i].pixel.x, tracks_[i].pixel.y};
-      o.has_right = matches[i].found;
-      if (o.has_right) o.right = {matches[i].right.x, matches[i].right.y};
-      tracks_[i].A_right = o.has_right ? matches[i].A : tracks_[i].A;
-      tracks_[i].inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
-      statistics_.with_stereo += o.has_right;
-      frame.observations.push_back(o);
+    for (size_t i = 0; i < anchored.size(); ++i) {
+      Track& track = *anchored[i];
+      track.A_other = matches[i].found ? matches[i].A : track.A;
+      track.inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
+      track.matched = matches[i].right;
+      statistics_.with_stereo += matches[i].found;
+      std::array<Eigen::Vector2d, 2> pixels;
+      pixels[followed_] = {track.pixel.x, track.pixel.y};
+      pixels[1 - followed_] = {track.matched.x, track.matched.y};
+      if (followed_ == 0 || matches[i].found)
+        frame.observations.push_back({track.id, pixels[0], pixels[1], matches[i].found});
+      else
+        frame.right_only.push_back({track.id, pixels[1]});
     }
     return frame;
   }
 
-  StereoInertialCalibration calibration_;
+  std::array<StereoInertialCalibration, 2> rigs_;  ///< the second: with the cameras exchanged
   StereoTrackerOptions options_;
-  StereoMatcher matcher_;
+  std::array<StereoMatcher, 2> matchers_;  ///< of the rigs
   TrackingStatistics statistics_;
+  size_t followed_ = 0;  ///< the camera whose image the tracks are in
   Pyramid previous_;
+  cv::Mat previous_other_;
   std::vector<Track> tracks_;  ///< in increasing order of id
   LandmarkId next_id_ = 0;
 };

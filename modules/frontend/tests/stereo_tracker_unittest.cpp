@@ -90,6 +90,68 @@ TEST(StereoTracker, FindsRightPixelsToATenthOfAPixel) {
   }
 }
 
+TEST(StereoTracker, ATrackEndsWhereItsPatchShowsSomethingElse) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0), other(rig, 2.0, 1.0, 2);
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  constexpr int kFrames = 25;
+  std::set<LandmarkId> first, last;
+  for (int i = 0; i < kFrames; ++i) {
+    // From frame to frame little changes, and KLT goes on; at the end it is another wall.
+    const double share = static_cast<double>(i) / (kFrames - 1);
+    std::array<cv::Mat, 2> blend;
+    for (size_t c = 0; c < 2; ++c)
+      cv::addWeighted(wall.image(c, SE3()), 1.0 - share, other.image(c, SE3()), share, 0.0,
+                      blend[c]);
+    const TrackedFrame frame =
+        tracker.track(i * kFrame, blend[0], blend[1], Eigen::Matrix3d::Identity());
+    for (const Observation& o : frame.observations) (i == 0 ? first : last).insert(o.id);
+    if (i + 1 < kFrames) last.clear();
+  }
+  EXPECT_GT(first.size(), 100U);
+  EXPECT_GT(last.size(), 50U);
+  std::vector<LandmarkId> common;
+  std::set_intersection(first.begin(), first.end(), last.begin(), last.end(),
+                        std::back_inserter(common));
+  EXPECT_LE(common.size(), first.size() / 50);
+}
+
+TEST(StereoTracker, TracksLiveOnInTheRightImageWhileTheLeftLensIsCovered) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 3.0);
+  const std::vector<SE3> T_WB = flight(8);
+  StereoTracker tracker(rig, StereoTrackerOptions{});
+  std::map<LandmarkId, Eigen::Vector3d> points;
+  std::vector<TrackedFrame> frames;
+  for (size_t i = 0; i < T_WB.size(); ++i) {
+    auto [left, right] = wall.pair(T_WB[i]);
+    if (i >= 3 && i < 6) left.setTo(20);
+    const Eigen::Matrix3d R_prev_cur = T_WB[i == 0 ? 0 : i - 1].R.transpose() * T_WB[i].R;
+    frames.push_back(tracker.track(static_cast<TimeNs>(i) * kFrame, left, right, R_prev_cur));
+    if (i > 2) continue;
+    for (const Observation& o : frames.back().observations)
+      points.emplace(o.id, wall.pointBehind(o.left, T_WB[i]));
+  }
+  for (size_t i = 3; i < 6; ++i) {
+    EXPECT_TRUE(frames[i].observations.empty()) << i;
+    std::vector<double> errors;
+    for (const RightObservation& o : frames[i].right_only)
+      if (points.count(o.id))
+        errors.push_back((wall.pixelOf(points[o.id], 1, T_WB[i]) - o.right).norm());
+    EXPECT_GT(errors.size(), 80U) << i;
+    EXPECT_LT(percentile(errors, 0.5), 0.1) << i;
+    EXPECT_LT(percentile(errors, 0.9), 0.2) << i;
+  }
+  for (size_t i = 6; i < 8; ++i) {  // the same landmarks, in both images
+    std::vector<double> errors;
+    for (const Observation& o : frames[i].observations)
+      if (points.count(o.id))
+        errors.push_back((wall.pixelOf(points[o.id], 0, T_WB[i]) - o.left).norm());
+    EXPECT_GT(errors.size(), 60U) << i;
+    EXPECT_LT(percentile(errors, 0.5), 0.1) << i;
+  }
+}
+
 TEST(StereoTracker, GyroBridgesFastRotation) {
   const StereoInertialCalibration rig = smallRig();
   const TexturedWall wall(rig, 3.0);
@@ -117,6 +179,7 @@ TEST(StereoTracker, StatisticsAndIdsAreConsistent) {
   const TexturedWall wall(rig, 2.0);
   StereoTrackerOptions options;
   options.max_features = 120;
+  options.anchor_patience = 0;  // a track without an observation would come back
   StereoTracker tracker(rig, options);
   const std::vector<SE3> T_WB = flight(5);
   std::set<LandmarkId> seen, previous;

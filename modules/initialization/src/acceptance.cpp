@@ -1,8 +1,6 @@
 #include "etalon/initialization/acceptance.h"
 
 #include <cmath>
-#include <cstdio>
-#include <optional>
 
 #include "etalon/core/degrees.h"
 #include "etalon/core/statistics.h"
@@ -31,83 +29,60 @@ void AcceptanceOptions::declare(ParameterSet& parameters) {
 
 namespace {
 
-AcceptanceDecision refuse(InitializationStatus status, double value, const char* format,
-                          double bound) {
-  char text[256];
-  std::snprintf(text, sizeof(text), format, value, bound);
-  AcceptanceDecision decision;
-  decision.status = status;
-  decision.reason = text;
-  decision.value = value;
-  return decision;
+using Status = RefusalStatus;
+
+Expected<void> judgeSolution(const VisualInertialBaResult& refined) {
+  if (!refined.summary.usable())
+    return refuse(Status::kNotConverged, "visual-inertial BA failed: ", refined.summary.message);
+  if (!refined.summary.converged())
+    return refuse(Status::kNotConverged,
+                  "the visual-inertial BA has not converged: its last step was ",
+                  Value(refined.last_step_sigmas, 2), " standard deviations long after ",
+                  refined.summary.iterations, " iterations");
+  return {};
 }
 
-using Status = InitializationStatus;
-using Refusal = std::optional<AcceptanceDecision>;
-
-Refusal judgeSolution(const VisualInertialBaResult& refined) {
-  AcceptanceDecision decision;
-  if (!refined.summary.usable()) {
-    decision.reason = "visual-inertial BA failed: " + refined.summary.message;
-    return decision;
-  }
-  if (refined.summary.converged()) return std::nullopt;
-  char text[160];
-  std::snprintf(text, sizeof(text),
-                "the visual-inertial BA has not converged: its last step was %.2f standard "
-                "deviations long after %d iterations",
-                refined.last_step_sigmas, refined.summary.iterations);
-  decision.reason = text;
-  decision.value = refined.last_step_sigmas;
-  return decision;
-}
-
-Refusal judgeSupport(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
-  const double inliers = refined.inlier_measurements;
+Expected<void> judgeSupport(const VisualInertialBaResult& refined,
+                            const AcceptanceOptions& options) {
+  const int inliers = refined.inlier_measurements;
   if (inliers < options.min_measurements)
-    return refuse(Status::kTooFewTracks, inliers,
-                  "%.0f visual measurements agree with the solution, at least %.0f are wanted",
-                  options.min_measurements);
-  const double share = inliers / refined.measurements;
+    return refuse(Status::kTooFewTracks, Value(inliers),
+                  " visual measurements agree with the solution, at least ",
+                  Bound(options.min_measurements), " are wanted");
+  const double share = static_cast<double>(inliers) / refined.measurements;
   if (share < options.min_inlier_share)
-    return refuse(Status::kNotConverged, share,
-                  "a share of %.2f of the visual measurements agrees with the solution, at least "
-                  "%.2f is wanted",
-                  options.min_inlier_share);
-  return std::nullopt;
+    return refuse(Status::kNotConverged, "a share of ", Value(share, 2),
+                  " of the visual measurements agrees with the solution, at least ",
+                  Bound(options.min_inlier_share, 2), " is wanted");
+  return {};
 }
 
-Refusal judgeCovariance(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
-  if (refined.covariance.size() == 0) {
-    AcceptanceDecision decision;
-    decision.status = Status::kIllConditioned;
-    decision.reason = "the normal equations are singular: the data do not determine the state";
-    return decision;
-  }
+Expected<void> judgeCovariance(const VisualInertialBaResult& refined,
+                               const AcceptanceOptions& options) {
+  if (refined.covariance.size() == 0)
+    return refuse(Status::kIllConditioned,
+                  "the normal equations are singular: the data do not determine the state");
   const double sigma_gravity_deg = degrees(refined.sigmaTilt());
   if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
-    return refuse(Status::kIllConditioned, sigma_gravity_deg,
-                  "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted",
-                  options.max_sigma_gravity_deg);
+    return refuse(Status::kIllConditioned, "the gravity direction is known to ",
+                  Value(sigma_gravity_deg, 2), " deg (1 sigma), at most ",
+                  Bound(options.max_sigma_gravity_deg, 2), " is wanted");
   const double sigma_velocity = refined.sigmaVelocity();
   if (!(sigma_velocity <= options.max_sigma_velocity_mps))
-    return refuse(Status::kIllConditioned, sigma_velocity,
-                  "the velocity is known to %.3f m/s (1 sigma), at most %.3f is wanted",
-                  options.max_sigma_velocity_mps);
-  return std::nullopt;
+    return refuse(Status::kIllConditioned, "the velocity is known to ", Value(sigma_velocity, 3),
+                  " m/s (1 sigma), at most ", Bound(options.max_sigma_velocity_mps, 3),
+                  " is wanted");
+  return {};
 }
 
-Refusal judgeResiduals(const NoiseCheck& noise, double false_alarm_rate, double margin) {
+Expected<void> judgeResiduals(const NoiseCheck& noise, double false_alarm_rate, double margin) {
   const struct {
-    const char* format;
+    const char* name;
     const ResidualGroup& group;
     double square;  ///< tr M^2
-  } sensors[] = {{"the gyro's residuals have chi2/dof %.2f, at most %.2f is wanted", noise.gyro,
-                  noise.coupling(0, 0)},
-                 {"the accelerometer's residuals have chi2/dof %.2f, at most %.2f is wanted",
-                  noise.accel, noise.coupling(1, 1)},
-                 {"the pixels' residuals have chi2/dof %.2f, at most %.2f is wanted", noise.vision,
-                  noise.coupling(2, 2)}};
+  } sensors[] = {{"gyro's", noise.gyro, noise.coupling(0, 0)},
+                 {"accelerometer's", noise.accel, noise.coupling(1, 1)},
+                 {"pixels'", noise.vision, noise.coupling(2, 2)}};
   for (const auto& sensor : sensors) {
     const double dof = sensor.group.dof;
     if (!(dof > 0.0 && sensor.square > 0.0)) continue;  // nothing is left of what the fit takes out
@@ -116,42 +91,39 @@ Refusal judgeResiduals(const NoiseCheck& noise, double false_alarm_rate, double 
     const double bound =
         expected / dof * scale * chiSquareQuantile(dof / scale, false_alarm_rate) / dof;
     const double ratio = sensor.group.chi2 / dof;
-    if (!(ratio <= bound)) return refuse(Status::kNotConverged, ratio, sensor.format, bound);
+    if (!(ratio <= bound))
+      return refuse(Status::kNotConverged, "the ", sensor.name, " residuals have chi2/dof ",
+                    Value(ratio, 2), ", at most ", Bound(bound, 2), " is wanted");
   }
-  return std::nullopt;
+  return {};
 }
 
-Refusal judgeBiases(const VisualInertialBaResult& refined, double false_alarm_rate) {
+Expected<void> judgeBiases(const VisualInertialBaResult& refined, double false_alarm_rate) {
   const double farthest = std::sqrt(chiSquareQuantile(3.0, false_alarm_rate));
   if (!(refined.gyro_bias_sigmas <= farthest))
-    return refuse(Status::kImplausible, refined.gyro_bias_sigmas,
-                  "the gyro bias is %.2f standard deviations of its prior from the prior's mean, "
-                  "at most %.2f is plausible",
-                  farthest);
+    return refuse(Status::kImplausible, "the gyro bias is ", Value(refined.gyro_bias_sigmas, 2),
+                  " standard deviations of its prior from the prior's mean, at most ",
+                  Bound(farthest, 2), " is plausible");
   if (!(refined.accel_bias_sigmas <= farthest))
-    return refuse(Status::kImplausible, refined.accel_bias_sigmas,
-                  "the accelerometer bias is %.2f standard deviations of its prior from the "
-                  "prior's mean, at most %.2f is plausible",
-                  farthest);
-  return std::nullopt;
+    return refuse(Status::kImplausible, "the accelerometer bias is ",
+                  Value(refined.accel_bias_sigmas, 2),
+                  " standard deviations of its prior from the prior's mean, at most ",
+                  Bound(farthest, 2), " is plausible");
+  return {};
 }
 
 }  // namespace
 
-AcceptanceDecision judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
-  if (const Refusal refusal = judgeSolution(refined)) return *refusal;
-  if (const Refusal refusal = judgeSupport(refined, options)) return *refusal;
-  if (const Refusal refusal = judgeCovariance(refined, options)) return *refusal;
+Expected<void> judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
+  Expected<void> verdict = judgeSolution(refined);
+  if (verdict) verdict = judgeSupport(refined, options);
+  if (verdict) verdict = judgeCovariance(refined, options);
   if (options.false_alarm_rate > 0.0) {
-    const double rate = options.false_alarm_rate;
-    if (const Refusal refusal = judgeResiduals(refined.noise, rate, options.noise_margin))
-      return *refusal;
-    if (const Refusal refusal = judgeBiases(refined, rate)) return *refusal;
+    if (verdict)
+      verdict = judgeResiduals(refined.noise, options.false_alarm_rate, options.noise_margin);
+    if (verdict) verdict = judgeBiases(refined, options.false_alarm_rate);
   }
-  AcceptanceDecision decision;
-  decision.accepted = true;
-  decision.status = Status::kSuccess;
-  return decision;
+  return verdict;
 }
 
 }  // namespace etalon

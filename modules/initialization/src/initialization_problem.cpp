@@ -1,7 +1,6 @@
 #include "etalon/initialization/initialization_problem.h"
 
 #include <atomic>
-#include <exception>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -14,8 +13,7 @@ namespace etalon {
 struct InitializationProblem::Lazy {
   std::once_flag once;
   std::atomic<bool> computed{false};
-  VisualSolution solution;
-  std::exception_ptr error;
+  Expected<VisualSolution> solution;
   double milliseconds = 0.0;
 };
 
@@ -52,21 +50,15 @@ std::vector<Preintegration> InitializationProblem::preintegrate(const ImuBias& b
   return result;
 }
 
-const VisualSolution& InitializationProblem::visualSolution() const {
+const Expected<VisualSolution>& InitializationProblem::visualSolution() const {
   std::call_once(lazy_->once, [this] {
     Stopwatch watch;
-    try {
-      std::vector<Eigen::Matrix3d> rotations;
-      for (const Preintegration& p : preintegrate(priors().mean))
-        rotations.push_back(p.deltas().dR);
-      lazy_->solution = solveStereoOdometry(calibration(), keyframes(), rotations, data_->odometry);
-    } catch (...) {
-      lazy_->error = std::current_exception();
-    }
+    std::vector<Eigen::Matrix3d> rotations;
+    for (const Preintegration& p : preintegrate(priors().mean)) rotations.push_back(p.deltas().dR);
+    lazy_->solution = solveStereoOdometry(calibration(), keyframes(), rotations, data_->odometry);
     lazy_->milliseconds = watch.lapMilliseconds();
     lazy_->computed = true;
   });
-  if (lazy_->error) std::rethrow_exception(lazy_->error);
   return lazy_->solution;
 }
 

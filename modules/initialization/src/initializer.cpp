@@ -3,9 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <exception>
-#include <optional>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
@@ -16,38 +14,23 @@ IMPLEMENTS_VIRTUAL_MRPT_OBJECT(Initializer, mrpt::rtti::CObject, etalon)
 
 namespace {
 
-using Status = InitializationStatus;
+using Status = RefusalStatus;
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.4g", value);
-  return text;
-}
-
-/** The reason may be a plugin's own words. */
-InitializationResult refuse(Status status, const std::string& reason, double value) {
-  return InitializationResult::refusal(status, printable(reason), value);
-}
-
-std::optional<InitializationResult> checkFrames(const InitializationProblem& problem) {
+Expected<void> checkFrames(const InitializationProblem& problem) {
   const auto& frames = problem.frames();
   for (size_t i = 0; i < frames.size(); ++i) {
     if (i > 0 && frames[i].t <= frames[i - 1].t) {
-      return refuse(
-          Status::kInvalidInput,
-          "frame " + std::to_string(i) + " of the window is not later than the one before",
-          static_cast<double>(i));
+      return refuse(Status::kInvalidInput, "frame ", Value(i),
+                    " of the window is not later than the one before");
     }
     for (const Observation& o : frames[i].observations) {
       if (!o.left.allFinite() || (o.has_right && !o.right.allFinite())) {
-        return refuse(Status::kInvalidInput,
-                      "landmark " + std::to_string(o.id) + " in frame " + std::to_string(i) +
-                          " of the window has a pixel that is not finite",
-                      static_cast<double>(i));
+        return refuse(Status::kInvalidInput, "landmark ", o.id, " in frame ", Value(i),
+                      " of the window has a pixel that is not finite");
       }
     }
   }
-  return std::nullopt;
+  return {};
 }
 
 /** Seconds of [t0, t1] at its ends that the samples leave out; the whole if there are none. */
@@ -57,49 +40,41 @@ double secondsNotCovered(const ImuBuffer& imu, TimeNs t0, TimeNs t1) {
          std::max(0.0, secondsBetween(imu.samples().back().t, t1));
 }
 
-std::optional<InitializationResult> checkImu(const InitializationProblem& problem) {
+Expected<void> checkImu(const InitializationProblem& problem) {
   const ImuBuffer& imu = problem.imu();
   const TimeNs t0 = problem.keyframe(0).t;
   const TimeNs t1 = problem.keyframe(problem.keyframeCount() - 1).t;
   if (!imu.covers(t0, t1)) {
-    const double missing = secondsNotCovered(imu, t0, t1);
-    return refuse(Status::kImuGap,
-                  "the IMU leaves " + number(missing) + " s of the window's " +
-                      number(secondsBetween(t0, t1)) + " s uncovered",
-                  missing);
+    return refuse(Status::kImuGap, "the IMU leaves ", Value(secondsNotCovered(imu, t0, t1)),
+                  " s of the window's ", secondsBetween(t0, t1), " s uncovered");
   }
   for (size_t i = 0; i < imu.samples().size(); ++i) {
     const ImuSample& sample = imu.samples()[i];
     if (!sample.gyro.allFinite() || !sample.accel.allFinite()) {
-      return refuse(Status::kInvalidInput, "IMU sample " + std::to_string(i) + " is not finite",
-                    static_cast<double>(i));
+      return refuse(Status::kInvalidInput, "IMU sample ", Value(i), " is not finite");
     }
   }
   const double rate_hz = problem.calibration().imu.rate_hz;
   if (!std::isfinite(rate_hz) || rate_hz <= 0.0) {
-    return refuse(Status::kInvalidInput,
-                  "the calibration's nominal IMU rate is " + number(rate_hz) + " Hz", rate_hz);
+    return refuse(Status::kInvalidInput, "the calibration's nominal IMU rate is ", Value(rate_hz),
+                  " Hz");
   }
   const double gap = imu.longestGap(t0, t1);
   const double allowed = Initializer::kMaxGapInSamples / rate_hz;
   if (gap > allowed) {
-    return refuse(Status::kImuGap,
-                  "the IMU has a gap of " + number(gap) + " s, at most " + number(allowed) +
-                      " s (" + number(Initializer::kMaxGapInSamples) +
-                      " nominal intervals) can be bridged",
-                  gap);
+    return refuse(Status::kImuGap, "the IMU has a gap of ", Value(gap), " s, at most ",
+                  Bound(allowed), " s (", Initializer::kMaxGapInSamples,
+                  " nominal intervals) can be bridged");
   }
-  return std::nullopt;
+  return {};
 }
 
-std::optional<InitializationResult> checkProblem(const InitializationProblem& problem) {
+Expected<void> checkProblem(const InitializationProblem& problem) {
   if (problem.keyframeCount() < 2) {
-    return refuse(Status::kTooFewKeyframes,
-                  "the window has " + std::to_string(problem.keyframeCount()) +
-                      " keyframes, at least 2 are needed",
-                  problem.keyframeCount());
+    return refuse(Status::kTooFewKeyframes, "the window has ", Value(problem.keyframeCount()),
+                  " keyframes, at least ", Bound(2), " are needed");
   }
-  if (auto refusal = checkFrames(problem)) return refusal;
+  if (auto frames = checkFrames(problem); !frames) return frames;
   return checkImu(problem);
 }
 
@@ -110,9 +85,8 @@ bool isRotation(const Eigen::Matrix3d& R) {
          R.determinant() > 0.0;
 }
 
-/** Empty if `result` keeps what a success promises. */
-std::string brokenPromise(const InitializationProblem& problem,
-                          const InitializationResult& result) {
+/** Empty if a success keeps what a success promises. */
+std::string brokenPromise(const InitializationProblem& problem, const Initialization& result) {
   if (static_cast<int>(result.states.size()) != problem.keyframeCount()) {
     return std::to_string(result.states.size()) + " states for " +
            std::to_string(problem.keyframeCount()) + " keyframes";
@@ -138,41 +112,39 @@ std::string brokenPromise(const InitializationProblem& problem,
   return "";
 }
 
+/** The reason may be a plugin's own words. */
 InitializationResult checkedResult(const InitializationProblem& problem,
                                    InitializationResult result) {
-  if (!result.ok()) {
-    if (result.reason.empty()) {
-      result.reason = std::string("refused without a reason (") + toString(result.status) + ")";
-    }
-    result.reason = printable(result.reason);
+  if (!result) {
+    std::string& reason = result.error().reason;
+    reason = printable(reason.empty() ? std::string("refused without a reason (") +
+                                            toString(result.error().status) + ")"
+                                      : reason);
     return result;
   }
-  const std::string broken = brokenPromise(problem, result);
+  const std::string broken = brokenPromise(problem, *result);
   if (broken.empty()) return result;
-  InitializationResult refusal =
-      refuse(Status::kNotConverged, "the initializer reports success with " + broken, 0.0);
-  refusal.timings = result.timings;
-  return refusal;
+  return refuse(Status::kNotConverged, "the initializer reports success with ", broken);
 }
 
 }  // namespace
 
-inline namespace abi_v3 {
+inline namespace abi_v4 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
-  if (auto refusal = checkProblem(problem)) return *refusal;
+  if (const auto check = checkProblem(problem); !check) return refuse(check.error());
   try {
     return checkedResult(problem, solve(problem));
   } catch (const DataError& e) {
-    return refuse(Status::kInvalidInput, e.what(), 0.0);
+    return refuse(Status::kInvalidInput, printable(e.what()));
   } catch (const std::exception& e) {
-    return refuse(Status::kNotConverged, e.what(), 0.0);
+    return refuse(Status::kNotConverged, printable(e.what()));
   } catch (...) {
-    return refuse(Status::kNotConverged, "the initializer threw what is no std::exception", 0.0);
+    return refuse(Status::kNotConverged, "the initializer threw what is no std::exception");
   }
 }
 
-}  // namespace abi_v3
+}  // namespace abi_v4
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

@@ -52,14 +52,14 @@ TEST(InertialOnlyStep, TakesAGyroBiasFoundElsewhereAsStartOrAsMeasurement) {
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationProblem problem = makeProblem(window, options);
   InertialOnlyStepOptions map;
-  const Vector3d alone = solveInertialOnlyStep(problem, map).map.bias.gyro;
+  const Vector3d alone = solveInertialOnlyStep(problem, map)->map.bias.gyro;
   GyroBiasMeasurement found;
   found.gyro = options.bias.gyro + Vector3d(0.01, 0.0, -0.01);
   // A start alone does not change where the MAP ends.
-  EXPECT_LT((solveInertialOnlyStep(problem, map, found).map.bias.gyro - alone).norm(), 1e-6);
+  EXPECT_LT((solveInertialOnlyStep(problem, map, found)->map.bias.gyro - alone).norm(), 1e-6);
   // A certain measurement is kept.
   found.information = 1e14 * Matrix3d::Identity();
-  EXPECT_LT((solveInertialOnlyStep(problem, map, found).map.bias.gyro - found.gyro).norm(), 1e-6);
+  EXPECT_LT((solveInertialOnlyStep(problem, map, found)->map.bias.gyro - found.gyro).norm(), 1e-6);
 }
 
 TEST(NormalEpipolarStep, NamesTheReasonOfEveryRefusal) {
@@ -68,20 +68,19 @@ TEST(NormalEpipolarStep, NamesTheReasonOfEveryRefusal) {
   const InitializationProblem problem = makeProblem(window, options);
   const std::vector<Preintegration> preintegrations = problem.preintegrate(ImuBias());
   const auto refusal = [&](const NormalEpipolarStepOptions& o) {
-    const NormalEpipolarStep step =
-        solveNormalEpipolarStep(problem, preintegrations, Vector3d::Zero(), o);
-    EXPECT_EQ(step.ok, step.refusal.reason.empty());
-    return step.refusal.status;
+    const auto step = solveNormalEpipolarStep(problem, preintegrations, Vector3d::Zero(), o);
+    EXPECT_FALSE(step.error().reason.empty());
+    return step.error().status;
   };
   NormalEpipolarStepOptions few;
   few.solver.min_matches = 10000;
-  EXPECT_EQ(refusal(few), InitializationStatus::kTooFewTracks);
+  EXPECT_EQ(refusal(few), RefusalStatus::kTooFewTracks);
   NormalEpipolarStepOptions certain;
   certain.max_sigma_gyro_rps = 1e-9;
-  EXPECT_EQ(refusal(certain), InitializationStatus::kIllConditioned);
+  EXPECT_EQ(refusal(certain), RefusalStatus::kIllConditioned);
   NormalEpipolarStepOptions small;
   small.max_gyro_bias_rps = 0.05;  // the true one is 0.075
-  EXPECT_EQ(refusal(small), InitializationStatus::kImplausible);
+  EXPECT_EQ(refusal(small), RefusalStatus::kImplausible);
 }
 
 }  // namespace

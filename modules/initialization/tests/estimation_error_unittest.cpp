@@ -14,7 +14,7 @@ TEST(EstimationError, TakesYawOutAndTiltAboutTheWorldsAxes) {
   const testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
   const Eigen::Vector3d tilt(0.01, -0.02, 0.0), dv(0.1, 0.2, -0.3);
   const Eigen::Matrix3d yaw = expSO3({0.0, 0.0, 2.5});
-  InitializationResult result;
+  Initialization result;
   result.states = window.truth;
   for (KeyframeState& s : result.states) {
     s.T_WB.R = expSO3(tilt) * yaw * s.T_WB.R;

@@ -63,33 +63,32 @@ std::vector<ImuSample> without(const std::vector<ImuSample>& samples, size_t fir
 
 TEST(Initializer, PassesAGoodProblemAndAGoodAnswer) {
   const InitializationResult result = solveWith("rest", goodData());
-  EXPECT_TRUE(result.ok()) << result.reason;
-  EXPECT_EQ(result.states.size(), 3U);
+  EXPECT_TRUE(result) << result.error().reason;
+  EXPECT_EQ(result->states.size(), 3U);
 }
 
 TEST(Initializer, RefusesFewerThanTwoKeyframes) {
   const auto result = solveAfter([](Data* data) { data->keyframe_indices = {1}; });
-  EXPECT_EQ(result.status, InitializationStatus::kTooFewKeyframes);
-  EXPECT_EQ(result.reason_value, 1.0);
-  EXPECT_THAT(result.reason, HasSubstr("1 keyframe"));
-  EXPECT_EQ(solveAfter([](Data* data) { data->keyframe_indices.clear(); }).status,
-            InitializationStatus::kTooFewKeyframes);
+  EXPECT_EQ(result.error().status, RefusalStatus::kTooFewKeyframes);
+  EXPECT_EQ(*result.error().value, 1.0);
+  EXPECT_THAT(result.error().reason, HasSubstr("1 keyframe"));
+  EXPECT_EQ(solveAfter([](Data* data) { data->keyframe_indices.clear(); }).error().status,
+            RefusalStatus::kTooFewKeyframes);
 }
 
 TEST(Initializer, RefusesFramesOutOfOrderAndPixelsNotFinite) {
   const auto order = solveAfter([](Data* data) { data->frames[2].t = data->frames[1].t; });
-  EXPECT_EQ(order.status, InitializationStatus::kInvalidInput);
-  EXPECT_THAT(order.reason, HasSubstr("frame 2"));
+  EXPECT_EQ(order.error().status, RefusalStatus::kInvalidInput);
+  EXPECT_THAT(order.error().reason, HasSubstr("frame 2"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto left = solveAfter([&](Data* data) { data->frames[1].observations[0].left.x() = nan; });
-  EXPECT_EQ(left.status, InitializationStatus::kInvalidInput);
-  EXPECT_THAT(left.reason, HasSubstr("landmark 1 in frame 1"));
+  EXPECT_EQ(left.error().status, RefusalStatus::kInvalidInput);
+  EXPECT_THAT(left.error().reason, HasSubstr("landmark 1 in frame 1"));
   const auto right =
       solveAfter([&](Data* data) { data->frames[1].observations[1].right.y() = nan; });
-  EXPECT_EQ(right.status, InitializationStatus::kInvalidInput);
+  EXPECT_EQ(right.error().status, RefusalStatus::kInvalidInput);
   // Without has_right the right pixel means nothing.
-  EXPECT_TRUE(
-      solveAfter([&](Data* data) { data->frames[1].observations[0].right.x() = nan; }).ok());
+  EXPECT_TRUE(solveAfter([&](Data* data) { data->frames[1].observations[0].right.x() = nan; }));
 }
 
 TEST(Initializer, RefusesImuNotFinite) {
@@ -98,59 +97,58 @@ TEST(Initializer, RefusesImuNotFinite) {
     samples[4].accel.z() = std::numeric_limits<double>::infinity();
     data->imu = ImuBuffer(samples);
   });
-  EXPECT_EQ(result.status, InitializationStatus::kInvalidInput);
-  EXPECT_THAT(result.reason, HasSubstr("IMU sample 4"));
+  EXPECT_EQ(result.error().status, RefusalStatus::kInvalidInput);
+  EXPECT_THAT(result.error().reason, HasSubstr("IMU sample 4"));
 }
 
 TEST(Initializer, RefusesAnImuThatDoesNotCoverTheWindow) {
   const auto late =
       solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 0, 10)); });
-  EXPECT_EQ(late.status, InitializationStatus::kImuGap);
-  EXPECT_NEAR(late.reason_value, 0.05, 1e-12);  // rounding of one division
+  EXPECT_EQ(late.error().status, RefusalStatus::kImuGap);
+  EXPECT_NEAR(*late.error().value, 0.05, 1e-12);  // rounding of one division
   const auto none = solveAfter([](Data* data) { data->imu = ImuBuffer(); });
-  EXPECT_EQ(none.status, InitializationStatus::kImuGap);
-  EXPECT_NEAR(none.reason_value, 0.2, 1e-12);
+  EXPECT_EQ(none.error().status, RefusalStatus::kImuGap);
+  EXPECT_NEAR(*none.error().value, 0.2, 1e-12);
 }
 
 TEST(Initializer, RefusesAGapLongerThanFiveNominalIntervals) {
   // Taking out 4 samples leaves a step of 5 intervals, the longest allowed; 5 leave 6.
-  EXPECT_TRUE(solveAfter([](Data* data) {
-                data->imu = ImuBuffer(without(data->imu.samples(), 10, 14));
-              }).ok());
+  EXPECT_TRUE(
+      solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 10, 14)); }));
   const auto result =
       solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 10, 15)); });
-  EXPECT_EQ(result.status, InitializationStatus::kImuGap);
-  EXPECT_NEAR(result.reason_value, 0.03, 1e-12);
-  EXPECT_THAT(result.reason, HasSubstr("gap of 0.03 s"));
+  EXPECT_EQ(result.error().status, RefusalStatus::kImuGap);
+  EXPECT_NEAR(*result.error().value, 0.03, 1e-12);
+  EXPECT_THAT(result.error().reason, HasSubstr("gap of 0.03 s"));
 }
 
 TEST(Initializer, TurnsWhatSolveThrowsIntoARefusal) {
   const auto error = solveWith("error", goodData());
-  EXPECT_EQ(error.status, InitializationStatus::kNotConverged);
-  EXPECT_THAT(error.reason, HasSubstr("a refusal thrown by the plugin"));
+  EXPECT_EQ(error.error().status, RefusalStatus::kNotConverged);
+  EXPECT_THAT(error.error().reason, HasSubstr("a refusal thrown by the plugin"));
   const auto data_error = solveWith("data_error", goodData());
-  EXPECT_EQ(data_error.status, InitializationStatus::kInvalidInput);
-  EXPECT_THAT(data_error.reason, HasSubstr("imu.csv:7"));
+  EXPECT_EQ(data_error.error().status, RefusalStatus::kInvalidInput);
+  EXPECT_THAT(data_error.error().reason, HasSubstr("imu.csv:7"));
   const auto exception = solveWith("exception", goodData());
-  EXPECT_EQ(exception.status, InitializationStatus::kNotConverged);
-  EXPECT_THAT(exception.reason, HasSubstr("an exception of the plugin"));
-  EXPECT_EQ(solveWith("integer", goodData()).status, InitializationStatus::kNotConverged);
+  EXPECT_EQ(exception.error().status, RefusalStatus::kNotConverged);
+  EXPECT_THAT(exception.error().reason, HasSubstr("an exception of the plugin"));
+  EXPECT_EQ(solveWith("integer", goodData()).error().status, RefusalStatus::kNotConverged);
 }
 
 TEST(Initializer, RefusesASuccessThatIsNone) {
   const auto nan = solveWith("nan", goodData());
-  EXPECT_EQ(nan.status, InitializationStatus::kNotConverged);
-  EXPECT_THAT(nan.reason, HasSubstr("v_WB not finite at keyframe 2"));
+  EXPECT_EQ(nan.error().status, RefusalStatus::kNotConverged);
+  EXPECT_THAT(nan.error().reason, HasSubstr("v_WB not finite at keyframe 2"));
   const auto few = solveWith("few_states", goodData());
-  EXPECT_EQ(few.status, InitializationStatus::kNotConverged);
-  EXPECT_THAT(few.reason, HasSubstr("2 states for 3 keyframes"));
-  EXPECT_THAT(solveWith("skewed", goodData()).reason, HasSubstr("no rigid transform"));
+  EXPECT_EQ(few.error().status, RefusalStatus::kNotConverged);
+  EXPECT_THAT(few.error().reason, HasSubstr("2 states for 3 keyframes"));
+  EXPECT_THAT(solveWith("skewed", goodData()).error().reason, HasSubstr("no rigid transform"));
 }
 
 TEST(Initializer, GivesASilentRefusalAReason) {
   const auto result = solveWith("silent", goodData());
-  EXPECT_EQ(result.status, InitializationStatus::kTooLittleMotion);
-  EXPECT_THAT(result.reason, HasSubstr("too_little_motion"));
+  EXPECT_EQ(result.error().status, RefusalStatus::kTooLittleMotion);
+  EXPECT_THAT(result.error().reason, HasSubstr("too_little_motion"));
 }
 
 }  // namespace

@@ -88,8 +88,8 @@ TEST(PluginLoader, CatchesWhatAPluginThrowsAcrossTheLibraryBoundary) {
   samples[1].t = 5'000'000;
   data.imu = ImuBuffer(samples);
   const auto result = initializer->initialize(InitializationProblem(data));
-  EXPECT_EQ(result.status, InitializationStatus::kInvalidInput);  // that is, caught as DataError
-  EXPECT_THAT(result.reason, HasSubstr("imu.csv:7"));
+  EXPECT_EQ(result.error().status, RefusalStatus::kInvalidInput);  // that is, caught as DataError
+  EXPECT_THAT(result.error().reason, HasSubstr("imu.csv:7"));
 }
 
 TEST(PluginLoader, TakesALibraryByPathAndAsPartOfTheSearchPath) {

@@ -4,14 +4,15 @@
 // believed; prints the mean NEES a degree of freedom (1 where the covariance is right) of rotation,
 // position, velocity, b_g and b_a, and their RMS errors, by time since the start.
 //   flights=10 seed=1 duration=60 pixels=1 imu=1 walk=1 start=1 (factors; 0: without that noise)
-//   tracks=120 aggressive=1, and the keys of [fixed_lag]
+//   tracks=120 profile=aggressive, map=1 (0: without), the keys of [fixed_lag], and those of [map] as
+//   map.key
 
 #include <cstdio>
 #include <exception>
 #include <map>
 #include <string>
 
-#include "../tests/simulated_flight.h"
+#include "../tests/simulated_views.h"
 #include "etalon/core/parameters.h"
 
 namespace {
@@ -25,9 +26,10 @@ struct Sums {
   int count = 0;
 };
 
-void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, std::uint64_t seed,
-               double start, std::map<int, Sums>* bins) {
-  FixedLagOdometry odometry(flight.calibration, options);
+void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, const MapOptions& map,
+               double sigma_px, std::uint64_t seed, double start, std::map<int, Sums>* bins) {
+  FixedLagOdometry odometry(flight.calibration, options, map,
+                            std::make_shared<SimulatedViews>(flight, sigma_px));
   for (size_t i = 0; i < flight.frames.size(); ++i) {
     const OdometryOutput out =
         i == 0 ? odometry.start(flight.startAt(0, start * startSigma(), seed), flight.frames[0])
@@ -43,16 +45,21 @@ void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, st
 
 void run(int argc, char** argv) {
   double flights = 10, seed = 1, pixels = 1, imu = 1, walk = 1, tracks = 120;
-  double duration = 60, start = 1;
+  double duration = 60, start = 1, with_map = 1;
   std::string profile = "aggressive";
   FixedLagOptions options;
   ParameterSet section("fixed_lag");
   options.declare(section);
+  MapOptions map;
+  ParameterSet map_section("map");
+  map.declare(map_section);
   std::map<std::string, double*> own = {
-      {"flights", &flights}, {"seed", &seed},     {"pixels", &pixels},     {"imu", &imu},
-      {"walk", &walk},       {"tracks", &tracks}, {"duration", &duration}, {"start", &start},
+      {"flights", &flights},   {"seed", &seed},   {"pixels", &pixels},
+      {"imu", &imu},           {"walk", &walk},   {"tracks", &tracks},
+      {"duration", &duration}, {"start", &start}, {"map", &with_map},
   };
   IniFile ini;
+  IniFile map_ini;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const size_t equals = argument.find('=');
@@ -61,10 +68,14 @@ void run(int argc, char** argv) {
       profile = argument.substr(equals + 1);
     else if (known != own.end())
       *known->second = std::stod(argument.substr(equals + 1));
+    else if (argument.rfind("map.", 0) == 0)
+      map_ini.setFromArgument(argument);
     else
       ini.setFromArgument("fixed_lag." + argument);
   }
   section.read(ini);
+  map_section.read(map_ini);
+  map.enabled = with_map > 0;
   std::map<int, Sums> bins;
   for (int f = 0; f < flights; ++f) {
     SimulatedFlightOptions simulated;
@@ -77,7 +88,8 @@ void run(int argc, char** argv) {
     simulated.tracks = static_cast<int>(tracks);
     const SimulatedFlight flight = simulateFlight(simulated);
     options.imu_noise = flight.imu_noise;
-    addFlight(flight, options, 1000 + simulated.seed, start, &bins);
+    addFlight(flight, options, map, map.sigma_factor * simulated.sigma_px, 1000 + simulated.seed,
+              start, &bins);
   }
   std::printf("from, s | pose | NEES R p v b_g b_a | RMS deg, m, m/s, rad/s, m/s^2\n");
   for (const auto& [bin, sums] : bins) {

@@ -1,15 +1,11 @@
 #include "etalon/odometry/visual_solution.h"
 
-#include <string>
-
-#include "etalon/core/errors.h"
-
 namespace etalon {
 
-VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
-                                   const std::vector<const TrackedFrame*>& keyframes,
-                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
-                                   const StereoOdometryOptions& options) {
+Expected<VisualSolution> solveStereoOdometry(const StereoInertialCalibration& calibration,
+                                             const std::vector<const TrackedFrame*>& keyframes,
+                                             const std::vector<Eigen::Matrix3d>& R_prev_cur,
+                                             const StereoOdometryOptions& options) {
   StereoOdometryOptions window_options = options;
   window_options.window_keyframes = static_cast<int>(keyframes.size());
   window_options.ba_rounds = 0;
@@ -18,10 +14,9 @@ VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
     const auto frame = odometry.track(
         *keyframes[k], k == 0 ? Eigen::Matrix3d::Identity() : R_prev_cur[k - 1], true);
     if (!frame.located)
-      throw DataError("", 0,
-                      "stereo odometry lost its way at keyframe " + std::to_string(k) + ": " +
-                          std::to_string(frame.inliers) + " measurements agree, at least " +
-                          std::to_string(options.min_pose_inliers) + " are wanted");
+      return refuse(RefusalStatus::kTooFewTracks, "stereo odometry lost its way at keyframe ", k,
+                    ": ", Value(frame.inliers), " measurements agree, at least ",
+                    Bound(options.min_pose_inliers), " are wanted");
   }
   StereoBaOptions ba;
   ba.compute_covariance = true;

@@ -155,6 +155,20 @@ TEST(FixedLagOdometry, FliesOnWithTheLeftCameraAlone) {
   for (const OdometryOutput& out : outputs) EXPECT_EQ(out.unlocated_s, 0.0);
 }
 
+TEST(FixedLagOdometry, FliesOnWithTheRightCameraAlone) {
+  SimulatedFlight flight = flight12s(4);
+  const double stereo = addedError(fly(flight), flight, 0);
+  for (size_t i = 80; i < 160; ++i) {
+    TrackedFrame& frame = flight.frames[i];
+    for (const Observation& o : frame.observations)
+      if (o.has_right) frame.right_only.push_back({o.id, o.right});
+    frame.observations.clear();
+  }
+  const auto outputs = fly(flight);
+  EXPECT_LT(addedError(outputs, flight, 0), 1.2 * stereo + 0.01);
+  for (const OdometryOutput& out : outputs) EXPECT_EQ(out.unlocated_s, 0.0);
+}
+
 TEST(FixedLagOdometry, AGapInTheImuIsBridged) {
   SimulatedFlight flight = flight12s(5);
   const double whole = addedError(fly(flight), flight, 0);

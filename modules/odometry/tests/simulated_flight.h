@@ -36,7 +36,8 @@ struct SimulatedFlight {
   ImuNoiseDensities imu_noise;  ///< that the samples have
   ImuBuffer imu;
   std::vector<TrackedFrame> frames;
-  std::vector<NavState> truth;  ///< one a frame
+  std::vector<NavState> truth;             ///< one a frame
+  std::vector<Eigen::Vector3d> landmarks;  ///< p_W by id, m
 
   /** The samples between two frames. */
   std::vector<ImuSample> between(size_t a, size_t b) const {
@@ -100,9 +101,9 @@ inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
   tracks.right_ratio = options.right_ratio;
   tracks.max_tracks = options.tracks;
   tracks.seed = options.seed;
-  const auto landmarks = scatterLandmarks(trajectory, 1500, options.seed);
+  flight.landmarks = scatterLandmarks(trajectory, 1500, options.seed);
   for (const SyntheticFrame& seen :
-       simulateTracks(trajectory, flight.calibration, stamps, landmarks, tracks)) {
+       simulateTracks(trajectory, flight.calibration, stamps, flight.landmarks, tracks)) {
     TrackedFrame frame;
     frame.t = seen.t;
     for (const SyntheticObservation& o : seen.observations)

@@ -62,7 +62,7 @@ TEST(SolveStereoOdometry, ReturnsPosesLandmarksAndCovariance) {
   StereoOdometryOptions odometry;
   odometry.sigma_px = 0.5;
   const VisualSolution solution =
-      solveStereoOdometry(window.calibration, window.keyframes(), rotations, odometry);
+      solveStereoOdometry(window.calibration, window.keyframes(), rotations, odometry).value();
   ASSERT_EQ(solution.T_VB.size(), window.truth.size());
   EXPECT_GT(solution.landmarks.size(), 200U);
   EXPECT_EQ(solution.covariance.rows(), 6 * 9);
@@ -80,13 +80,14 @@ TEST(SolveStereoOdometry, SaysWhereItLostItsWay) {
   TrackedFrame blind;
   blind.t = keyframes[4]->t;
   keyframes[4] = &blind;
-  try {
-    solveStereoOdometry(window.calibration, keyframes,
-                        std::vector<Eigen::Matrix3d>(9, Eigen::Matrix3d::Identity()), {});
-    FAIL() << "expected DataError";
-  } catch (const DataError& e) {
-    EXPECT_NE(std::string(e.what()).find("keyframe 4"), std::string::npos) << e.what();
-  }
+  const Expected<VisualSolution> solution =
+      solveStereoOdometry(window.calibration, keyframes,
+                          std::vector<Eigen::Matrix3d>(9, Eigen::Matrix3d::Identity()), {});
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().status, RefusalStatus::kTooFewTracks);
+  EXPECT_EQ(solution.error().value, 0.0);  // measurements that agree
+  EXPECT_EQ(solution.error().bound, StereoOdometryOptions().min_pose_inliers);
+  EXPECT_NE(solution.error().reason.find("keyframe 4"), std::string::npos);
 }
 
 }  // namespace

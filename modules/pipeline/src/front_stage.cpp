@@ -23,6 +23,7 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBias& bias) {
   Stopwatch watch;
   FrontFrame result;
   result.t = frame.t;
+  result.images = frame;
   const TimeNs before = last_frame_.value_or(frame.t), tracked_at = tracked_at_.value_or(frame.t);
   last_frame_ = frame.t;
   if (tracked_at < frame.t && imu_.covers(tracked_at, frame.t))

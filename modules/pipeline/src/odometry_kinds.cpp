@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 
@@ -11,12 +12,15 @@ namespace {
 struct OdometryKind {
   const char* name;
   const char* words;
-  std::unique_ptr<Odometry> (*make)(const StereoInertialCalibration&, const PipelineOptions&);
+  std::unique_ptr<Odometry> (*make)(const StereoInertialCalibration&, const PipelineOptions&,
+                                    std::shared_ptr<ViewMatcher>);
 };
 
 std::unique_ptr<Odometry> makeFixedLag(const StereoInertialCalibration& calibration,
-                                       const PipelineOptions& options) {
-  return std::make_unique<FixedLagOdometry>(calibration, options.fixed_lag);
+                                       const PipelineOptions& options,
+                                       std::shared_ptr<ViewMatcher> views) {
+  return std::make_unique<FixedLagOdometry>(calibration, options.fixed_lag, options.map,
+                                            std::move(views));
 }
 
 const std::array kOdometryKinds = {
@@ -42,12 +46,13 @@ std::string odometryKindsInWords() {
 }
 
 std::unique_ptr<Odometry> makeOdometry(const StereoInertialCalibration& calibration,
-                                       const PipelineOptions& options) {
+                                       const PipelineOptions& options,
+                                       std::shared_ptr<ViewMatcher> views) {
   const auto kind =
       std::find_if(kOdometryKinds.begin(), kOdometryKinds.end(),
                    [&](const OdometryKind& k) { return options.odometry_kind == k.name; });
   if (kind == kOdometryKinds.end() || kind->make == nullptr) return nullptr;
-  return kind->make(calibration, options);
+  return kind->make(calibration, options, std::move(views));
 }
 
 }  // namespace etalon

@@ -18,8 +18,10 @@ std::vector<std::string> odometryKinds();
 /** "fixed_lag (images and IMU, tightly coupled) or stereo_visual (images alone)". */
 std::string odometryKindsInWords();
 
-/** A new odometry of that kind; null where stereo odometry, which ran before the start, goes on. */
+/** A new odometry of that kind; null where stereo odometry, which ran before the start, goes on.
+ * @param views of the map; null without one */
 std::unique_ptr<Odometry> makeOdometry(const StereoInertialCalibration& calibration,
-                                       const PipelineOptions& options);
+                                       const PipelineOptions& options,
+                                       std::shared_ptr<ViewMatcher> views);
 
 }  // namespace etalon

@@ -47,6 +47,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
+  if (options.map.enabled) views_ = std::make_shared<ImageViews>();
   front_bias_ = bias_;
   if (options.live) startThreads();
 }
@@ -80,6 +81,7 @@ void Pipeline::estimate(const FrontFrame& frame) {
   const TimeNs before = last_frame_.value_or(frame.t);
   last_frame_ = frame.t;
   if (frame.after_gap) window_.restart();
+  if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
   const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
   if (inertial_)
     followInertially(frame.t, before, frame.tracked);
@@ -89,7 +91,8 @@ void Pipeline::estimate(const FrontFrame& frame) {
 
   if (frame.tracked && collecting()) {
     window_.add(*frame.tracked, keyframe);
-    if (keyframe) tryInitialize(*frame.tracked);
+    if (views_) keepWindowImages(frame.images);
+    if (keyframe) tryInitialize();
     timing.initialization_ms = watch.lapMilliseconds();
   } else if (!collecting()) {
     imu_.dropBefore(frame.t);
@@ -200,7 +203,7 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   window_.restart();
 }
 
-void Pipeline::tryInitialize(const TrackedFrame& frame) {
+void Pipeline::tryInitialize() {
   imu_.dropBefore(window_.stamps().front());
   if (!window_.complete()) return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
@@ -212,64 +215,85 @@ void Pipeline::tryInitialize(const TrackedFrame& frame) {
     handed_over_at_ = attempt.t;
     adopt(attempt, keepingYawAndPosition(attempt));
   } else if (state_ == PipelineState::kLost) {
-    startAgain(attempt, frame);
+    startAgain(attempt);
   } else {
-    start(attempt, frame);
+    start(attempt);
   }
 }
 
-void Pipeline::start(const InitializationAttempt& attempt, const TrackedFrame& frame) {
+void Pipeline::start(const InitializationAttempt& attempt) {
+  initialized_at_ = attempt.t;
+  std::optional<OdometryOutput> inertial;
+  if (auto odometry = makeOdometry(calibration_, options_, views_))
+    inertial = startInertially(std::move(odometry), attempt, SE3());
   // The last keyframe is the current frame: there the visual frame is tied to the world.
-  const SE3 T_WV = attempt.poses().back() * odometry_.pose().inverse();
+  const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
+  const SE3 T_WV = T_WB * odometry_.pose().inverse();
   for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
-  initialized_at_ = attempt.t;
-  if (auto odometry = makeOdometry(calibration_, options_))
-    startInertially(std::move(odometry), attempt, SE3(), frame);
+  if (inertial)
+    replaceLast(*inertial);
   else
     adopt(attempt, SE3());
 }
 
-void Pipeline::startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame) {
+void Pipeline::startAgain(const InitializationAttempt& attempt) {
   const SE3 before = trajectory_.back().T_WB;
-  startInertially(makeOdometry(calibration_, options_), attempt, keepingYawAndPosition(attempt),
-                  frame);
+  replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
+                              keepingYawAndPosition(attempt)));
   PoseJump jump;
   jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
   jump.covariance = lost_covariance_;
   events_.back().jump = jump;
 }
 
-void Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
-                               const InitializationAttempt& attempt, const SE3& T_WA,
-                               const TrackedFrame& frame) {
+/** The odometry begins at the window's first keyframe and runs through the window's frames. */
+OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
+                                         const InitializationAttempt& attempt, const SE3& T_WA) {
   clock_shift_ = 0;
   clock_jumped_ = false;
   inertial_ = std::move(odometry);
+  const std::deque<TrackedFrame>& frames = window_.frames();
+  showWindowImage(frames.front().t);
+  OdometryOutput output = inertial_->start(
+      odometryStart(attempt, T_WA, options_.window.priors.sigma_accel_mps2), frames.front());
+  record_.add(output.t, frames.front(), {}, output, inertial_.get());
+  for (size_t i = 1; i < frames.size(); ++i) {
+    const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
+    showWindowImage(frames[i].t);
+    output = inertial_->process(frames[i], imu);
+    record_.add(output.t, frames[i], imu, output, inertial_.get());
+  }
+  window_.clear();
+  window_images_.clear();
   starter_.endWaitForMotion();
   const std::string by =
       attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
-  enter(PipelineState::kInertial, frame.t, by + " accepted");
-  trajectory_.pop_back();
-  estimates_.pop_back();
-  const OdometryOutput output = inertial_->start(odometryStart(attempt, T_WA), frame);
-  recordStart(attempt, T_WA, output);
-  window_.clear();
-  keep(output);
+  enter(PipelineState::kInertial, output.t, by + " accepted");
+  return output;
 }
 
-/** The window's keyframes begin the record of the flight. */
-void Pipeline::recordStart(const InitializationAttempt& attempt, const SE3& T_WA,
-                           const OdometryOutput& output) {
-  for (const TrackedFrame& frame : window_.frames()) {
-    const auto k = std::find(attempt.keyframes.begin(), attempt.keyframes.end(), frame.t);
-    if (k == attempt.keyframes.end()) continue;
-    OdometryOutput keyframe = output;
-    keyframe.state = stateOf(attempt, static_cast<size_t>(k - attempt.keyframes.begin()), T_WA);
-    std::vector<ImuSample> imu;
-    if (k != attempt.keyframes.begin()) imu = imu_.between(*(k - 1), *k);
-    record_.add(frame.t, frame, imu, keyframe, nullptr);
-  }
+/** The map takes its views from the window's frames, too, when the odometry runs through them. */
+void Pipeline::keepWindowImages(const StereoFrame& frame) {
+  StereoFrame& kept = window_images_[frame.t];
+  kept.left = frame.left.clone();
+  kept.right = frame.right.clone();
+  const std::deque<TrackedFrame>& frames = window_.frames();
+  const auto first = frames.empty() ? window_images_.end() : window_images_.find(frames.front().t);
+  window_images_.erase(window_images_.begin(), first);
+}
+
+void Pipeline::showWindowImage(TimeNs t) {
+  if (!views_) return;
+  const StereoFrame& frame = window_images_.at(t);
+  views_->show(frame.left, frame.right);
+}
+
+/** The last pose is the fixed-lag odometry's first. */
+void Pipeline::replaceLast(const OdometryOutput& output) {
+  trajectory_.pop_back();
+  estimates_.pop_back();
+  keep(output);
 }
 
 Trajectory Pipeline::smoothedTrajectory() const {

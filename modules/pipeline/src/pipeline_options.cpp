@@ -52,6 +52,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   window.odometry.declare(odometry);
   sets.push_back(odometry);
   declared(kFixedLag, fixed_lag);
+  declared("map", map);
   declared("vi_ba", window.vi_ba);
   declared("acceptance", window.acceptance);
   return sets;

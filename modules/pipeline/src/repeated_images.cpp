@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <opencv2/core.hpp>
 
 #include "etalon/core/statistics.h"
 
@@ -23,6 +24,16 @@ bool same(const cv::Mat& a, const cv::Mat& b) {
   for (int y = 0; y < a.rows; ++y)
     if (std::memcmp(a.ptr(y), b.ptr(y), bytes) != 0) return false;
   return true;
+}
+
+/** Standard deviation of gray levels; a covered lens has 1 to 2. */
+constexpr double kNoContrast = 3.0;
+
+bool showsTheSame(const cv::Mat& now, const cv::Mat& before) {
+  if (!same(now, before)) return false;
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(now, mean, deviation);
+  return deviation[0] >= kNoContrast;
 }
 
 }  // namespace
@@ -49,7 +60,7 @@ bool RepeatedImages::contradicts(const std::optional<ImuMean>& now) const {
 bool RepeatedImages::isRepeated(const cv::Mat& left, const cv::Mat& right,
                                 const std::vector<ImuSample>& imu) {
   const std::optional<ImuMean> now = meanOf(imu);
-  new_ = !same(left, previous_[0]) && !same(right, previous_[1]);
+  new_ = !showsTheSame(left, previous_[0]) && !showsTheSame(right, previous_[1]);
   left.copyTo(previous_[0]);
   right.copyTo(previous_[1]);
   if (new_) {

@@ -37,7 +37,7 @@ Starter::Outcome Starter::attempt(const KeyframeWindow& window, const MakeProble
       attemptInitialization(problem, *initializers_.initializer, options);
   if (initializers_.at_rest) attempt.initializer = initializers_.name;
   keep(std::move(attempt));
-  if (!attempts_.back().decision.accepted) return Outcome::kRefused;
+  if (!attempts_.back().accepted()) return Outcome::kRefused;
   waits_for_motion_ = false;
   return takes_over ? Outcome::kTakesOver : Outcome::kStarts;
 }
@@ -47,7 +47,7 @@ void Starter::keep(InitializationAttempt attempt) {
   attempts_.push_back(std::move(attempt));
   if (attempts_.size() <= kDetailedAttempts) return;
   InitializationAttempt& old = attempts_[attempts_.size() - 1 - kDetailedAttempts];
-  if (!old.decision.accepted) old.dropEstimates();
+  if (!old.accepted()) old.dropEstimates();
 }
 
 /** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
@@ -56,7 +56,7 @@ bool Starter::startsAtRest(const InitializationProblem& problem) {
   attempt.initializer = initializers_.at_rest_name;
   keep(std::move(attempt));
   const InitializationAttempt& kept = attempts_.back();
-  if (!kept.decision.accepted) return false;
+  if (!kept.accepted()) return false;
   waits_for_motion_ = true;
   last_rest_ = started_at_ = kept.t;
   gyro_bias_ = kept.bias().gyro;
@@ -69,18 +69,16 @@ bool Starter::startsAtRest(const InitializationProblem& problem) {
 bool Starter::isInMotion(const KeyframeWindow& window, const InitializationProblem& problem) {
   InitializationResult result = initializers_.at_rest->initialize(problem);
   const TimeNs now = window.stamps().back();
-  if (result.status == InitializationStatus::kTooMuchMotion)
+  if (!result && result.error().status == RefusalStatus::kTooMuchMotion)
     return secondsBetween(last_rest_, now) >=
            automatic_.min_motion_share * secondsBetween(window.stamps().front(), now);
   last_rest_ = now;
-  if (result.ok()) return false;
+  if (result) return false;
   InitializationAttempt attempt;
   attempt.t = now;
   attempt.initializer = initializers_.at_rest_name;
   attempt.keyframes.assign(window.stamps().begin(), window.stamps().end());
-  attempt.decision.status = result.status;
-  attempt.decision.reason = result.reason;
-  attempt.decision.value = result.reason_value;
+  attempt.decision = refuse(result.error());
   attempt.init = std::move(result);
   keep(std::move(attempt));
   return false;

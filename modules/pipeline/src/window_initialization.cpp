@@ -13,15 +13,12 @@ std::vector<SE3> InitializationAttempt::poses() const {
   if (has_vi_ba)
     for (const VisualInertialState& s : vi_ba.states) poses.push_back(s.T_WB);
   else
-    for (const KeyframeState& s : init.states) poses.push_back(s.T_WB);
+    for (const KeyframeState& s : init->states) poses.push_back(s.T_WB);
   return poses;
 }
 
 void InitializationAttempt::dropEstimates() {
-  InitializationResult light;
-  light.status = init.ok() ? decision.status : init.status;
-  light.timings = std::move(init.timings);
-  init = std::move(light);
+  if (init) init = refuse(decision.error());
   vi_ba = VisualInertialBaResult();
   landmarks.clear();
 }
@@ -30,8 +27,8 @@ double InitializationAttempt::sigmaGyroBias() const {
   Eigen::Vector3d variance;
   if (has_vi_ba && vi_ba.covariance.rows() >= 6)
     variance = vi_ba.covariance.diagonal().tail<6>().head<3>();
-  else if (!has_vi_ba && init.covariance.rows() >= 3)
-    variance = init.covariance.diagonal().head<3>();
+  else if (!has_vi_ba && init && init->covariance.rows() >= 3)
+    variance = init->covariance.diagonal().head<3>();
   else
     return std::numeric_limits<double>::infinity();
   return std::sqrt(std::max(0.0, variance.maxCoeff()));
@@ -53,21 +50,21 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
   return InitializationProblem(std::move(data));
 }
 
-VisualInertialBaResult refine(const InitializationProblem& problem,
-                              const InitializationResult& result, const WindowOptions& options,
+VisualInertialBaResult refine(const InitializationProblem& problem, const Initialization& start,
+                              const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
   VisualInertialProblem vi;
   std::vector<SE3> poses;
-  for (const KeyframeState& s : result.states) {
+  for (const KeyframeState& s : start.states) {
     vi.states.push_back({s.T_WB, s.v_WB});
     poses.push_back(s.T_WB);
   }
   vi.bundle = BundleProblem(
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
-      result.landmarks);
+      start.landmarks);
   vi.bundle.triangulateMissing(poses);
-  vi.preintegrations = problem.preintegrate(result.bias);
-  vi.bias = result.bias;
+  vi.preintegrations = problem.preintegrate(start.bias);
+  vi.bias = start.bias;
   vi.priors = options.priors;
   vi.gravity_mps2 = options.gravity_mps2;
   VisualInertialBaOptions vi_options = options.vi_ba;
@@ -97,22 +94,20 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   if (attempt.used_stereo_odometry) {
     attempt.stereo_odometry_ms = problem.visualSolutionMilliseconds();
     if (!odometry_was_there) attempt.initialize_ms -= attempt.stereo_odometry_ms;
-    attempt.visual_rms_px = attempt.init.ok() ? problem.visualSolution().rms_px : 0.0;
+    attempt.visual_rms_px = attempt.init ? problem.visualSolution()->rms_px : 0.0;
   }
-  if (!attempt.init.ok()) {
-    attempt.decision.status = attempt.init.status;
-    attempt.decision.reason = attempt.init.reason;
-    attempt.decision.value = attempt.init.reason_value;
+  if (!attempt.init) {
+    attempt.decision = refuse(attempt.init.error());
     return attempt;
   }
+  attempt.init_timings = attempt.init->timings;
   if (!options.refine) {
-    attempt.decision.accepted = true;
-    attempt.decision.status = InitializationStatus::kSuccess;
-    attempt.landmarks = attempt.init.landmarks;
+    attempt.decision = {};
+    attempt.landmarks = attempt.init->landmarks;
     return attempt;
   }
   watch.lapMilliseconds();
-  attempt.vi_ba = refine(problem, attempt.init, options, &attempt.landmarks);
+  attempt.vi_ba = refine(problem, *attempt.init, options, &attempt.landmarks);
   attempt.vi_ba_ms = watch.lapMilliseconds();
   attempt.has_vi_ba = true;
   attempt.decision = judge(attempt.vi_ba, options.acceptance);

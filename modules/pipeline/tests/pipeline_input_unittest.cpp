@@ -19,19 +19,20 @@ class PipelineInput : public ::testing::Test {
  protected:
   static const Flight& flight() { return Flight::instance(); }
 
-  static Pipeline pipeline() {
+  static Pipeline pipeline(const Script& script, const WindowOptions& window = {}) {
     PipelineOptions options;
+    options.window = window;
     options.keyframes = 3;
     options.keyframe_rate_hz = kFrameRateHz;
     PipelineInitializers initializers;
-    initializers.name = "refuses";
-    initializers.initializer = std::make_shared<Scripted>([](const InitializationProblem&) {
-      InitializationResult result = InitializationResult::refusal(
-          InitializationStatus::kNotConverged, "as it always does", 1.0);
-      result.covariance = Eigen::MatrixXd::Zero(11, 11);
-      return result;
-    });
+    initializers.name = "scripted";
+    initializers.initializer = std::make_shared<Scripted>(script);
     return {flight().calibration, options, initializers};
+  }
+  static Pipeline pipeline() {
+    return pipeline([](const InitializationProblem&) {
+      return refuse(RefusalStatus::kNotConverged, "as it always does");
+    });
   }
 
   /** The flight's frames with the IMU up to each of them. */
@@ -151,7 +152,16 @@ TEST_F(PipelineInput, WithoutImuFramesAreProcessedAllTheSame) {
 }
 
 TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
-  Pipeline pipeline = this->pipeline();
+  WindowOptions hard_to_please;
+  hard_to_please.acceptance.min_measurements = 1'000'000;
+  Pipeline pipeline = this->pipeline(
+      [](const InitializationProblem& problem) {
+        Initialization truth;
+        for (const TrackedFrame* keyframe : problem.keyframes())
+          truth.states.push_back({keyframe->t, flight().truth(keyframe->t), {}});
+        return truth;
+      },
+      hard_to_please);
   std::vector<StereoFrame> frames;
   std::vector<ImuSample> imu;
   for (int round = 0; round < 7; ++round) {
@@ -169,9 +179,8 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
   const std::vector<InitializationAttempt>& attempts = pipeline.attempts();
   ASSERT_GT(attempts.size(), Starter::kDetailedAttempts);
   for (size_t i = 0; i < attempts.size(); ++i) {
-    EXPECT_EQ(attempts[i].init.covariance.size() > 0,
-              i + Starter::kDetailedAttempts >= attempts.size());
-    EXPECT_EQ(attempts[i].decision.reason, "as it always does");
+    EXPECT_EQ(attempts[i].init.has_value(), i + Starter::kDetailedAttempts >= attempts.size());
+    EXPECT_EQ(attempts[i].decision.error().status, RefusalStatus::kTooFewTracks);
     EXPECT_EQ(attempts[i].keyframes.size(), 3U);
   }
 }
@@ -179,23 +188,22 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
 TEST(InitializationAttempt, WithoutItsEstimatesItStillSaysWhatHappened) {
   InitializationAttempt attempt;
   attempt.keyframes = {1, 2};
-  attempt.init.status = InitializationStatus::kSuccess;
-  attempt.init.states.resize(2);
-  attempt.init.timings = {{"solve", 1.0}};
+  attempt.init = Initialization();
+  attempt.init->states.resize(2);
+  attempt.init_timings = {{"solve", 1.0}};
   attempt.has_vi_ba = true;
   attempt.vi_ba.states.resize(2);
   attempt.vi_ba.covariance.resize(24, 24);
   attempt.landmarks[3] = Eigen::Vector3d::Zero();
-  attempt.decision.status = InitializationStatus::kImplausible;
-  attempt.decision.reason = "why";
+  attempt.decision = refuse(RefusalStatus::kImplausible, "why");
   attempt.dropEstimates();
-  EXPECT_FALSE(attempt.init.ok());
+  EXPECT_FALSE(attempt.init);
   EXPECT_THAT(attempt.poses(), IsEmpty());
   EXPECT_EQ(attempt.vi_ba.covariance.size(), 0);
   EXPECT_THAT(attempt.landmarks, IsEmpty());
   EXPECT_THAT(attempt.keyframes, ElementsAre(1, 2));
-  EXPECT_EQ(attempt.init.timings.size(), 1U);
-  EXPECT_EQ(attempt.decision.reason, "why");
+  EXPECT_EQ(attempt.init_timings.size(), 1U);
+  EXPECT_EQ(attempt.decision.error().reason, "why");
 }
 
 }  // namespace

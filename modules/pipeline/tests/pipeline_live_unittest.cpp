@@ -23,8 +23,7 @@ class PipelineLive : public ::testing::Test {
   static const Flight& flight() { return Flight::instance(); }
 
   static InitializationResult truth(const InitializationProblem& problem) {
-    InitializationResult result;
-    result.status = InitializationStatus::kSuccess;
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k) {
       const TimeNs t = problem.keyframe(k).t;
       const auto state = flight().trajectory.at(t);

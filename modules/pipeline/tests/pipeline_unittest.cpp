@@ -37,10 +37,9 @@ class PipelineWithAuto : public ::testing::Test {
   static InitializationResult visualSolutionIn(const InitializationProblem& problem,
                                                const SE3& T_AW, const ImuBias& bias,
                                                const Vector3d& shift = Vector3d::Zero()) {
-    const VisualSolution& visual = problem.visualSolution();
+    const VisualSolution& visual = problem.visualSolution().value();
     const SE3 T_AV = T_AW * flight().truth(problem.keyframe(0).t) * visual.T_VB[0].inverse();
-    InitializationResult result;
-    result.status = InitializationStatus::kSuccess;
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k)
       result.states.push_back(
           {problem.keyframe(k).t, T_AV * visual.T_VB[static_cast<size_t>(k)], Vector3d::Zero()});
@@ -50,12 +49,8 @@ class PipelineWithAuto : public ::testing::Test {
     return result;
   }
 
-  static InitializationResult moves() {
-    return InitializationResult::refusal(InitializationStatus::kTooMuchMotion, "it moves", 1.0);
-  }
-  static InitializationResult gap() {
-    return InitializationResult::refusal(InitializationStatus::kImuGap, "a gap in the IMU", 1.0);
-  }
+  static InitializationResult moves() { return refuse(RefusalStatus::kTooMuchMotion, "it moves"); }
+  static InitializationResult gap() { return refuse(RefusalStatus::kImuGap, "a gap in the IMU"); }
 
   /** At rest, the n-th call gives the n-th answer; the last one from then on. */
   static Script answers(std::vector<Script> scripts) {
@@ -180,15 +175,15 @@ TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   EXPECT_NEAR(turn.norm(), kDegree, 0.05 * kDegree);
   EXPECT_LT(std::abs(turn.z()), 1e-3 * kDegree);
   // Roll and pitch are the new ones: what is vertical to the body.
-  const SE3& T_AB = reported.states.back().T_WB;
+  const SE3& T_AB = reported->states.back().T_WB;
   EXPECT_LT((T_WB.R.row(2) - T_AB.R.row(2)).norm(), 1e-12);
 
   // Landmarks are those reported, in the world that goes on.
   const SE3 T_WA = T_WB * T_AB.inverse();
   size_t compared = 0;
   for (const auto& [id, p_W] : pipeline.odometry().landmarks()) {
-    const auto found = reported.landmarks.find(id);
-    if (found == reported.landmarks.end()) continue;
+    const auto found = reported->landmarks.find(id);
+    if (found == reported->landmarks.end()) continue;
     EXPECT_LT((p_W - T_WA * found->second).norm(), 1e-9);
     ++compared;
   }
@@ -214,11 +209,11 @@ TEST_F(PipelineWithAuto, OnlyMotionEndsTheWaitForMotion) {
   EXPECT_TRUE(pipeline.waitsForMotion());
   ASSERT_EQ(pipeline.attempts().size(), 2U);  // why it waits is on record
   EXPECT_EQ(pipeline.attempts()[1].initializer, "at_rest");
-  EXPECT_EQ(pipeline.attempts()[1].decision.status, InitializationStatus::kImuGap);
-  EXPECT_EQ(pipeline.attempts()[1].decision.reason, "a gap in the IMU");
+  EXPECT_EQ(pipeline.attempts()[1].decision.error().status, RefusalStatus::kImuGap);
+  EXPECT_EQ(pipeline.attempts()[1].decision.error().reason, "a gap in the IMU");
   EXPECT_EQ(pipeline.attempts()[1].t, flight().frames[kWindow].t);
   EXPECT_EQ(pipeline.attempts()[1].keyframes.size(), static_cast<size_t>(kWindow));
-  EXPECT_FALSE(pipeline.attempts()[1].decision.accepted);
+  EXPECT_FALSE(pipeline.attempts()[1].accepted());
   add(&pipeline, kWindow + 1, kWindow + 2);  // at rest: nothing to tell
   EXPECT_TRUE(pipeline.waitsForMotion());
   EXPECT_EQ(pipeline.attempts().size(), 2U);
@@ -236,7 +231,7 @@ TEST_F(PipelineWithAuto, SaysWhyItDidNotStartAtRest) {
   add(&pipeline, 0, kWindow);
   ASSERT_EQ(pipeline.attempts().size(), 2U);
   EXPECT_EQ(pipeline.attempts()[0].initializer, "at_rest");
-  EXPECT_EQ(pipeline.attempts()[0].decision.reason, "it moves");
+  EXPECT_EQ(pipeline.attempts()[0].decision.error().reason, "it moves");
   EXPECT_EQ(pipeline.attempts()[1].initializer, "moving");
   EXPECT_TRUE(pipeline.initializedAt());
   EXPECT_FALSE(pipeline.waitsForMotion());
@@ -262,8 +257,7 @@ TEST_F(PipelineWithAuto, TheGyroBiasOfTheStartIsThePriorUnlessMeasurementsWouldC
   Pipeline pipeline = this->pipeline(options(), answers({rests(), says(moves())}),
                                      [&priors](const InitializationProblem& problem) {
                                        priors.push_back(problem.priors());
-                                       return InitializationResult::refusal(
-                                           InitializationStatus::kTooLittleMotion, "later", 0.0);
+                                       return refuse(RefusalStatus::kTooLittleMotion, "later");
                                      });
   add(&pipeline, 0, kWindow + 2);
   const BiasPriors configured = options().window.priors;

@@ -80,5 +80,12 @@ TEST(RepeatedImages, ACallerMayUseItsBufferAgain) {
   EXPECT_FALSE(repeated.isRepeated(left, right, {}));
 }
 
+TEST(RepeatedImages, ACoveredLensRepeatsNothing) {
+  RepeatedImages repeated = afterTwoFrames(5.0);
+  const cv::Mat dark(48, 64, CV_8UC1, cv::Scalar(3));
+  for (int frame = 0; frame < 3; ++frame)
+    EXPECT_FALSE(repeated.isRepeated(dark, imageOf(10 + frame), imuOf(0.1 * frame)));
+}
+
 }  // namespace
 }  // namespace etalon

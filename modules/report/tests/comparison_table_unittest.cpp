@@ -55,5 +55,46 @@ TEST(Comparison, RunsThatNeverInitialisedSayWhy) {
   EXPECT_THAT(sentences[1], HasSubstr("the window of keyframes was never full"));
 }
 
+TEST(Comparison, SourcesStandInTheTextWhereTheyDiffer) {
+  RunRecord other = exampleRecord();
+  other.source = "/data/MH_01_easy/";
+  const std::string text =
+      compareRuns({{"a", exampleRecord()}, {"b", other}}).toString(TableFormat::kText);
+  EXPECT_THAT(text, HasSubstr("MH_01_easy"));
+  EXPECT_THAT(text, Not(HasSubstr("/data")));
+  EXPECT_THAT(text, Not(HasSubstr("status")));  // all succeeded
+  // CSV has every column.
+  const std::string csv = compareRuns({{"a", exampleRecord()}}).toString(TableFormat::kCsv);
+  EXPECT_THAT(csv, HasSubstr("run,source,initializer,"));
+}
+
+TEST(Comparison, OfARunThatNeverInitialisedTheLastAttemptWithAStageIsShown) {
+  RunRecord run = exampleRecord();
+  AttemptRecord implausible = run.attempts[1];
+  implausible.status = "implausible";
+  AttemptRecord later = run.attempts[0];
+  later.status = "imu_gap";
+  run.attempts = {run.attempts[0], implausible, later};
+  const Table table = compareRuns({{"a", run}});
+  ASSERT_EQ(table.rowCount(), 2U);
+  EXPECT_EQ(table.textAt(0, "status"), "implausible");
+  EXPECT_EQ(table.numberAt(0, "attempts"), 3.0);
+  EXPECT_EQ(table.textAt(1, "stage"), "vi_ba");
+  // The sentence is about the last one, whatever it reached.
+  const std::vector<std::string> sentences = refusalsOf({{"a", run}});
+  ASSERT_EQ(sentences.size(), 1U);
+  EXPECT_THAT(sentences[0], HasSubstr("3 attempts, the last one: imu_gap"));
+}
+
+TEST(Comparison, AStageWithoutGroundTruthHasItsTimeAlone) {
+  RunRecord run = exampleRecord();
+  run.trajectory_errors.reset();
+  for (StageRecord& stage : run.attempts[1].stages) stage.errors.reset();
+  const Table table = compareRuns({{"a", run}});
+  EXPECT_EQ(table.numberAt(0, "ms"), 3.25);
+  for (const char* key : {"rre_deg", "ate_m", "gravity_deg", "velocity_mps", "trajectory_ate_m"})
+    EXPECT_EQ(table.textAt(0, key), "") << key;
+}
+
 }  // namespace
 }  // namespace etalon

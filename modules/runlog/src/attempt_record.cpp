@@ -38,21 +38,27 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   record.t = attempt.t;
   record.initializer = attempt.initializer;
   record.keyframes = attempt.keyframes;
-  record.status = attempt.decision.accepted ? kStatusSuccess : toString(attempt.decision.status);
-  record.reason = attempt.decision.reason;
-  record.reason_value = attempt.decision.value;
+  if (attempt.accepted()) {
+    record.status = kStatusSuccess;
+  } else {
+    const Refusal& refusal = attempt.decision.error();
+    record.status = toString(refusal.status);
+    record.reason = refusal.reason;
+    record.reason_value = refusal.value.value_or(WindowErrors::kNone);
+    record.reason_bound = refusal.bound.value_or(WindowErrors::kNone);
+  }
 
   if (attempt.used_stereo_odometry)
     record.timings.push_back({kTimingStereoOdometry, attempt.stereo_odometry_ms});
   record.timings.push_back({kTimingInitialize, attempt.initialize_ms});
   if (attempt.has_vi_ba) record.timings.push_back({kTimingViBa, attempt.vi_ba_ms});
-  for (const StageTiming& timing : attempt.init.timings) record.timings.push_back(timing);
+  for (const StageTiming& timing : attempt.init_timings) record.timings.push_back(timing);
 
-  if (attempt.init.ok()) {
-    StageRecord stage = makeStage(kStageInit, attempt.init.states, attempt.init.bias,
-                                  attempt.init.covariance, gravity_mps2, truth);
-    if (attempt.init.covariance.size() > 0) {
-      stage.covariance = attempt.init.covariance;
+  if (attempt.init) {
+    StageRecord stage = makeStage(kStageInit, attempt.init->states, attempt.init->bias,
+                                  attempt.init->covariance, gravity_mps2, truth);
+    if (attempt.init->covariance.size() > 0) {
+      stage.covariance = attempt.init->covariance;
       stage.covariance_order = kInitCovarianceOrder;
     }
     record.stages.push_back(std::move(stage));

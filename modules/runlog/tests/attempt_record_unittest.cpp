@@ -12,22 +12,23 @@ namespace {
 /** Three keyframes; VI-BA halves the gyro bias's error. */
 InitializationAttempt exampleAttempt() {
   InitializationAttempt attempt;
+  attempt.init = Initialization();
+  Initialization& init = *attempt.init;
   for (int k = 0; k < 3; ++k) {
     KeyframeState state;
     state.t = 1'000'000'000LL + 250'000'000LL * k;
     state.T_WB.t = Eigen::Vector3d(k, k * k, 0);
     attempt.keyframes.push_back(state.t);
-    attempt.init.states.push_back(state);
+    init.states.push_back(state);
     attempt.vi_ba.states.push_back({state.T_WB, state.v_WB});
   }
   attempt.t = attempt.keyframes.back();
-  attempt.init.status = InitializationStatus::kSuccess;
-  attempt.init.bias.gyro.x() = 0.02;
-  attempt.init.covariance = Eigen::MatrixXd::Identity(11, 11);
-  attempt.init.timings = {{"map", 1.5}};
+  init.bias.gyro.x() = 0.02;
+  init.covariance = Eigen::MatrixXd::Identity(11, 11);
+  attempt.init_timings = {{"map", 1.5}};
   attempt.has_vi_ba = true;
   attempt.vi_ba.bias.gyro.x() = 0.01;
-  attempt.decision.accepted = true;
+  attempt.decision = {};
   attempt.stereo_odometry_ms = 10.0;
   attempt.initialize_ms = 2.0;
   attempt.vi_ba_ms = 30.0;
@@ -38,7 +39,7 @@ InitializationAttempt exampleAttempt() {
 GroundTruth truthOf(const InitializationAttempt& attempt) {
   GroundTruth truth;
   truth.has_velocity = truth.has_biases = true;
-  for (const KeyframeState& s : attempt.init.states) truth.states.push_back({s.t, s.T_WB});
+  for (const KeyframeState& s : attempt.init->states) truth.states.push_back({s.t, s.T_WB});
   return truth;
 }
 
@@ -74,16 +75,14 @@ TEST(AttemptRecord, WithoutGroundTruthThereAreNoErrors) {
 TEST(AttemptRecord, ARefusalKeepsItsReason) {
   InitializationAttempt attempt;
   attempt.t = 5;
-  attempt.init =
-      InitializationResult::refusal(InitializationStatus::kTooLittleMotion, "still", 0.1);
-  attempt.decision.status = attempt.init.status;
-  attempt.decision.reason = "still";
-  attempt.decision.value = 0.1;
+  attempt.decision =
+      refuse(RefusalStatus::kTooLittleMotion, "moves by ", Value(0.1), ", at least ", Bound(0.5));
   const AttemptRecord record = makeAttemptRecord(attempt, 9.81, {});
   EXPECT_FALSE(record.accepted());
   EXPECT_EQ(record.status, "too_little_motion");
-  EXPECT_EQ(record.reason, "still");
+  EXPECT_EQ(record.reason, "moves by 0.1, at least 0.5");
   EXPECT_EQ(record.reason_value, 0.1);
+  EXPECT_EQ(record.reason_bound, 0.5);
   EXPECT_TRUE(record.stages.empty());
 }
 

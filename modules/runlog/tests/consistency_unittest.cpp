@@ -24,6 +24,7 @@ struct Example {
 
   Example() {
     truth.has_velocity = truth.has_biases = true;
+    attempt.init = Initialization();
     for (int k = 0; k < 3; ++k) {
       GroundTruthState state;
       state.t = 1'000'000'000LL + 250'000'000LL * k;
@@ -35,11 +36,10 @@ struct Example {
       attempt.keyframes.push_back(state.t);
       attempt.vi_ba.states.push_back(
           {{expSO3(kTilt) * kYaw * state.T_WB.R, state.T_WB.t}, kYaw * state.v_WB + dv});
-      attempt.init.states.push_back(
+      attempt.init->states.push_back(
           {state.t, attempt.vi_ba.states.back().T_WB, attempt.vi_ba.states.back().v_WB});
     }
-    attempt.init.status = InitializationStatus::kSuccess;
-    attempt.init.bias.gyro = attempt.vi_ba.bias.gyro = {0.012, 0.0, 0.001};
+    attempt.init->bias.gyro = attempt.vi_ba.bias.gyro = {0.012, 0.0, 0.001};
     attempt.has_vi_ba = true;
     // Of the tilt 0.005 and 0.002 rad, of the velocity 0.1 and 0.4 m/s, of b_g 1e-3 rad/s.
     Eigen::VectorXd sigma = Eigen::VectorXd::Ones(33);
@@ -52,7 +52,7 @@ struct Example {
         R.transpose() * Eigen::Matrix3d(tilt.cwiseAbs2().asDiagonal()) * R;
     Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(11);
     diagonal.segment<2>(6) << 0.006, 0.008;
-    attempt.init.covariance = diagonal.cwiseAbs2().asDiagonal();
+    attempt.init->covariance = diagonal.cwiseAbs2().asDiagonal();
   }
 };
 
@@ -72,7 +72,7 @@ TEST(Consistency, NeesAreErrorsOverTheClaimedCovariance) {
 
 TEST(Consistency, WithoutClaimOrTruthThereIsNone) {
   Example example;
-  example.attempt.init.covariance.resize(0, 0);
+  example.attempt.init->covariance.resize(0, 0);
   example.attempt.vi_ba.covariance(29, 29) = 0.0;  // b_g is said to be known without error
   example.truth.has_velocity = false;
   const AttemptRecord record = makeAttemptRecord(example.attempt, 9.81, example.truth);

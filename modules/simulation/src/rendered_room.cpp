@@ -96,9 +96,9 @@ float RenderedRoom::shade(const Coat& coat, float u, float v, float du, float dv
   return gray * coat.brightness * light;
 }
 
-float RenderedRoom::brightness(const Vector3f& o, const std::vector<PlacedSolid>& candidates,
-                               const Ray& ray) const {
-  const Vector3f d = withoutZeros(ray.direction);
+float RenderedRoom::trace(const Vector3f& o, const std::vector<PlacedSolid>& candidates,
+                          const Vector3f& direction, float spread, float length) const {
+  const Vector3f d = withoutZeros(direction);
   // Out of the room, whose walls are met from inside.
   const float sx = (std::copysign(half_room_.x(), d.x()) - o.x()) / d.x();
   const float sy = (std::copysign(half_room_.y(), d.y()) - o.y()) / d.y();
@@ -135,9 +135,20 @@ float RenderedRoom::brightness(const Vector3f& o, const std::vector<PlacedSolid>
   const size_t face = 2 * static_cast<size_t>(axis) + (hit_d[axis] > 0.0f ? 1 : 0);
   const Coat& coat = hit ? solid_coats_[6 * hit->index + face] : room_coats_[face];
   const int iu = axis == 0 ? 1 : 0, iv = axis == 2 ? 1 : 2;
-  const float footprint = nearest * ray.spread;
-  const float stretch = ray.length / std::abs(hit_d[axis]);
+  const float footprint = nearest * spread;
+  const float stretch = length / std::abs(hit_d[axis]);
   return shade(coat, local[iu], local[iv], hit_d[iu], hit_d[iv], footprint, stretch, p);
+}
+
+float RenderedRoom::brightness(const Vector3f& origin, const std::vector<PlacedSolid>& candidates,
+                               const Eigen::Matrix3f& R_WC, const Ray* rays, int count) const {
+  float sum = 0.0f;
+  for (int k = 0; k < count; ++k) {
+    const Ray& ray = rays[k];
+    if (ray.spread >= 0.0f)
+      sum += trace(origin, candidates, R_WC * ray.direction, ray.spread, ray.length);
+  }
+  return sum;
 }
 
 }  // namespace etalon

@@ -30,9 +30,9 @@ class RenderedRoom {
   };
 
   struct Ray {
-    Eigen::Vector3f direction;  ///< of any length
-    float spread;               ///< distance to the neighbouring ray where this one ends
-    float length;               ///< of the direction
+    Eigen::Vector3f direction = Eigen::Vector3f::Zero();  ///< of any length, in the camera's axes
+    float spread = -1.0f;  ///< distance to the neighbouring ray where this one ends; < 0: no light
+    float length = 0.0f;   ///< of the direction
   };
 
   /** The room's colours depend on the seed. */
@@ -46,11 +46,12 @@ class RenderedRoom {
   std::vector<PlacedSolid> placed(const Eigen::Vector3f& origin) const;
 
   /**
-   * Of what a ray from `origin` meets first, gray levels.
-   * @param candidates the boxes that it may meet, placed() for the same origin
+   * Of what the rays from `origin` meet first, gray levels, summed over `count` of them.
+   * @param candidates the boxes that they may meet, placed() for the same origin
+   * @param R_WC from the camera's axes to the world's
    */
   float brightness(const Eigen::Vector3f& origin, const std::vector<PlacedSolid>& candidates,
-                   const Ray& ray) const;
+                   const Eigen::Matrix3f& R_WC, const Ray* rays, int count) const;
 
  private:
   /** How a flat surface looks. */
@@ -60,6 +61,8 @@ class RenderedRoom {
     float brightness;
   };
 
+  float trace(const Eigen::Vector3f& o, const std::vector<PlacedSolid>& candidates,
+              const Eigen::Vector3f& direction, float spread, float length) const;
   float shade(const Coat& coat, float u, float v, float du, float dv, float footprint,
               float stretch, const Eigen::Vector3f& p) const;
 

@@ -20,16 +20,10 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using PlacedSolid = RenderedRoom::PlacedSolid;
+using Ray = RenderedRoom::Ray;  // one goes through one point of a pixel
 
 constexpr int kTile = 16;      // px
 constexpr int kSubpixels = 4;  // a pixel, on a 2x2 grid
-
-/** The ray through one point of a pixel. */
-struct Ray {
-  Vector3f direction = Vector3f::Zero();  // in the camera frame
-  float spread = -1.0f;  // distance to the neighbouring ray where this one ends; < 0: no light
-  float length = 0.0f;   // of the direction
-};
 
 }  // namespace
 
@@ -161,14 +155,7 @@ void StereoRenderer::Impl::drawTile(const Camera& camera, const Pass& pass, int 
     for (int x = x0; x < x1; ++x) {
       const size_t pixel = camera.index(x, y);
       const Ray* rays = &camera.rays[pixel * kSubpixels + static_cast<size_t>(pass.first_subpixel)];
-      float value = 0.0f;
-      for (int k = 0; k < pass.subpixels; ++k) {
-        const Ray& ray = rays[k];
-        if (ray.spread >= 0.0f)
-          value += scene.brightness(pass.origin, candidates,
-                                    {pass.R_WC * ray.direction, ray.spread, ray.length});
-      }
-      sum[pixel] += value;
+      sum[pixel] += scene.brightness(pass.origin, candidates, pass.R_WC, rays, pass.subpixels);
     }
   }
 }

@@ -1,6 +1,4 @@
 #include <Eigen/Cholesky>
-#include <cstdio>
-#include <string>
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -28,15 +26,15 @@ class Drt : public Initializer {
 
  public:
   void declareParameters(ParameterSet& parameters) override {
-    parameters.add("variant", &variant_, {"tight", "loose"},
+    parameters.add("variant", &tight_, {{"tight", true}, {"loose", false}},
                    "Translation constraint and IMU solved together, or positions by the constraint "
                    "alone and velocities and gravity by linear alignment after it.");
     parameters.add(
-        "accel_bias", &accel_bias_, {"prior", "mean"},
+        "accel_bias", &estimate_accel_bias_, {{"prior", true}, {"mean", false}},
         "b_a in the tight variant: estimated with the prior of [priors], or fixed at its "
         "mean (as published, zero). The loose one fixes it.");
     parameters.add(
-        "weighting", &weighting_, {"robust", "none"},
+        "weighting", &robust_, {{"robust", true}, {"none", false}},
         "Rows of the constraint weighted by noise and residual, or by noise at the first "
         "solution alone.");
     parameters.add("passes", &passes_, {5, 100},
@@ -61,10 +59,10 @@ class Drt : public Initializer {
     Stopwatch watch;
     ImuBias bias = problem.priors().mean;
     std::vector<Preintegration> preintegrations = problem.preintegrate(bias);
-    const NormalEpipolarStep nec =
+    const Expected<NormalEpipolarBias> nec =
         solveNormalEpipolarStep(problem, preintegrations, bias.gyro, nec_);
-    if (!nec.ok) return nec.refusal;
-    bias.gyro = nec.bias.gyro;
+    if (!nec) return refuse(nec.error());
+    bias.gyro = nec->gyro;
     for (Preintegration& p : preintegrations) p = p.reintegrated(bias);
     const std::vector<Matrix3d> R_VB =
         integrateRotations(Matrix3d::Identity(), preintegrations, bias);
@@ -74,50 +72,41 @@ class Drt : public Initializer {
                                      problem.sigmaPx(), min_parallax_rad_);
     const int support = std::min(constraint.landmarks(), constraint.fewestViews());
     if (support < min_landmarks_)
-      return InitializationResult::refusal(
-          InitializationStatus::kTooFewTracks,
-          "%.0f landmarks with parallax support the translation of the weakest "
-          "keyframe, at least %.0f are wanted",
-          support, min_landmarks_);
+      return refuse(RefusalStatus::kTooFewTracks, Value(support),
+                    " landmarks with parallax support the translation of the weakest keyframe, at "
+                    "least ",
+                    Bound(min_landmarks_), " are wanted");
     const double force = meanSpecificForce(R_VB, preintegrations);
     const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
     if (!(force >= least_force))
-      return InitializationResult::refusal(
-          InitializationStatus::kImplausible,
-          "the accelerometer measures %.3f m/s^2 on average, which leaves no direction "
-          "for gravity; at least %.3f m/s^2 are wanted",
-          force, least_force);
+      return refuse(RefusalStatus::kImplausible, "the accelerometer measures ", Value(force, 3),
+                    " m/s^2 on average, which leaves no direction for gravity; at least ",
+                    Bound(least_force, 3), " m/s^2 are wanted");
     const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
                            problem.priors().mean.accel,
-                           accel_bias_ == "prior" ? problem.priors().sigma_accel_mps2 : 0.0);
+                           estimate_accel_bias_ ? problem.priors().sigma_accel_mps2 : 0.0);
     LinearState state = imu.start();
     const SolverSummary linear = solvePasses(imu, &constraint, &state);
     if (!linear.usable())
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "the tracks do not determine the translations (pass %.0f of %.0f)", linear.iterations,
-          passes_);
+      return refuse(RefusalStatus::kIllConditioned, linear.message, " (pass ",
+                    Value(linear.iterations), " of ", passes_, ")");
     if (!(constraint.noise() <= max_noise_))
-      return InitializationResult::refusal(
-          InitializationStatus::kNotConverged,
-          "the translation residuals are %.1f times what sigma_px promises, at most "
-          "%.1f is wanted",
-          constraint.noise(), max_noise_);
+      return refuse(RefusalStatus::kNotConverged, "the translation residuals are ",
+                    Value(constraint.noise(), 1), " times what sigma_px promises, at most ",
+                    Bound(max_noise_, 1), " is wanted");
     ReprojectionRefinement refinement(problem, R_VB);
-    const bool tight = variant_ == "tight";
-    if (refine_ && !refinement.refine(tight ? &imu : nullptr, 3 * passes_, &state).converged())
-      return InitializationResult::refusal(
-          InitializationStatus::kNotConverged,
-          "the reprojection errors of %.0f landmarks did not come to rest (in %.0f passes)",
-          refinement.landmarks(), passes_);
-    if (!tight) {
-      InitializationResult refusal = align(problem, preintegrations, bias, R_VB, &state);
-      if (!refusal.reason.empty()) return refusal;
+    if (refine_ && !refinement.refine(tight_ ? &imu : nullptr, 3 * passes_, &state).converged())
+      return refuse(RefusalStatus::kNotConverged, "the reprojection errors of ",
+                    refinement.landmarks(), " landmarks did not come to rest in ",
+                    Value(3 * passes_), " passes");
+    if (!tight_) {
+      const auto aligned = align(problem, preintegrations, bias, R_VB, &state);
+      if (!aligned) return refuse(aligned.error());
     }
-    InitializationResult result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
+    Initialization result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
     // What counts as exact has no error to report: b_a held, or the linear solution's rays.
-    if (refine_ && tight && accel_bias_ == "prior")
-      result.covariance = refinement.covariance(imu, state, nec.bias.covariance);
+    if (refine_ && tight_ && estimate_accel_bias_)
+      result.covariance = refinement.covariance(imu, state, nec->covariance);
     result.timings = {{"normal_epipolar", nec_ms}, {"translation", watch.lapMilliseconds()}};
     return result;
   }
@@ -160,13 +149,13 @@ class Drt : public Initializer {
     for (int pass = 0; pass < passes_; ++pass) {
       ++summary.iterations;
       if (pass == kWithStereoBases) constraint->chooseWidestBases();
-      constraint->reweight(state->p, pass > 1 && weighting_ == "robust");
+      constraint->reweight(state->p, pass > 1 && robust_);
       Eigen::MatrixXd H = Eigen::MatrixXd::Zero(imu.size(), imu.size());
       Eigen::VectorXd gradient = Eigen::VectorXd::Zero(imu.size());
       constraint->addTo(state->p, &H, &gradient);
       // The first position is the gauge; the loose variant knows positions alone.
-      if (variant_ == "tight") imu.addTo(*state, &H, &gradient);
-      const Eigen::Index size = (variant_ == "tight" ? imu.size() : n) - 3;
+      if (tight_) imu.addTo(*state, &H, &gradient);
+      const Eigen::Index size = (tight_ ? imu.size() : n) - 3;
       const Eigen::LDLT<Eigen::MatrixXd> factor(H.block(3, 3, size, size));
       Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
       step.segment(3, size) = factor.solve(-gradient.segment(3, size));
@@ -185,27 +174,25 @@ class Drt : public Initializer {
   }
 
   /** Velocities and gravity of the loose variant from its positions. */
-  InitializationResult align(const InitializationProblem& problem,
-                             const std::vector<Preintegration>& preintegrations,
-                             const ImuBias& bias, const std::vector<Matrix3d>& R_VB,
-                             LinearState* state) const {
+  static Expected<void> align(const InitializationProblem& problem,
+                              const std::vector<Preintegration>& preintegrations,
+                              const ImuBias& bias, const std::vector<Matrix3d>& R_VB,
+                              LinearState* state) {
     const VisualFrameEstimate poses = estimateOf(R_VB, *state, bias.gyro);
     const LinearAlignmentResult aligned = alignVelocitiesAndGravity(
         poses.T_VB, preintegrations, bias, problem.gravityMagnitude(), state->g_V);
     if (!aligned.summary.usable())
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "velocities and gravity are not determined by %.0f positions (at least %.0f)",
-          static_cast<double>(R_VB.size()), 3);
+      return refuse(RefusalStatus::kIllConditioned, "velocities and gravity are not determined by ",
+                    Value(R_VB.size()), " positions");
     state->v = aligned.v_VB;
     state->g_V = aligned.g_V;
     state->b_a = bias.accel;
     return {};
   }
 
-  std::string variant_ = "tight";
-  std::string accel_bias_ = "prior";
-  std::string weighting_ = "robust";
+  bool tight_ = true;
+  bool estimate_accel_bias_ = true;
+  bool robust_ = true;
   int passes_ = 12;
   double min_parallax_rad_ = 0.01;
   int min_landmarks_ = 15;

@@ -32,7 +32,7 @@ class ReprojectionRefinement {
   int landmarks() const { return tracks_.validCount(); }
 
   /**
-   * Covariance of the error in the order and the world of InitializationResult::covariance, of what
+   * Covariance of the error in the order and the world of Initialization::covariance, of what
    * refine() has found with `imu`: of the pixels' noise, the IMU's (through the rotations, too),
    * the gyro bias and the prior on b_a.
    * @param gyro_bias covariance of b_g, (rad/s)^2; taken as independent of the pixels

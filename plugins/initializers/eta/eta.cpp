@@ -25,16 +25,16 @@ class Eta : public Initializer {
   InitializationResult solve(const InitializationProblem& problem) const override {
     problem.visualSolution();  // stereo odometry is not this plugin's time
     Stopwatch watch;
-    const InertialOnlyStep map = solveInertialOnlyStep(problem, map_);
-    if (!map.ok) return map.refusal;
+    const Expected<InertialOnlyStep> map = solveInertialOnlyStep(problem, map_);
+    if (!map) return refuse(map.error());
     const double map_ms = watch.lapMilliseconds();
-    const TranslationStep step = solveTranslationStep(problem, map.preintegrations, map.map.bias,
-                                                      map.map.g_V, translation_, map.errors);
-    if (!step.ok) return step.refusal;
-    InitializationResult result = alignWithGravity(problem, step.estimate);
+    const Expected<TranslationStep> step = solveTranslationStep(
+        problem, map->preintegrations, map->map.bias, map->map.g_V, translation_, map->errors);
+    if (!step) return refuse(step.error());
+    Initialization result = alignWithGravity(problem, step->estimate);
     result.timings = {{"inertial_only_map", map_ms},
-                      {"translation_ba", step.translation_ms},
-                      {"linear_alignment", step.alignment_ms}};
+                      {"translation_ba", step->translation_ms},
+                      {"linear_alignment", step->alignment_ms}};
     return result;
   }
 

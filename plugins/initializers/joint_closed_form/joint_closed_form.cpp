@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "closed_form_motion.h"
 #include "etalon/core/degrees.h"
@@ -42,7 +41,7 @@ class JointClosedForm : public Initializer {
     parameters.add("frame_stride", &frame_stride_, {0, 1000},
                    "Rows come from the keyframes and from every n-th frame between them; 0: from "
                    "the keyframes alone.");
-    parameters.add("accel_bias", &accel_bias_, {"prior", "estimate"},
+    parameters.add("accel_bias", &estimate_accel_bias_, {{"prior", false}, {"estimate", true}},
                    "b_a stays at the mean of its prior (as published: zero), or is an unknown with "
                    "that prior.");
     parameters.add(
@@ -90,38 +89,30 @@ class JointClosedForm : public Initializer {
     estimate.T_VB = medianPositions(points, rotations(motion));
     tracks.start(points, estimate.T_VB);
     if (tracks.validCount() < min_landmarks_)
-      return InitializationResult::refusal(
-          InitializationStatus::kTooFewTracks,
-          "%.0f landmarks of the window have a depth from both cameras, at least %.0f "
-          "are wanted",
-          tracks.validCount(), min_landmarks_);
+      return refuse(RefusalStatus::kTooFewTracks, Value(tracks.validCount()),
+                    " landmarks of the window have a depth from both cameras, at least ",
+                    Bound(min_landmarks_), " are wanted");
     const double force = motion.nodes.back().beta.norm() / motion.nodes.back().t;
     const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
     if (!(force >= least_force))
-      return InitializationResult::refusal(
-          InitializationStatus::kImplausible,
-          "the accelerometer measures %.3f m/s^2 on average, which leaves no direction "
-          "for gravity; at least %.3f m/s^2 are wanted",
-          force, least_force);
+      return refuse(RefusalStatus::kImplausible, "the accelerometer measures ", Value(force, 3),
+                    " m/s^2 on average, which leaves no direction for gravity; at least ",
+                    Bound(least_force, 3), " m/s^2 are wanted");
     const double start_ms = watch.lapMilliseconds();
 
     const SolverSummary summary =
         solvePasses(problem, &tracks, &preintegrations, &motion, &estimate);
     if (summary.termination == Termination::kSingular)
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "the tracks of %.0f landmarks do not determine velocity and gravity (%.0f)",
-          tracks.validCount(), 0.0);
+      return refuse(RefusalStatus::kIllConditioned, "the tracks of ", Value(tracks.validCount()),
+                    " landmarks do not determine velocity and gravity");
     if (!summary.converged())
-      return InitializationResult::refusal(
-          InitializationStatus::kNotConverged,
-          "%.0f linear solutions did not come to rest (at most %.0f)", max_passes_, max_passes_);
+      return refuse(RefusalStatus::kNotConverged, Value(max_passes_),
+                    " linear solutions did not come to rest");
     tracks.triangulate(estimate.T_VB);
-    InitializationResult refusal = check(tracks, estimate);
-    if (!refusal.reason.empty()) return refusal;
-    InitializationResult result = makeResult(problem, nodes, window, tracks, estimate);
+    if (const auto good = check(tracks, estimate); !good) return refuse(good.error());
+    Initialization result = makeResult(problem, nodes, window, tracks, estimate);
     // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
-    if (imu_noise_ && accel_bias_ == "estimate") {
+    if (imu_noise_ && estimate_accel_bias_) {
       tracks.linearize(estimate.T_VB);
       result.covariance =
           system(problem, motion, tracks, tracks.fisherShare(), estimate).covariance(estimate);
@@ -188,29 +179,26 @@ class JointClosedForm : public Initializer {
                      const TrackInformation& tracks, double factor,
                      const JointEstimate& estimate) const {
     return JointSystem(problem, motion, factor * tracks.S(), factor * tracks.s(), estimate,
-                       imu_noise_, accel_bias_ == "estimate");
+                       imu_noise_, estimate_accel_bias_);
   }
 
-  /** The refusal's reason is empty if the solution is good. */
-  InitializationResult check(const TrackInformation& tracks, const JointEstimate& estimate) const {
+  Expected<void> check(const TrackInformation& tracks, const JointEstimate& estimate) const {
     const double sigma_deg = degrees(estimate.sigma_gravity);
     if (!(sigma_deg <= max_sigma_gravity_deg_))
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted", sigma_deg,
-          max_sigma_gravity_deg_);
+      return refuse(RefusalStatus::kIllConditioned, "the gravity direction is known to ",
+                    Value(sigma_deg, 2), " deg (1 sigma), at most ",
+                    Bound(max_sigma_gravity_deg_, 2), " is wanted");
     const double share = tracks.inlierShare(kChi2Outlier);
     if (!(share >= min_inlier_share_))
-      return InitializationResult::refusal(
-          InitializationStatus::kNotConverged,
-          "%.2f of the measurements agree with the solution, at least %.2f is wanted", share,
-          min_inlier_share_);
+      return refuse(RefusalStatus::kNotConverged, Value(share, 2),
+                    " of the measurements agree with the solution, at least ",
+                    Bound(min_inlier_share_, 2), " is wanted");
     return {};
   }
 
-  static InitializationResult makeResult(const InitializationProblem& problem, const Nodes& nodes,
-                                         const VisualWindow& window, const TrackInformation& tracks,
-                                         const JointEstimate& estimate) {
+  static Initialization makeResult(const InitializationProblem& problem, const Nodes& nodes,
+                                   const VisualWindow& window, const TrackInformation& tracks,
+                                   const JointEstimate& estimate) {
     VisualFrameEstimate in_V;
     for (const size_t k : nodes.keyframes) {
       in_V.T_VB.push_back(estimate.T_VB[k]);
@@ -228,7 +216,7 @@ class JointClosedForm : public Initializer {
   static constexpr double kChi2Outlier = 16.0;  ///< what [odometry] pose_chi2 calls an outlier
 
   int frame_stride_ = 0;
-  std::string accel_bias_ = "estimate";
+  bool estimate_accel_bias_ = true;
   bool imu_noise_ = true;
   int max_passes_ = 20;
   double converged_ = 1e-4;

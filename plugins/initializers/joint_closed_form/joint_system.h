@@ -40,7 +40,7 @@ class JointSystem {
   bool solve(JointEstimate* estimate) const;
 
   /**
-   * Covariance of the error, in the order and the world of InitializationResult::covariance, at
+   * Covariance of the error, in the order and the world of Initialization::covariance, at
    * `estimate`. For S that is the tracks' Fisher information, not a robust approximation of it.
    * @return empty if the system is singular
    */

@@ -18,18 +18,19 @@ class OrbSlam3InertialOnly : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const VisualSolution& visual = problem.visualSolution();
+    const Expected<VisualSolution>& visual = problem.visualSolution();
+    if (!visual) return refuse(visual.error());
     Stopwatch watch;
-    const InertialOnlyStep step = solveInertialOnlyStep(problem, options_);
-    if (!step.ok) return step.refusal;
+    const Expected<InertialOnlyStep> step = solveInertialOnlyStep(problem, options_);
+    if (!step) return refuse(step.error());
     VisualFrameEstimate estimate;
-    estimate.T_VB = visual.T_VB;
-    estimate.v_VB = step.map.v_VB;
-    estimate.g_V = step.map.g_V;
-    estimate.bias = step.map.bias;
-    estimate.landmarks = visual.landmarks;
-    estimate.errors = step.errors;
-    InitializationResult result = alignWithGravity(problem, estimate);
+    estimate.T_VB = visual->T_VB;
+    estimate.v_VB = step->map.v_VB;
+    estimate.g_V = step->map.g_V;
+    estimate.bias = step->map.bias;
+    estimate.landmarks = visual->landmarks;
+    estimate.errors = step->errors;
+    Initialization result = alignWithGravity(problem, estimate);
     result.timings.push_back({"inertial_only_map", watch.lapMilliseconds()});
     return result;
   }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
@@ -80,13 +79,11 @@ class Static : public Initializer {
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
     Stopwatch watch;
-    InitializationResult moving = checkImages(problem);
-    if (!moving.reason.empty()) return moving;
+    if (const auto still = checkImages(problem); !still) return refuse(still.error());
     const double images_ms = watch.lapMilliseconds();
     const ImuStatistics imu(problem.imu().between(problem.keyframe(0).t,
                                                   problem.keyframe(problem.keyframeCount() - 1).t));
-    InitializationResult refusal = checkImu(problem, imu);
-    if (!refusal.reason.empty()) return refusal;
+    if (const auto still = checkImu(problem, imu); !still) return refuse(still.error());
 
     const auto n = static_cast<size_t>(problem.keyframeCount());
     VisualFrameEstimate estimate;
@@ -95,15 +92,15 @@ class Static : public Initializer {
     estimate.g_V =
         -problem.gravityMagnitude() * (imu.mean_accel - problem.priors().mean.accel).normalized();
     estimate.bias = {imu.mean_gyro, problem.priors().mean.accel};
-    InitializationResult result = alignWithGravity(problem, estimate);
+    Initialization result = alignWithGravity(problem, estimate);
     result.covariance = covariance(problem, imu, result.states.front().T_WB.R);
     result.timings = {{"images", images_ms}, {"imu", watch.lapMilliseconds()}};
     return result;
   }
 
  private:
-  /** The refusal's reason is empty if the images stand still. */
-  InitializationResult checkImages(const InitializationProblem& problem) const {
+  /** Refuses images that do not stand still. */
+  Expected<void> checkImages(const InitializationProblem& problem) const {
     const std::vector<TrackedFrame>& frames = problem.frames();
     const auto first = static_cast<size_t>(problem.keyframeIndices().front());
     const auto last = static_cast<size_t>(problem.keyframeIndices().back());
@@ -116,57 +113,44 @@ class Static : public Initializer {
       farthest = std::max(farthest, median(std::move(moved)));
     }
     if (!(farthest <= max_displacement_))
-      return InitializationResult::refusal(
-          InitializationStatus::kTooMuchMotion,
-          "the platform moves: the median landmark has moved by %.2f px, at most %.2f "
-          "is standstill",
-          farthest, max_displacement_);
+      return refuse(RefusalStatus::kTooMuchMotion,
+                    "the platform moves: the median landmark has moved by ", Value(farthest, 2),
+                    " px, at most ", Bound(max_displacement_, 2), " is standstill");
     return {};
   }
 
   /** Tracks that end within a window are motion too, unless there were too few to begin with. */
-  InitializationResult tooFewTracks(const TrackedFrame& first, size_t common, double since) const {
+  tl::unexpected<Refusal> tooFewTracks(const TrackedFrame& first, size_t common,
+                                       double since) const {
     if (first.observations.size() < static_cast<size_t>(min_tracks_))
-      return InitializationResult::refusal(
-          InitializationStatus::kTooFewTracks,
-          "the first frame has %.0f landmarks, at least %.0f are wanted",
-          static_cast<double>(first.observations.size()), min_tracks_);
-    char text[256];
-    std::snprintf(text, sizeof(text),
-                  "the platform moves: after %.2f s %zu landmarks of the first frame are left, at "
-                  "least %d are wanted",
-                  since, common, min_tracks_);
-    return InitializationResult::refusal(InitializationStatus::kTooMuchMotion, text,
-                                         static_cast<double>(common));
+      return refuse(RefusalStatus::kTooFewTracks, "the first frame has ",
+                    Value(first.observations.size()), " landmarks, at least ", Bound(min_tracks_),
+                    " are wanted");
+    return refuse(RefusalStatus::kTooMuchMotion, "the platform moves: after ", Number(since, 2),
+                  " s ", Value(common), " landmarks of the first frame are left, at least ",
+                  Bound(min_tracks_), " are wanted");
   }
 
-  InitializationResult checkImu(const InitializationProblem& problem,
-                                const ImuStatistics& imu) const {
+  Expected<void> checkImu(const InitializationProblem& problem, const ImuStatistics& imu) const {
     if (!(imu.gyro_std <= max_gyro_std_))
-      return InitializationResult::refusal(
-          InitializationStatus::kTooMuchMotion,
-          "the platform moves: the gyro varies by %.3f rad/s (1 sigma), at most %.3f is "
-          "standstill",
-          imu.gyro_std, max_gyro_std_);
+      return refuse(RefusalStatus::kTooMuchMotion, "the platform moves: the gyro varies by ",
+                    Value(imu.gyro_std, 3), " rad/s (1 sigma), at most ", Bound(max_gyro_std_, 3),
+                    " is standstill");
     if (!(imu.accel_std <= max_accel_std_))
-      return InitializationResult::refusal(
-          InitializationStatus::kTooMuchMotion,
-          "the platform moves: the accelerometer varies by %.2f m/s^2 (1 sigma), at most "
-          "%.2f is standstill",
-          imu.accel_std, max_accel_std_);
+      return refuse(RefusalStatus::kTooMuchMotion,
+                    "the platform moves: the accelerometer varies by ", Value(imu.accel_std, 2),
+                    " m/s^2 (1 sigma), at most ", Bound(max_accel_std_, 2), " is standstill");
     if (!(imu.mean_gyro.norm() <= max_gyro_mean_))
-      return InitializationResult::refusal(
-          InitializationStatus::kImplausible,
-          "the mean rate is %.3f rad/s, at most %.3f can be a bias", imu.mean_gyro.norm(),
-          max_gyro_mean_);
+      return refuse(RefusalStatus::kImplausible, "the mean rate is ",
+                    Value(imu.mean_gyro.norm(), 3), " rad/s, at most ", Bound(max_gyro_mean_, 3),
+                    " can be a bias");
     const double deviation =
         (imu.mean_accel - problem.priors().mean.accel).norm() - problem.gravityMagnitude();
     if (!(std::abs(deviation) <= max_gravity_deviation_))
-      return InitializationResult::refusal(
-          InitializationStatus::kImplausible,
-          "the mean specific force is %+.2f m/s^2 away from gravity, at most %.2f is "
-          "wanted",
-          deviation, max_gravity_deviation_);
+      return refuse(RefusalStatus::kImplausible, "the mean specific force is ",
+                    deviation > 0.0 ? "+" : "", Value(deviation, 2),
+                    " m/s^2 away from gravity, at most ", Bound(max_gravity_deviation_, 2),
+                    " is wanted");
     return {};
   }
 

@@ -1,5 +1,4 @@
 #include <Eigen/LU>
-#include <string>
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -20,10 +19,12 @@ class StereoNec : public Initializer {
 
  public:
   void declareParameters(ParameterSet& parameters) override {
-    parameters.add("nec_seed", &seed_, {"visual_odometry", "prior"},
+    parameters.add("nec_seed", &seed_,
+                   {{"visual_odometry", Seed::kVisualOdometry}, {"prior", Seed::kPrior}},
                    "Where the search for b_g starts: at the bias that stereo odometry's rotations "
                    "say, or at the prior's mean.");
-    parameters.add("nec_in_map", &in_map_, {"prior", "seed", "hold"},
+    parameters.add("nec_in_map", &in_map_,
+                   {{"prior", InMap::kPrior}, {"seed", InMap::kSeed}, {"hold", InMap::kHold}},
                    "What the MAP does with the b_g of the normal epipolar constraints: takes it as "
                    "a measurement with its covariance, starts there (as published), or keeps it.");
     nec_.declare(parameters);
@@ -34,47 +35,52 @@ class StereoNec : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const VisualSolution& visual = problem.visualSolution();  // not this plugin's time
+    const Expected<VisualSolution>& visual = problem.visualSolution();  // not this plugin's time
+    if (!visual) return refuse(visual.error());
     Stopwatch watch;
     const std::vector<Preintegration> preintegrations = problem.preintegrate(problem.priors().mean);
     Eigen::Vector3d seed = problem.priors().mean.gyro;
-    if (seed_ == "visual_odometry") {
+    if (seed_ == Seed::kVisualOdometry) {
       std::vector<Eigen::Matrix3d> rotations;
-      for (const SE3& T_VB : visual.T_VB) rotations.push_back(T_VB.R);
+      for (const SE3& T_VB : visual->T_VB) rotations.push_back(T_VB.R);
       seed = gyroBiasFromRotations(rotations, preintegrations);
     }
-    const NormalEpipolarStep nec = solveNormalEpipolarStep(problem, preintegrations, seed, nec_);
-    if (!nec.ok) return nec.refusal;
+    const Expected<NormalEpipolarBias> nec =
+        solveNormalEpipolarStep(problem, preintegrations, seed, nec_);
+    if (!nec) return refuse(nec.error());
     const double nec_ms = watch.lapMilliseconds();
 
-    const InertialOnlyStep map =
-        solveInertialOnlyStep(problem, map_, measurement(nec.bias), nec.bias.covariance);
-    if (!map.ok) return map.refusal;
+    const Expected<InertialOnlyStep> map =
+        solveInertialOnlyStep(problem, map_, measurement(*nec), nec->covariance);
+    if (!map) return refuse(map.error());
     const double map_ms = watch.lapMilliseconds();
 
-    const TranslationStep step = solveTranslationStep(problem, map.preintegrations, map.map.bias,
-                                                      map.map.g_V, translation_, map.errors);
-    if (!step.ok) return step.refusal;
-    InitializationResult result = alignWithGravity(problem, step.estimate);
+    const Expected<TranslationStep> step = solveTranslationStep(
+        problem, map->preintegrations, map->map.bias, map->map.g_V, translation_, map->errors);
+    if (!step) return refuse(step.error());
+    Initialization result = alignWithGravity(problem, step->estimate);
     result.timings = {{"normal_epipolar", nec_ms},
                       {"inertial_only_map", map_ms},
-                      {"translation_ba", step.translation_ms},
-                      {"linear_alignment", step.alignment_ms}};
+                      {"translation_ba", step->translation_ms},
+                      {"linear_alignment", step->alignment_ms}};
     return result;
   }
 
  private:
+  enum class Seed { kVisualOdometry, kPrior };
+  enum class InMap { kPrior, kSeed, kHold };
+
   GyroBiasMeasurement measurement(const NormalEpipolarBias& bias) const {
     GyroBiasMeasurement measured;
     measured.gyro = bias.gyro;
     // 1e-7 rad/s: for the MAP that is no freedom at all.
-    if (in_map_ == "hold") measured.information = 1e14 * Eigen::Matrix3d::Identity();
-    if (in_map_ == "prior") measured.information = bias.covariance.inverse();
+    if (in_map_ == InMap::kHold) measured.information = 1e14 * Eigen::Matrix3d::Identity();
+    if (in_map_ == InMap::kPrior) measured.information = bias.covariance.inverse();
     return measured;
   }
 
-  std::string seed_ = "visual_odometry";
-  std::string in_map_ = "prior";
+  Seed seed_ = Seed::kVisualOdometry;
+  InMap in_map_ = InMap::kPrior;
   NormalEpipolarStepOptions nec_;
   InertialOnlyStepOptions map_;
   TranslationStepOptions translation_;

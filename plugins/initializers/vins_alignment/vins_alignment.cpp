@@ -1,7 +1,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "etalon/core/so3.h"
@@ -28,11 +27,14 @@ class VinsAlignment : public Initializer {
  public:
   void declareParameters(ParameterSet& parameters) override {
     parameters.add(
-        "variant", &variant_, {"alignment", "fusion"},
+        "variant", &variant_, {{"alignment", Variant::kAlignment}, {"fusion", Variant::kFusion}},
         "alignment: velocities and gravity by linear alignment (VINS-Mono). fusion: what "
         "VINS-Fusion does with a stereo camera, gravity from the first accelerometer "
         "readings and velocities integrated from zero.");
-    parameters.add("weights", &weights_, {"none", "imu", "imu_and_vision"},
+    parameters.add("weights", &weights_,
+                   {{"none", Weights::kNone},
+                    {"imu", Weights::kImu},
+                    {"imu_and_vision", Weights::kImuAndVision}},
                    "Weights of the alignment's rows: none (as published), by the covariance of the "
                    "preintegration, or by that and the covariance of stereo odometry.");
     parameters.add(
@@ -54,12 +56,13 @@ class VinsAlignment : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const VisualSolution& visual = problem.visualSolution();
+    const Expected<VisualSolution>& found = problem.visualSolution();
+    if (!found) return refuse(found.error());
+    const VisualSolution& visual = *found;
     if (static_cast<int>(visual.landmarks.size()) < min_landmarks_)
-      return InitializationResult::refusal(
-          InitializationStatus::kTooFewTracks,
-          "stereo odometry has %.0f landmarks in the window, at least %.0f are wanted",
-          static_cast<double>(visual.landmarks.size()), min_landmarks_);
+      return refuse(RefusalStatus::kTooFewTracks, "stereo odometry has ",
+                    Value(visual.landmarks.size()), " landmarks in the window, at least ",
+                    Bound(min_landmarks_), " are wanted");
     Stopwatch watch;
     VisualFrameEstimate estimate;
     estimate.T_VB = visual.T_VB;
@@ -68,25 +71,26 @@ class VinsAlignment : public Initializer {
     std::vector<Preintegration> preintegrations = problem.preintegrate(estimate.bias);
     MatrixXd gyro_bias_response;
     if (!estimateGyroBias(visual, &preintegrations, &estimate.bias, &gyro_bias_response))
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "the rotations of %.0f keyframes do not determine the gyro bias (%.0f)",
-          problem.keyframeCount(), 0.0);
+      return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
+                    Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     const double gyro_ms = watch.lapMilliseconds();
 
-    if (variant_ == "fusion") {
+    if (variant_ == Variant::kFusion) {
       seedAsFusion(problem, preintegrations, &estimate);
     } else {
       estimate.errors = biasErrors(problem, visual, preintegrations, gyro_bias_response);
-      InitializationResult refusal = align(problem, visual, preintegrations, &estimate);
-      if (!refusal.reason.empty()) return refusal;
+      const auto aligned = align(problem, visual, preintegrations, &estimate);
+      if (!aligned) return refuse(aligned.error());
     }
-    InitializationResult result = alignWithGravity(problem, estimate);
+    Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"linear_alignment", watch.lapMilliseconds()}};
     return result;
   }
 
  private:
+  enum class Variant { kAlignment, kFusion };
+  enum class Weights { kNone, kImu, kImuAndVision };
+
   /**
    * b_g by least squares on the rotations of neighbouring keyframes, r_k = 2 vec(q) of
    * dR_k^T R_VBk^T R_VBk+1 = J_k db_g; preintegrations are integrated anew at the result.
@@ -159,9 +163,9 @@ class VinsAlignment : public Initializer {
   MatrixXd rotationWhitening(const VisualSolution& visual,
                              const std::vector<Preintegration>& preintegrations) const {
     const Index n = static_cast<Index>(preintegrations.size());
-    if (weights_ == "none") return {};
+    if (weights_ == Weights::kNone) return {};
     MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
-    if (weights_ == "imu_and_vision" && visual.covariance.rows() == 6 * n) {
+    if (weights_ == Weights::kImuAndVision && visual.covariance.rows() == 6 * n) {
       const MatrixXd J = rotationByPoses(visual);
       covariance = J * visual.covariance * J.transpose();
     }
@@ -173,29 +177,25 @@ class VinsAlignment : public Initializer {
     return factor.matrixL().solve(MatrixXd::Identity(3 * n, 3 * n));
   }
 
-  /** Velocities and gravity; the refusal's reason is empty on success. */
-  InitializationResult align(const InitializationProblem& problem, const VisualSolution& visual,
-                             const std::vector<Preintegration>& preintegrations,
-                             VisualFrameEstimate* estimate) const {
+  /** Fills velocities and gravity. */
+  Expected<void> align(const InitializationProblem& problem, const VisualSolution& visual,
+                       const std::vector<Preintegration>& preintegrations,
+                       VisualFrameEstimate* estimate) const {
     LinearAlignmentOptions options;
     options.gravity_mps2 = problem.gravityMagnitude();
-    options.weighted = weights_ != "none";
-    if (weights_ == "imu_and_vision") options.pose_covariance = visual.covariance;
+    options.weighted = weights_ != Weights::kNone;
+    if (weights_ == Weights::kImuAndVision) options.pose_covariance = visual.covariance;
     options.tangent_iterations = gravity_iterations_;
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);
     if (!alignment.summary.usable())
-      return InitializationResult::refusal(
-          InitializationStatus::kIllConditioned,
-          "%.0f keyframes do not determine velocities and gravity (%.0f)", problem.keyframeCount(),
-          0.0);
+      return refuse(RefusalStatus::kIllConditioned, Value(problem.keyframeCount()),
+                    " keyframes do not determine velocities and gravity");
     const double deviation = alignment.free_gravity_mps2 - problem.gravityMagnitude();
     if (!(std::abs(deviation) <= max_gravity_deviation_))
-      return InitializationResult::refusal(
-          InitializationStatus::kImplausible,
-          "gravity comes out %+.2f m/s^2 away from its magnitude, at most %.2f is "
-          "wanted",
-          deviation, max_gravity_deviation_);
+      return refuse(RefusalStatus::kImplausible, "gravity comes out ", deviation > 0.0 ? "+" : "",
+                    Value(deviation, 2), " m/s^2 away from its magnitude, at most ",
+                    Bound(max_gravity_deviation_, 2), " is wanted");
     estimate->v_VB = alignment.v_VB;
     estimate->g_V = alignment.g_V;
     if (estimate->errors &&
@@ -219,8 +219,8 @@ class VinsAlignment : public Initializer {
                                   estimate->T_VB[k].R * preintegrations[k].deltas().dv);
   }
 
-  std::string variant_ = "alignment";
-  std::string weights_ = "imu";
+  Variant variant_ = Variant::kAlignment;
+  Weights weights_ = Weights::kImu;
   int gyro_passes_ = 3;
   int gravity_iterations_ = 4;
   double max_gravity_deviation_ = 1.0;

@@ -8,13 +8,16 @@ class CrashesWhenMade : public Initializer {
   DEFINE_MRPT_OBJECT(CrashesWhenMade, etalon::test_plugins)
 
  public:
-  CrashesWhenMade() { std::raise(SIGSEGV); }
+  CrashesWhenMade() {
+    std::signal(SIGSEGV, SIG_DFL);  // a sanitizer would make an exit of it
+    std::raise(SIGSEGV);
+  }
   void declareParameters(ParameterSet& /*parameters*/) override {}
   bool needsVisualSolution() const override { return false; }
 
  protected:
   InitializationResult solve(const InitializationProblem& /*problem*/) const override {
-    return InitializationResult::refusal(InitializationStatus::kTooLittleMotion, "polite", 0.0);
+    return refuse(RefusalStatus::kTooLittleMotion, "polite");
   }
 };
 

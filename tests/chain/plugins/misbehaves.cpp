@@ -24,17 +24,19 @@ class Misbehaves : public Initializer {
   InitializationResult solve(const InitializationProblem& problem) const override {
     const double t = 1e-9 * static_cast<double>(problem.keyframe(0).t);
     const bool now = begin_s_ <= t && t <= end_s_;
-    if (now && how_ == "segfault") std::raise(SIGSEGV);
+    if (now && how_ == "segfault") {
+      std::signal(SIGSEGV, SIG_DFL);  // a sanitizer would make an exit of it
+      std::raise(SIGSEGV);
+    }
     if (now && how_ == "abort") std::abort();
     if (now && how_ == "exit") std::exit(0);
     if (now && how_ == "loop")
-      for (volatile int i = 0;; i = i + 1) {
+      for (volatile unsigned i = 0;; i = i + 1) {
       }
     if (now && how_ == "wait")
       for (;;) pause();
-    return InitializationResult::refusal(
-        InitializationStatus::kTooLittleMotion,
-        now && how_ == "escape" ? "\x1b[31mred <b>alarm</b>\x1b[0m" : "polite", 0.0);
+    return refuse(RefusalStatus::kTooLittleMotion,
+                  now && how_ == "escape" ? "\x1b[31mred <b>alarm</b>\x1b[0m" : "polite");
   }
 
  private:

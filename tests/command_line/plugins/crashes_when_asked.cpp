@@ -17,7 +17,7 @@ class CrashesWhenAsked : public Initializer {
  protected:
   InitializationResult solve(const InitializationProblem& /*problem*/) const override {
     if (!politely_) std::raise(SIGSEGV);
-    return {};
+    return refuse(Refusal());
   }
 
  private:

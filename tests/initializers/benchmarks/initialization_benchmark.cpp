@@ -46,7 +46,7 @@ void visualInertialBa(benchmark::State& state) {
   const Initializer::Ptr initializer = loader.create("eta");
   const auto options = noisyWindow();
   const InitializationProblem problem = makeProblem(testing::makeSyntheticWindow(options), options);
-  const InitializationResult result = initializer->initialize(problem);
+  const Initialization result = initializer->initialize(problem).value();
   for (auto _ : state) benchmark::DoNotOptimize(refine(problem, result, WindowOptions(), nullptr));
 }
 

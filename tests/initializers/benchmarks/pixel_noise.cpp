@@ -122,11 +122,11 @@ void attempt(const testing::SyntheticWindow& window, const testing::SyntheticWin
   window_options.vi_ba.sigma_shared_deg = 1e-4;  // these tracks share no error
   const InitializationProblem problem = testing::makeProblem(window, options);
   const InitializationAttempt result = attemptInitialization(problem, initializer, window_options);
-  if (result.init.ok())
-    before->add(testing::errorsOf(result.init.states, result.init.bias, window));
+  if (result.init)
+    before->add(testing::errorsOf(result.init->states, result.init->bias, window));
   else
     ++before->refused;
-  if (!result.decision.accepted) {
+  if (!result.accepted()) {
     ++after->refused;
     return;
   }

@@ -4,12 +4,11 @@
 
 namespace etalon {
 
-InitializationResult alignWithGravity(const InitializationProblem& problem,
-                                      const VisualFrameEstimate& estimate) {
+Initialization alignWithGravity(const InitializationProblem& problem,
+                                const VisualFrameEstimate& estimate) {
   const Eigen::Matrix3d R_WV = rotationBetween(estimate.g_V, -Eigen::Vector3d::UnitZ());
   const SE3 T_WV(R_WV, -(R_WV * estimate.T_VB.front().t));
-  InitializationResult result;
-  result.status = InitializationStatus::kSuccess;
+  Initialization result;
   result.bias = estimate.bias;
   for (size_t k = 0; k < estimate.T_VB.size(); ++k) {
     KeyframeState state;

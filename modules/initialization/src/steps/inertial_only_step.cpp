@@ -1,7 +1,6 @@
 #include "etalon/initialization/steps/inertial_only_step.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include "etalon/core/degrees.h"
 
@@ -25,28 +24,16 @@ void InertialOnlyStepOptions::declare(ParameterSet& parameters) {
                  "deg.");
 }
 
-namespace {
-
-InertialOnlyStep refused(InitializationStatus status, const char* format, double value,
-                         double bound) {
-  char text[256];
-  std::snprintf(text, sizeof(text), format, value, bound);
-  InertialOnlyStep step;
-  step.refusal = InitializationResult::refusal(status, text, value);
-  return step;
-}
-
-}  // namespace
-
-InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
-                                       const InertialOnlyStepOptions& options,
-                                       const std::optional<GyroBiasMeasurement>& gyro_bias,
-                                       const Eigen::Matrix3d& gyro_bias_covariance) {
-  const VisualSolution& visual = problem.visualSolution();
-  if (static_cast<int>(visual.landmarks.size()) < options.min_landmarks)
-    return refused(InitializationStatus::kTooFewTracks,
-                   "stereo odometry has %.0f landmarks in the window, at least %.0f are wanted",
-                   static_cast<double>(visual.landmarks.size()), options.min_landmarks);
+Expected<InertialOnlyStep> solveInertialOnlyStep(
+    const InitializationProblem& problem, const InertialOnlyStepOptions& options,
+    const std::optional<GyroBiasMeasurement>& gyro_bias,
+    const Eigen::Matrix3d& gyro_bias_covariance) {
+  const Expected<VisualSolution>& visual = problem.visualSolution();
+  if (!visual) return refuse(visual.error());
+  if (static_cast<int>(visual->landmarks.size()) < options.min_landmarks)
+    return refuse(RefusalStatus::kTooFewTracks, "stereo odometry has ",
+                  Value(visual->landmarks.size()), " landmarks in the window, at least ",
+                  Bound(options.min_landmarks), " are wanted");
 
   InertialOnlyOptions map_options;
   map_options.prior_gyro_information = options.prior_gyro_information;
@@ -63,28 +50,27 @@ InertialOnlyStep solveInertialOnlyStep(const InitializationProblem& problem,
   constexpr double kStandsStill = 1e-5;
   for (int pass = 0; pass <= options.reintegrations; ++pass) {
     step.preintegrations = problem.preintegrate(bias);
-    step.map = solveInertialOnlyMap(visual.T_VB, step.preintegrations, map_options);
+    step.map = solveInertialOnlyMap(visual->T_VB, step.preintegrations, map_options);
     const double moved =
         (step.map.bias.gyro - bias.gyro).norm() + (step.map.bias.accel - bias.accel).norm();
     bias = step.map.bias;
     if (!step.map.summary.converged() || moved < kStandsStill) break;
   }
   if (!step.map.summary.converged())
-    return refused(InitializationStatus::kNotConverged,
-                   "the inertial-only MAP did not converge in %.0f iterations (at most %.0f)",
-                   step.map.summary.iterations, options.max_iterations);
+    return refuse(RefusalStatus::kNotConverged, "the inertial-only MAP did not converge in ",
+                  Value(step.map.summary.iterations), " iterations (at most ",
+                  Bound(options.max_iterations), ")");
   if (step.map.covariance.size() == 0)
-    return refused(InitializationStatus::kIllConditioned,
-                   "the inertial-only MAP is singular: smallest information of gravity %g (%.0f)",
-                   step.map.smallest_eigenvalue_gravity, 0.0);
+    return refuse(RefusalStatus::kIllConditioned,
+                  "the inertial-only MAP is singular: smallest information of gravity ",
+                  Value(step.map.smallest_eigenvalue_gravity));
   const double sigma_gravity_deg = degrees(1.0 / std::sqrt(step.map.smallest_eigenvalue_gravity));
   if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
-    return refused(InitializationStatus::kIllConditioned,
-                   "the gravity direction is known to %.2f deg (1 sigma), at most %.2f is wanted",
-                   sigma_gravity_deg, options.max_sigma_gravity_deg);
+    return refuse(RefusalStatus::kIllConditioned, "the gravity direction is known to ",
+                  Value(sigma_gravity_deg, 2), " deg (1 sigma), at most ",
+                  Bound(options.max_sigma_gravity_deg, 2), " is wanted");
   step.errors = inertialOnlyErrors(problem, step.preintegrations, map_options, step.map,
                                    gyro_bias_covariance);
-  step.ok = true;
   return step;
 }
 

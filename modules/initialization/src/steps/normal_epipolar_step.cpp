@@ -3,19 +3,18 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <cstdio>
 
 #include "etalon/core/so3.h"
 
 namespace etalon {
 
 void NormalEpipolarStepOptions::declare(ParameterSet& parameters) {
-  parameters.add("nec_pairs", &pairs, {"all", "consecutive"},
+  parameters.add("nec_pairs", &solver.all_pairs, {{"all", true}, {"consecutive", false}},
                  "Pairs of keyframes whose normal epipolar constraints give b_g: all, or "
                  "neighbours only (as published).");
-  parameters.add("nec_cameras", &cameras, {"both", "left"},
+  parameters.add("nec_cameras", &solver.both_cameras, {{"both", true}, {"left", false}},
                  "Cameras of these pairs: both, or the left one only (as published).");
-  parameters.add("nec_weighting", &weighting, {"noise", "none"},
+  parameters.add("nec_weighting", &solver.noise_weighted, {{"noise", true}, {"none", false}},
                  "Smallest eigenvalue relative to the covariance of the normals, or as it is (as "
                  "published).");
   parameters.add("nec_min_matches", &solver.min_matches, {5, 100000},
@@ -36,61 +35,38 @@ void NormalEpipolarStepOptions::declare(ParameterSet& parameters) {
                  "Refuse if b_g is farther than this from the prior's mean, rad/s.");
 }
 
-namespace {
-
-NormalEpipolarStep refused(InitializationStatus status, const char* format, double value,
-                           double bound) {
-  char text[256];
-  std::snprintf(text, sizeof(text), format, value, bound);
-  NormalEpipolarStep step;
-  step.refusal = InitializationResult::refusal(status, text, value);
-  return step;
-}
-
-}  // namespace
-
-NormalEpipolarStep solveNormalEpipolarStep(const InitializationProblem& problem,
-                                           const std::vector<Preintegration>& preintegrations,
-                                           const Eigen::Vector3d& seed,
-                                           const NormalEpipolarStepOptions& options) {
+Expected<NormalEpipolarBias> solveNormalEpipolarStep(
+    const InitializationProblem& problem, const std::vector<Preintegration>& preintegrations,
+    const Eigen::Vector3d& seed, const NormalEpipolarStepOptions& options) {
   NormalEpipolarBiasOptions solver = options.solver;
-  solver.all_pairs = options.pairs == "all";
-  solver.both_cameras = options.cameras == "both";
-  solver.noise_weighted = options.weighting == "noise";
   solver.sigma_px = problem.sigmaPx();
-  NormalEpipolarStep step;
-  step.bias =
+  NormalEpipolarBias bias =
       estimateGyroBias(problem.calibration(), problem.keyframes(), preintegrations, seed, solver);
-  const NormalEpipolarBias& bias = step.bias;
+  using Status = RefusalStatus;
   if (bias.summary.termination == Termination::kNotStarted)
-    return refused(InitializationStatus::kTooFewTracks,
-                   "some neighbouring keyframes share %.0f landmarks in a camera, at least %.0f "
-                   "are wanted",
-                   bias.fewest_matches, solver.min_matches);
+    return refuse(Status::kTooFewTracks, "some neighbouring keyframes share ",
+                  Value(bias.fewest_matches), " landmarks in a camera, at least ",
+                  Bound(solver.min_matches), " are wanted");
   if (bias.summary.termination == Termination::kFailed)
-    return refused(InitializationStatus::kNotConverged,
-                   "the gyro bias of the normal epipolar constraints is not finite after %.0f "
-                   "iterations in rounds of %.0f",
-                   bias.summary.iterations, solver.iterations);
+    return refuse(Status::kNotConverged,
+                  "the gyro bias of the normal epipolar constraints is not finite after ",
+                  Value(bias.summary.iterations), " iterations in rounds of ", solver.iterations);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(bias.covariance);
   const double sigma = std::sqrt(eigen.eigenvalues()(2));
   if (bias.summary.termination == Termination::kSingular || !(sigma <= options.max_sigma_gyro_rps))
-    return refused(InitializationStatus::kIllConditioned,
-                   "the normal epipolar constraints know the gyro bias to %.4f rad/s (1 sigma, "
-                   "worst direction), at most %.4f is wanted: too little parallax",
-                   sigma, options.max_sigma_gyro_rps);
+    return refuse(Status::kIllConditioned, "the normal epipolar constraints know the gyro bias to ",
+                  Value(sigma, 4), " rad/s (1 sigma, worst direction), at most ",
+                  Bound(options.max_sigma_gyro_rps, 4), " is wanted: too little parallax");
   if (!(bias.noise <= options.max_noise))
-    return refused(InitializationStatus::kNotConverged,
-                   "the epipolar residuals are %.1f times what sigma_px promises, at most %.1f is "
-                   "wanted: a wrong minimum, or wrong tracks",
-                   bias.noise, options.max_noise);
+    return refuse(Status::kNotConverged, "the epipolar residuals are ", Value(bias.noise, 1),
+                  " times what sigma_px promises, at most ", Bound(options.max_noise, 1),
+                  " is wanted: a wrong minimum, or wrong tracks");
   const double distance = (bias.gyro - problem.priors().mean.gyro).norm();
   if (!(distance <= options.max_gyro_bias_rps))
-    return refused(InitializationStatus::kImplausible,
-                   "the gyro bias is %.3f rad/s from its prior mean, at most %.3f is plausible",
-                   distance, options.max_gyro_bias_rps);
-  step.ok = true;
-  return step;
+    return refuse(Status::kImplausible, "the gyro bias is ", Value(distance, 3),
+                  " rad/s from its prior mean, at most ", Bound(options.max_gyro_bias_rps, 3),
+                  " is plausible");
+  return bias;
 }
 
 Eigen::Vector3d gyroBiasFromRotations(const std::vector<Eigen::Matrix3d>& rotations,

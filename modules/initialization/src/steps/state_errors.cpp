@@ -17,7 +17,7 @@ ErrorSources::ErrorSources(const InitializationProblem& problem,
     : intervals_(static_cast<Index>(preintegrations.size())) {
   const Index n = 15 * intervals_ + 9;
   covariance_ = MatrixXd::Zero(n, n);
-  covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = problem.visualSolution().covariance;
+  covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = problem.visualSolution()->covariance;
   for (Index k = 0; k < intervals_; ++k)
     covariance_.block<9, 9>(6 * intervals_ + 9 * k, 6 * intervals_ + 9 * k) =
         preintegrations[static_cast<size_t>(k)].covariance9();
@@ -47,7 +47,7 @@ std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& probl
                                               const InertialOnlyOptions& options,
                                               const InertialOnlyResult& result,
                                               const Matrix3d& measured_gyro_bias) {
-  const VisualSolution& visual = problem.visualSolution();
+  const VisualSolution& visual = *problem.visualSolution();
   if (visual.covariance.rows() != 6 * static_cast<Index>(preintegrations.size())) return {};
   const InertialOnlyResponse response =
       inertialOnlyResponse(visual.T_VB, preintegrations, options, result);

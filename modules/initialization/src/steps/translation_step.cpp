@@ -1,14 +1,12 @@
 #include "etalon/initialization/steps/translation_step.h"
 
-#include <cstdio>
-
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/steps/linear_alignment.h"
 
 namespace etalon {
 
 void TranslationStepOptions::declare(ParameterSet& parameters) {
-  parameters.add("landmarks", &landmarks, {"fixed", "free"},
+  parameters.add("landmarks", &ba.landmarks_free, {{"fixed", false}, {"free", true}},
                  "Landmarks in the 3-DoF bundle adjustment: fixed at stereo odometry's (the "
                  "paper), or free to move.");
   parameters.add("rounds", &ba.rounds, {1, 100},
@@ -34,32 +32,28 @@ std::vector<Eigen::Matrix3d> integrateRotations(const Eigen::Matrix3d& R_WB0,
 
 namespace {
 
-/** Fills poses and landmarks of `step->estimate`, or its refusal. */
-bool estimateTranslations(const InitializationProblem& problem, const std::vector<SE3>& T_VB,
-                          const TranslationStepOptions& options, TranslationStep* step,
-                          Eigen::MatrixXd* position_by_rotation) {
+/** The 3-DoF bundle adjustment from the rotations of `T_VB`. */
+Expected<TranslationBaResult> estimateTranslations(const InitializationProblem& problem,
+                                                   const VisualSolution& visual,
+                                                   const std::vector<SE3>& T_VB,
+                                                   const TranslationStepOptions& options) {
   BundleProblem start(
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
-      problem.visualSolution().landmarks);
-  TranslationBaOptions ba_options = options.ba;
-  ba_options.landmarks_free = options.landmarks == "free";
-  const TranslationBaResult ba = solveTranslationBa(std::move(start), T_VB, ba_options);
-  if (!ba.summary.usable() || ba.fewest_inliers < options.min_inliers) {
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "%d measurements agree with the translation of the weakest keyframe, at least "
-                  "%d are wanted",
-                  ba.fewest_inliers, options.min_inliers);
-    step->refusal =
-        InitializationResult::refusal(InitializationStatus::kTooFewTracks, text, ba.fewest_inliers);
-    return false;
-  }
-  *position_by_rotation = ba.position_by_rotation;
-  step->estimate.T_VB = ba.T_VB;
-  for (size_t l = 0; l < ba.bundle.landmarks.size(); ++l)
-    if (ba.bundle.landmarks[l].known)
-      step->estimate.landmarks[ba.bundle.window.landmark_ids[l]] = ba.bundle.landmarks[l].position;
-  return true;
+      visual.landmarks);
+  TranslationBaResult ba = solveTranslationBa(std::move(start), T_VB, options.ba);
+  if (!ba.summary.usable() || ba.fewest_inliers < options.min_inliers)
+    return refuse(RefusalStatus::kTooFewTracks, Value(ba.fewest_inliers),
+                  " measurements agree with the translation of the weakest keyframe, at least ",
+                  Bound(options.min_inliers), " are wanted");
+  return ba;
+}
+
+std::map<LandmarkId, Eigen::Vector3d> knownLandmarks(const BundleProblem& bundle) {
+  std::map<LandmarkId, Eigen::Vector3d> result;
+  for (size_t l = 0; l < bundle.landmarks.size(); ++l)
+    if (bundle.landmarks[l].known)
+      result[bundle.window.landmark_ids[l]] = bundle.landmarks[l].position;
+  return result;
 }
 
 /**
@@ -90,41 +84,41 @@ Eigen::MatrixXd poseErrors(const std::vector<Preintegration>& preintegrations,
 
 }  // namespace
 
-TranslationStep solveTranslationStep(const InitializationProblem& problem,
-                                     const std::vector<Preintegration>& preintegrations,
-                                     const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
-                                     const TranslationStepOptions& options,
-                                     const std::optional<StateErrors>& bias_errors) {
+Expected<TranslationStep> solveTranslationStep(const InitializationProblem& problem,
+                                               const std::vector<Preintegration>& preintegrations,
+                                               const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
+                                               const TranslationStepOptions& options,
+                                               const std::optional<StateErrors>& bias_errors) {
+  const Expected<VisualSolution>& visual = problem.visualSolution();
+  if (!visual) return refuse(visual.error());
   Stopwatch watch;
-  std::vector<SE3> T_VB = problem.visualSolution().T_VB;
+  std::vector<SE3> T_VB = visual->T_VB;
   const std::vector<Eigen::Matrix3d> rotations =
       integrateRotations(T_VB.front().R, preintegrations, bias);
   for (size_t k = 1; k < T_VB.size(); ++k) T_VB[k].R = rotations[k];
 
+  const Expected<TranslationBaResult> ba = estimateTranslations(problem, *visual, T_VB, options);
+  if (!ba) return refuse(ba.error());
   TranslationStep step;
   step.estimate.bias = bias;
-  Eigen::MatrixXd position_by_rotation;
-  if (!estimateTranslations(problem, T_VB, options, &step, &position_by_rotation)) return step;
+  step.estimate.T_VB = ba->T_VB;
+  step.estimate.landmarks = knownLandmarks(ba->bundle);
   step.translation_ms = watch.lapMilliseconds();
 
   const LinearAlignmentResult alignment = alignVelocitiesAndGravity(
       step.estimate.T_VB, preintegrations, bias, problem.gravityMagnitude(), g_V_seed);
-  if (!alignment.summary.usable()) {
-    step.refusal = InitializationResult::refusal(
-        InitializationStatus::kIllConditioned,
-        "velocities and gravity are not determined by the translations found", 0.0);
-    return step;
-  }
+  if (!alignment.summary.usable())
+    return refuse(RefusalStatus::kIllConditioned,
+                  "velocities and gravity are not determined by the translations found");
   step.estimate.v_VB = alignment.v_VB;
   step.estimate.g_V = alignment.g_V;
   if (bias_errors) {
     StateErrors errors = *bias_errors;
     if (alignErrors(step.estimate.T_VB, preintegrations, bias, {}, alignment.g_V,
-                    poseErrors(preintegrations, position_by_rotation, errors), &errors))
+                    poseErrors(preintegrations, ba->position_by_rotation, errors), &errors))
       step.estimate.errors = errors;
   }
   step.alignment_ms = watch.lapMilliseconds();
-  step.ok = true;
   return step;
 }
 

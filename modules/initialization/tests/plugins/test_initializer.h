@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "etalon/core/errors.h"
 #include "etalon/initialization/initializer.h"
@@ -14,8 +13,15 @@ class TestInitializer : public Initializer {
  public:
   void declareParameters(ParameterSet& parameters) override {
     parameters.add("answer", &answer_,
-                   {"rest", "nan", "few_states", "skewed", "silent", "error", "data_error",
-                    "exception", "integer"},
+                   {{"rest", Answer::kRest},
+                    {"nan", Answer::kNan},
+                    {"few_states", Answer::kFewStates},
+                    {"skewed", Answer::kSkewed},
+                    {"silent", Answer::kSilent},
+                    {"error", Answer::kError},
+                    {"data_error", Answer::kDataError},
+                    {"exception", Answer::kException},
+                    {"integer", Answer::kInteger}},
                    "What solve() does.");
     parameters.add("sigma_px", &sigma_px_, {0.1, 10.0}, "A number.");
   }
@@ -23,27 +29,35 @@ class TestInitializer : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    if (answer_ == "error") throw Error("a refusal thrown by the plugin");
-    if (answer_ == "data_error") throw DataError("imu.csv", 7, "a broken line");
-    if (answer_ == "exception") throw std::out_of_range("an exception of the plugin");
-    if (answer_ == "integer") throw 42;
-    InitializationResult result;
-    if (answer_ == "silent") {
-      result.status = InitializationStatus::kTooLittleMotion;
-      return result;
-    }
-    result.status = InitializationStatus::kSuccess;
+    if (answer_ == Answer::kError) throw Error("a refusal thrown by the plugin");
+    if (answer_ == Answer::kDataError) throw DataError("imu.csv", 7, "a broken line");
+    if (answer_ == Answer::kException) throw std::out_of_range("an exception of the plugin");
+    if (answer_ == Answer::kInteger) throw 42;
+    if (answer_ == Answer::kSilent) return refuse(RefusalStatus::kTooLittleMotion);
+    Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k) {
       result.states.push_back({problem.keyframe(k).t, SE3(), Eigen::Vector3d::Zero()});
     }
-    if (answer_ == "nan") result.states.back().v_WB.y() = std::nan("");
-    if (answer_ == "skewed") result.states.back().T_WB.R *= 1.001;
-    if (answer_ == "few_states") result.states.pop_back();
+    if (answer_ == Answer::kNan) result.states.back().v_WB.y() = std::nan("");
+    if (answer_ == Answer::kSkewed) result.states.back().T_WB.R *= 1.001;
+    if (answer_ == Answer::kFewStates) result.states.pop_back();
     return result;
   }
 
  private:
-  std::string answer_ = "rest";
+  enum class Answer {
+    kRest,
+    kNan,
+    kFewStates,
+    kSkewed,
+    kSilent,
+    kError,
+    kDataError,
+    kException,
+    kInteger
+  };
+
+  Answer answer_ = Answer::kRest;
   double sigma_px_ = 1.0;
 };
 

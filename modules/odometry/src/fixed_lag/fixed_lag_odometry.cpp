@@ -5,6 +5,7 @@
 
 #include "bridged_imu.h"
 #include "etalon/core/errors.h"
+#include "recall.h"
 #include "rest.h"
 #include "sliding.h"
 #include "tracks.h"
@@ -41,11 +42,17 @@ class FixedLagOdometry::Impl {
  public:
   const fixed_lag::Window& window() const { return window_; }
 
-  Impl(const StereoInertialCalibration& calibration, const FixedLagOptions& options)
+  Impl(const StereoInertialCalibration& calibration, const FixedLagOptions& options,
+       const MapOptions& map, std::shared_ptr<ViewMatcher> views)
       : calibration_(calibration),
         options_(options),
+        map_(map),
+        views_(std::move(views)),
+        recall_(calibration_, map_, options_.sigma_px),
         tracks_(calibration_, trackOptions()),
-        solver_({options.iterations}) {}
+        solver_({options.iterations}) {
+    map_.enabled = map_.enabled && views_;
+  }
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
@@ -57,13 +64,17 @@ class FixedLagOdometry::Impl {
                                   frame.t, factor.matrixL().solve(Matrix15d::Identity()));
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     tracks_.createLandmarks(measured, &window_);
+    if (map_.enabled) {
+      views_->dropAllBut({});
+      views_->keep(frame.t);
+    }
     located_at_ = frame.t;
     OdometryOutput out;
     out.t = frame.t;
     out.state = start.state;
     out.covariance = covariance_ = start.covariance;
     out.keyframe = true;
-    out.observations = static_cast<int>(frame.observations.size());
+    out.observations = static_cast<int>(frame.observations.size() + frame.right_only.size());
     return out;
   }
 
@@ -91,7 +102,14 @@ class FixedLagOdometry::Impl {
     WindowState& newest = window_.states.back();
     newest.keyframe = tracks_.wantsKeyframe(measured, counts, window_);
     if (newest.keyframe) tracks_.createLandmarks(measured, &window_);
-    const fixed_lag::SolverResult solved = solver_.solve(&window_);
+    const bool recalls =
+        newest.keyframe && counts.used >= kLocatedBy && window_.retainedCount() > 0;
+    if (recalls) {
+      // One step is enough to know where to look.
+      solver_.solve(&window_, 1, false);
+      out.found_again = recall_.recall(frame, views_.get(), solver_, &window_);
+    }
+    const fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
     tracks_.dropOutliers(&window_);
     if (options_.least_sigma_px < options_.sigma_px) tracks_.followNoise(&window_);
     covariance_ = solved.covariance;
@@ -100,11 +118,13 @@ class FixedLagOdometry::Impl {
     out.state = newest.now;
     out.covariance = covariance_;
     out.keyframe = newest.keyframe;
-    out.observations = static_cast<int>(frame.observations.size());
+    out.observations = static_cast<int>(frame.observations.size() + frame.right_only.size());
     out.used = counts.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
-    fixed_lag::slide({options_.recent_frames, options_.keyframes}, &window_);
+    if (newest.keyframe && map_.enabled) views_->keep(newest.t);
+    fixed_lag::slide({options_.recent_frames, options_.keyframes, map_}, &window_);
+    if (out.keyframe && map_.enabled) dropViews();
     reintegrate();
     return out;
   }
@@ -119,6 +139,13 @@ class FixedLagOdometry::Impl {
             options_.keyframe_survival,
             options_.keyframe_parallax_px,
             options_.least_sigma_px};
+  }
+
+  void dropViews() {
+    std::vector<TimeNs> stamps;
+    for (const WindowState& state : window_.states)
+      if (state.keyframe) stamps.push_back(state.t);
+    views_->dropAllBut(stamps);
   }
 
   /** Of the newest pose relative to the window, before its images are used: noise of the IMU, the
@@ -151,6 +178,9 @@ class FixedLagOdometry::Impl {
 
   StereoInertialCalibration calibration_;
   FixedLagOptions options_;
+  MapOptions map_;
+  std::shared_ptr<ViewMatcher> views_;
+  fixed_lag::Recall recall_;
   fixed_lag::Tracks tracks_;
   fixed_lag::WindowSolver solver_;
   fixed_lag::RestDetector rest_;
@@ -161,7 +191,12 @@ class FixedLagOdometry::Impl {
 
 FixedLagOdometry::FixedLagOdometry(const StereoInertialCalibration& calibration,
                                    const FixedLagOptions& options)
-    : impl_(std::make_unique<Impl>(calibration, options)) {}
+    : FixedLagOdometry(calibration, options, {}, nullptr) {}
+
+FixedLagOdometry::FixedLagOdometry(const StereoInertialCalibration& calibration,
+                                   const FixedLagOptions& options, const MapOptions& map,
+                                   std::shared_ptr<ViewMatcher> views)
+    : impl_(std::make_unique<Impl>(calibration, options, map, std::move(views))) {}
 
 FixedLagOdometry::~FixedLagOdometry() = default;
 

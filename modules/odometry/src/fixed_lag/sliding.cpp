@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "etalon/map/view_selection.h"
 #include "rest.h"
 #include "window_solver.h"
 
@@ -32,7 +33,7 @@ bool moveHost(const Window& window, Landmark* landmark) {
   const SE3& T_WH = window.states[static_cast<size_t>(landmark->host)].now.T_WB;
   for (const LandmarkObservation& o : landmark->observations) {
     const WindowState& state = window.states[static_cast<size_t>(o.state)];
-    if (o.state == landmark->host || !state.keyframe) continue;
+    if (o.state == landmark->host || !state.keyframe || state.retained) continue;
     const SE3 T_NH = relativePose(state.now.T_WB, T_WH);
     const Eigen::Vector3d camera_N = window.T_CB[0].inverse().t;
     landmark->in_host = InverseDepthLandmark(T_NH * landmark->in_host.position(), camera_N);
@@ -41,6 +42,18 @@ bool moveHost(const Window& window, Landmark* landmark) {
     return true;
   }
   return false;
+}
+
+/** squareRoot() of the equations' first `unknowns`, most of which they may not touch. */
+LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) {
+  std::vector<Eigen::Index> touched;
+  for (Eigen::Index i = 0; i < unknowns; ++i)
+    if (equations.H(i, i) > 0.0) touched.push_back(i);
+  const LinearRows of_touched = squareRoot(equations.H(touched, touched), equations.g(touched));
+  LinearRows rows(of_touched.rows(), unknowns);
+  rows.A(Eigen::all, touched) = of_touched.A;
+  rows.b = of_touched.b;
+  return rows;
 }
 
 /** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, rest, ended
@@ -54,7 +67,7 @@ LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<La
   if (!ended.empty()) {
     VisualTerms terms;
     terms.linearize(window, ended, static_cast<int>(oldest_full), &visual);
-    visual_rows = squareRoot(visual.H.topLeftCorner(unknowns, unknowns), visual.g.head(unknowns));
+    visual_rows = touchedRows(visual, unknowns);
   }
   const bool at_rest = window.states[oldest_full + 1].at_rest;
   LinearRows rows(window.prior.rows() + 15 + (at_rest ? 9 : 0) + visual_rows.rows(), unknowns);
@@ -94,6 +107,23 @@ LinearRows without(const LinearRows& rows, const std::vector<Eigen::Index>& leav
 
 }  // namespace
 
+namespace {
+
+/** The retained keyframe that is least needed. */
+size_t redundantKeyframe(const Window& window, const MapOptions& options) {
+  std::vector<SE3> T_WC;
+  std::vector<size_t> index;
+  const SE3 T_BC = window.T_CB[0].inverse();
+  for (size_t i = 0; i < window.firstFull(); ++i)
+    if (window.states[i].retained) {
+      T_WC.push_back(window.states[i].now.T_WB * T_BC);
+      index.push_back(i);
+    }
+  return index[redundantView(T_WC, options)];
+}
+
+}  // namespace
+
 size_t dispensableKeyframe(const Window& window) {
   const size_t count = window.firstFull();
   std::vector<int> hosted(count, 0), alive(count, 0);
@@ -106,14 +136,15 @@ size_t dispensableKeyframe(const Window& window) {
       }
   // The newest two stay, so that there is always someone to take over.
   for (size_t i = 0; i + 2 < count; ++i)
-    if (alive[i] < 0.05 * hosted[i] || alive[i] == 0) return i;
+    if (!window.states[i].retained && (alive[i] < 0.05 * hosted[i] || alive[i] == 0)) return i;
   size_t worst = 0;
   double largest = -1.0;
   const Eigen::Vector3d p = window.states.back().now.T_WB.t;
   for (size_t i = 0; i + 2 < count; ++i) {
+    if (window.states[i].retained) continue;
     double near = 0.0;
     for (size_t j = 0; j + 2 < count; ++j)
-      if (i != j)
+      if (i != j && !window.states[j].retained)
         near += 1.0 / ((window.states[i].now.T_WB.t - window.states[j].now.T_WB.t).norm() + 1e-3);
     const double score = std::sqrt((window.states[i].now.T_WB.t - p).norm()) * near;
     if (score > largest) {
@@ -134,10 +165,18 @@ void slide(const SlidingOptions& options, Window* window) {
   std::set<int> gone;  // serials
   if (leaving.keyframe) {
     ended = endedLandmarks(window, oldest);
-    if (oldest >= static_cast<size_t>(options.keyframes)) {
-      const WindowState& keyframe = window->states[dispensableKeyframe(*window)];
-      gone.insert(keyframe.serial);
-      for (const Eigen::Index c : columnsOf(keyframe, 0)) columns.push_back(c);
+    if (oldest - window->retainedCount() >= static_cast<size_t>(options.keyframes)) {
+      size_t least = dispensableKeyframe(*window);
+      if (options.map.enabled) window->states[least].retained = true;
+      const bool all_stay =
+          options.map.enabled &&
+          window->retainedCount() <= static_cast<size_t>(options.map.max_keyframes);
+      if (options.map.enabled && !all_stay) least = redundantKeyframe(*window, options.map);
+      const WindowState& keyframe = window->states[least];
+      if (!all_stay) {
+        gone.insert(keyframe.serial);
+        for (const Eigen::Index c : columnsOf(keyframe, 0)) columns.push_back(c);
+      }
     }
   } else {
     gone.insert(leaving.serial);

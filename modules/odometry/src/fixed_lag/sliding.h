@@ -2,6 +2,7 @@
 
 // What leaves a window, and what stays of it. Private to the module.
 
+#include "etalon/map/map_options.h"
 #include "visual_terms.h"
 
 namespace etalon::fixed_lag {
@@ -9,6 +10,7 @@ namespace etalon::fixed_lag {
 struct SlidingOptions {
   int recent_frames = 3;
   int keyframes = 7;
+  MapOptions map;
 };
 
 /**

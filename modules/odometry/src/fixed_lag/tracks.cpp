@@ -17,7 +17,7 @@ double distance(const Window& window, const Landmark& landmark, const MeasuredFr
   const WindowState& host = window.states[static_cast<size_t>(landmark.host)];
   const SE3 T_HT = relativePose(host.now.T_WB, window.states.back().now.T_WB);
   double worst = 0.0;
-  for (size_t camera = 0; camera < (track.has_right ? 2u : 1u); ++camera) {
+  for (size_t camera = track.has_left ? 0 : 1; camera < (track.has_right ? 2u : 1u); ++camera) {
     Eigen::Vector2d r;
     Eigen::Matrix<double, 2, 6> J_pose;
     Eigen::Matrix<double, 2, 3> J_landmark;
@@ -31,6 +31,12 @@ double distance(const Window& window, const Landmark& landmark, const MeasuredFr
     worst = std::max(worst, r.dot(S.inverse() * r) / gate);
   }
   return worst;
+}
+
+/** In the axes of the body, of the left camera, or of the right one where that alone sees it. */
+Eigen::Vector3d rayInBody(const MeasuredFrame::Track& track, const Window& window) {
+  const size_t camera = track.has_left ? 0 : 1;
+  return window.T_CB[camera].R.transpose() * track.measurements[camera].ray();
 }
 
 }  // namespace
@@ -53,6 +59,19 @@ MeasuredFrame measure(const StereoInertialCalibration& calibration, const Tracke
     }
     measured.tracks.push_back(track);
   }
+  if (frame.right_only.empty()) return measured;
+  for (const RightObservation& o : frame.right_only) {
+    const auto right = makeMeasurement(calibration.cameras[1].model, o.right, sigma_px);
+    if (!right) continue;
+    MeasuredFrame::Track track;
+    track.id = o.id;
+    track.has_left = false;
+    track.has_right = true;
+    track.measurements[1] = *right;
+    measured.tracks.push_back(track);
+  }
+  std::sort(measured.tracks.begin(), measured.tracks.end(),
+            [](const auto& a, const auto& b) { return a.id < b.id; });
   return measured;
 }
 
@@ -82,7 +101,7 @@ Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
   const WindowState& newest = window->states.back();
   for (const auto& [landmark, track] : agreeing)
     landmark->observations.push_back({newest.serial, static_cast<int>(window->states.size()) - 1,
-                                      track->has_right, track->measurements});
+                                      track->has_right, track->measurements, track->has_left});
   for (const auto& [landmark, track] : others)
     if (++landmark->strikes >= 2) rejected_.insert(track->id);
   counts.used = static_cast<int>(agreeing.size());
@@ -95,13 +114,12 @@ bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
   const size_t tracks = frame.tracks.size();
   if (tracks < 10) return false;
   if (counts.used < options_.keyframe_survival * static_cast<double>(tracks)) return true;
-  const Eigen::Matrix3d R_WC = window.states.back().now.T_WB.R * window.T_CB[0].R.transpose();
-  const Eigen::Matrix3d R_LC = last_R_WC_.transpose() * R_WC;
+  const Eigen::Matrix3d R_LB = last_R_WB_.transpose() * window.states.back().now.T_WB.R;
   std::vector<double> parallax;
   for (const MeasuredFrame::Track& track : frame.tracks) {
     const auto before = last_keyframe_.find(track.id);
-    if (before == last_keyframe_.end()) continue;
-    parallax.push_back(angleBetween(R_LC * track.measurements[0].ray(), before->second));
+    if (before == last_keyframe_.end() || before->second.has_left != track.has_left) continue;
+    parallax.push_back(angleBetween(R_LB * rayInBody(track, window), before->second.ray));
   }
   if (parallax.empty()) return true;
   auto middle = parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2);
@@ -119,9 +137,9 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   std::vector<std::vector<LandmarkObservation>> observations;
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending;
   last_keyframe_.clear();
-  last_R_WC_ = newest.now.T_WB.R * window->T_CB[0].R.transpose();
+  last_R_WB_ = newest.now.T_WB.R;
   for (const MeasuredFrame::Track& track : frame.tracks) {
-    last_keyframe_[track.id] = track.measurements[0].ray();
+    last_keyframe_[track.id] = {track.has_left, rayInBody(track, *window)};
     if (window->landmarks.count(track.id) || rejected_.count(track.id)) continue;
     std::vector<LandmarkObservation> all;
     for (LandmarkObservation& o : pending_[track.id])
@@ -130,13 +148,14 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
           o.state = static_cast<int>(i);
           all.push_back(o);
         }
-    all.push_back({newest.serial, newest_index, track.has_right, track.measurements});
+    all.push_back(
+        {newest.serial, newest_index, track.has_right, track.measurements, track.has_left});
     const int l = views.landmarkCount();
     views.landmark_ids.push_back(track.id);
     for (const LandmarkObservation& o : all)
-      for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
+      for (size_t camera = o.first(); camera < o.end(); ++camera)
         views.measurements.push_back(
-            {o.state, l, camera, o.measurements[static_cast<size_t>(camera)]});
+            {o.state, l, static_cast<int>(camera), o.measurements[camera]});
     views.first.push_back(static_cast<int>(views.measurements.size()));
     observations.push_back(std::move(all));
   }
@@ -169,12 +188,13 @@ void Tracks::followNoise(Window* window) const {
     if (!landmark.seenIn(newest) || landmark.observations.size() < 3) continue;
     const SE3& T_WH = window->states[static_cast<size_t>(landmark.host)].now.T_WB;
     int pixels = 0;
-    for (const LandmarkObservation& o : landmark.observations) pixels += o.has_right ? 2 : 1;
+    for (const LandmarkObservation& o : landmark.observations)
+      pixels += static_cast<int>(o.end() - o.first());
     // Of 2 n coordinates the landmark itself takes three.
     const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
     for (const LandmarkObservation& o : landmark.observations) {
       const SE3 T_HT = relativePose(T_WH, window->states[static_cast<size_t>(o.state)].now.T_WB);
-      for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
+      for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
         if (reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
                                  landmark.in_host, &r))
@@ -200,7 +220,7 @@ void Tracks::dropOutliers(Window* window) {
     auto& observations = landmark.observations;
     const auto misfits = [&](const LandmarkObservation& o) {
       const SE3 T_HT = relativePose(T_WH, window->states[static_cast<size_t>(o.state)].now.T_WB);
-      for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
+      for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
         if (!reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
                                   landmark.in_host, &r) ||

@@ -23,7 +23,7 @@ struct TrackOptions {
 struct MeasuredFrame {
   struct Track {
     LandmarkId id = 0;
-    bool has_right = false;
+    bool has_left = true, has_right = false;
     std::array<ReprojectionMeasurement, 2> measurements;
   };
   TimeNs t = 0;
@@ -70,9 +70,13 @@ class Tracks {
   std::set<LandmarkId> rejected_;  ///< tracks that are not believed any more
   /** In keyframes, of tracks whose distance is not known yet. */
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending_;
-  /** Rays of the left camera in the last keyframe, and its attitude. */
-  std::unordered_map<LandmarkId, Eigen::Vector3d> last_keyframe_;
-  Eigen::Matrix3d last_R_WC_ = Eigen::Matrix3d::Identity();
+  struct Ray {
+    bool has_left = true;  ///< of the left camera, else of the right one
+    Eigen::Vector3d ray;   ///< in the axes of the body
+  };
+  /** In the last keyframe, and its attitude. */
+  std::unordered_map<LandmarkId, Ray> last_keyframe_;
+  Eigen::Matrix3d last_R_WB_ = Eigen::Matrix3d::Identity();
 };
 
 }  // namespace etalon::fixed_lag

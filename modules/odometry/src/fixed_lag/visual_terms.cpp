@@ -69,9 +69,9 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
     }
     const SE3& T_HT =
         relative_[static_cast<size_t>(landmark->host) * n + static_cast<size_t>(o.state)];
-    for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
-      addResidual(window, o.measurements[static_cast<size_t>(camera)], camera, *landmark, T_HT,
-                  target, &V, &e.g_l);
+    for (size_t camera = o.first(); camera < o.end(); ++camera)
+      addResidual(window, o.measurements[camera], static_cast<int>(camera), *landmark, T_HT, target,
+                  &V, &e.g_l);
   }
   e.last = targets_.size();
   // At infinity, and wanted farther: its distance is no unknown.
@@ -214,7 +214,7 @@ double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& lan
     for (const Landmark* landmark : landmarks) {
       if (landmark->host != static_cast<int>(h)) continue;
       for (const LandmarkObservation& o : landmark->observations)
-        for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
+        for (size_t camera = o.first(); camera < o.end(); ++camera) {
           Eigen::Vector2d r;
           const bool ahead =
               reprojectionResidual(window.T_CB[camera], o.measurements[camera],

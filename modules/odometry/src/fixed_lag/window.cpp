@@ -10,6 +10,12 @@ size_t Window::firstFull() const {
   return i;
 }
 
+size_t Window::retainedCount() const {
+  size_t count = 0;
+  for (const WindowState& state : states) count += state.retained;
+  return count;
+}
+
 void Window::reindex() {
   Eigen::Index column = 0;
   for (WindowState& state : states) {

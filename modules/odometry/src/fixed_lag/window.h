@@ -28,7 +28,8 @@ struct WindowState {
   bool fixed = false;
   bool full = true;
   bool keyframe = false;
-  bool at_rest = false;  ///< since the state before
+  bool at_rest = false;   ///< since the state before
+  bool retained = false;  ///< an old keyframe that stays for being found again
   Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
   Matrix15d imu_sqrt_information = Matrix15d::Zero();
   Eigen::Index column = 0;  ///< of its first unknown
@@ -44,6 +45,11 @@ struct LandmarkObservation {
   int state = 0;   ///< its index in the window
   bool has_right = false;
   std::array<ReprojectionMeasurement, 2> measurements;
+  bool has_left = true;
+
+  /** The cameras that see it: from first() to before end(). */
+  size_t first() const { return has_left ? 0 : 1; }
+  size_t end() const { return has_right ? 2 : 1; }
 };
 
 struct Landmark {
@@ -53,6 +59,7 @@ struct Landmark {
   InverseDepthLandmark in_host;  ///< origin and axes in that frame
   std::vector<LandmarkObservation> observations;  ///< in time order, the host's too
   int strikes = 0;                                ///< observations in a row that did not agree
+  std::vector<int> sought;  ///< serials of retained states in which it was not found
   /** Of its parameters, given the poses; from the last linearisation. */
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 
@@ -78,6 +85,7 @@ struct Window {
    * and landmarks whose state is gone are dropped. */
   void reindex();
   size_t firstFull() const;
+  size_t retainedCount() const;
 };
 
 /** A window of one state with its prior: its error has the covariance whose inverse is L^T L. */

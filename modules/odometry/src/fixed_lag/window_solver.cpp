@@ -86,21 +86,19 @@ void addInertialTerms(const Window& window, NormalEquations* equations) {
   }
 }
 
-void addPrior(const Window& window, NormalEquations* equations) {
+void addPrior(const Window& window, const Eigen::MatrixXd& H, NormalEquations* equations) {
   const LinearRows& prior = window.prior;
   const Eigen::Index n = prior.unknowns();
   if (n == 0) return;
   const Eigen::VectorXd r = prior.A * deltas(window, n) + prior.b;
-  equations->H.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(prior.A.transpose());
-  equations->H.topLeftCorner(n, n).triangularView<Eigen::StrictlyUpper>() =
-      equations->H.topLeftCorner(n, n).transpose();
+  equations->H.topLeftCorner(n, n) += H;
   equations->g.head(n).noalias() += prior.A.transpose() * r;
   equations->cost += r.squaredNorm();
 }
 
 void WindowSolver::linearize(Window* window, NormalEquations* equations) {
   *equations = NormalEquations(window->unknowns());
-  addPrior(*window, equations);
+  addPrior(*window, prior_H_, equations);
   addInertialTerms(*window, equations);
   visual_.linearize(*window, landmarks_, static_cast<int>(window->states.size()), equations);
 }
@@ -116,35 +114,121 @@ double WindowSolver::costOf(const Window& window) const {
   return cost;
 }
 
-SolverResult WindowSolver::solve(Window* window) {
-  SolverResult result;
+/** What stays the same over the steps. */
+void WindowSolver::begin(Window* window, bool same_prior) {
   landmarks_.clear();
   for (auto& [id, landmark] : window->landmarks)
     if (landmark.observations.size() > 1) landmarks_.push_back(&landmark);
+  if (!same_prior) {
+    const Eigen::MatrixXd& A = window->prior.A;
+    prior_H_.setZero(A.cols(), A.cols());
+    prior_H_.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
+    prior_H_.triangularView<Eigen::StrictlyUpper>() = prior_H_.transpose();
+  }
+  eliminateUntouched(*window);
+}
+
+void WindowSolver::eliminateUntouched(const Window& window) {
+  std::vector<char> touched(window.states.size(), 0);
+  for (size_t i = 0; i < window.states.size(); ++i) touched[i] = !window.states[i].retained;
+  for (const Landmark* landmark : landmarks_) {
+    touched[static_cast<size_t>(landmark->host)] = 1;
+    for (const LandmarkObservation& o : landmark->observations)
+      touched[static_cast<size_t>(o.state)] = 1;
+  }
+  untouched_.clear();
+  rest_.clear();
+  for (size_t i = 0; i < window.states.size(); ++i)
+    for (Eigen::Index c = 0; c < window.states[i].size(); ++c)
+      (touched[i] ? rest_ : untouched_).push_back(window.states[i].column + c);
+  if (untouched_.empty()) return;
+  const Eigen::Index in_prior = prior_H_.cols();
+  untouched_factor_.compute(prior_H_(untouched_, untouched_));
+  untouched_rest_.setZero(static_cast<Eigen::Index>(untouched_.size()),
+                          static_cast<Eigen::Index>(rest_.size()));
+  for (size_t c = 0; c < rest_.size(); ++c)
+    if (rest_[c] < in_prior)
+      untouched_rest_.col(static_cast<Eigen::Index>(c)) = prior_H_(untouched_, rest_[c]);
+  follows_ = untouched_factor_.solve(untouched_rest_);
+}
+
+/** Of what is left when the untouched unknowns are eliminated. */
+bool WindowSolver::factorize(const NormalEquations& equations, double damping) {
+  Eigen::MatrixXd H;
+  if (!untouched_.empty()) {
+    H = equations.H(rest_, rest_);
+    H.noalias() -= untouched_rest_.transpose() * follows_;
+  }
+  const Eigen::MatrixXd& reduced = untouched_.empty() ? equations.H : H;
+  // Scaled to a unit diagonal: the unknowns' units differ by many orders of magnitude.
+  scale_ = reduced.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd scaled = scale_.asDiagonal() * reduced * scale_.asDiagonal();
+  scaled.diagonal().array() += damping;
+  factor_.compute(scaled);
+  return factor_.info() == Eigen::Success;
+}
+
+Eigen::VectorXd WindowSolver::stepOf(const NormalEquations& equations) const {
+  if (untouched_.empty())
+    return -scale_.cwiseProduct(factor_.solve(Eigen::VectorXd(scale_.cwiseProduct(equations.g))));
+  Eigen::VectorXd g = equations.g(rest_);
+  const Eigen::VectorXd g_untouched = equations.g(untouched_);
+  g.noalias() -= follows_.transpose() * g_untouched;
+  const Eigen::VectorXd rest =
+      -scale_.cwiseProduct(factor_.solve(Eigen::VectorXd(scale_.cwiseProduct(g))));
+  Eigen::VectorXd step(equations.g.size());
+  step(rest_) = rest;
+  step(untouched_) = -untouched_factor_.solve(g_untouched) - follows_ * rest;
+  return step;
+}
+
+Eigen::MatrixXd WindowSolver::covariance(const std::vector<Eigen::Index>& unknowns) const {
+  if (factor_.info() != Eigen::Success) return {};
+  // x_untouched = -follows_ x_rest + e with e independent of x_rest, of the inverse of their block.
+  const auto n = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rest_.size()), n);
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(untouched_.size()), n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index unknown = unknowns[static_cast<size_t>(i)];
+    const auto in_rest = std::lower_bound(rest_.begin(), rest_.end(), unknown);
+    if (in_rest != rest_.end() && *in_rest == unknown) {
+      by_rest(in_rest - rest_.begin(), i) = 1.0;
+    } else {
+      const auto in_untouched = std::lower_bound(untouched_.begin(), untouched_.end(), unknown);
+      own(in_untouched - untouched_.begin(), i) = 1.0;
+      by_rest.col(i) = -follows_.row(in_untouched - untouched_.begin());
+    }
+  }
+  by_rest = scale_.asDiagonal() * by_rest;
+  factor_.matrixL().solveInPlace(by_rest);
+  Eigen::MatrixXd covariance = by_rest.transpose() * by_rest;
+  if (!untouched_.empty()) {
+    untouched_factor_.matrixL().solveInPlace(own);
+    covariance.noalias() += own.transpose() * own;
+  }
+  return covariance;
+}
+
+SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior) {
+  SolverResult result;
+  begin(window, same_prior);
   NormalEquations equations(0);
   linearize(window, &equations);
   result.cost = equations.cost;
   double damping = 0.0;
-  Eigen::LLT<Eigen::MatrixXd> factor;
-  Eigen::VectorXd scale;
-  const Eigen::Index n = window->unknowns();
-  for (int attempt = 0; attempt < options_.iterations + 3; ++attempt) {
-    // Scaled to a unit diagonal: the unknowns' units differ by many orders of magnitude.
-    scale = equations.H.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-    Eigen::MatrixXd scaled = scale.asDiagonal() * equations.H * scale.asDiagonal();
-    scaled.diagonal().array() += damping;
-    factor.compute(scaled);
-    if (factor.info() != Eigen::Success) {
+  bool positive = false;
+  for (int attempt = 0; attempt < iterations + 3; ++attempt) {
+    positive = factorize(equations, damping);
+    if (!positive) {
       damping = std::max(1e-8, 10.0 * damping);
       continue;
     }
-    const Eigen::VectorXd step =
-        -scale.cwiseProduct(factor.solve(Eigen::VectorXd(scale.cwiseProduct(equations.g))));
+    const Eigen::VectorXd step = stepOf(equations);
     const double promised = -step.dot(equations.g);  // squared length of the step in its sigmas
     const Saved saved(*window, landmarks_);
     moveStates(step, window);
     visual_.solveLandmarks(*window, step);
-    const bool last = result.iterations + 1 >= options_.iterations ||
+    const bool last = result.iterations + 1 >= iterations ||
                       promised < options_.converged_sigmas * options_.converged_sigmas;
     NormalEquations next(0);
     const double cost = last ? costOf(*window) : (linearize(window, &next), next.cost);
@@ -161,10 +245,11 @@ SolverResult WindowSolver::solve(Window* window) {
     if (last) break;
     equations = std::move(next);
   }
-  if (factor.info() == Eigen::Success) {
+  if (positive) {
+    const auto n = static_cast<Eigen::Index>(rest_.size());
     const Eigen::MatrixXd newest = Eigen::MatrixXd::Identity(n, n).rightCols(15);
-    const Eigen::VectorXd tail = scale.tail(15);
-    const Matrix15d block = factor.solve(newest).bottomRows(15);
+    const Eigen::VectorXd tail = scale_.tail(15);
+    const Matrix15d block = factor_.solve(newest).bottomRows(15);
     result.covariance = tail.asDiagonal() * block * tail.asDiagonal();
     result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
   }

@@ -28,28 +28,51 @@ Vector15d inertialRows(const Window& window, size_t i, Matrix15d* J_i = nullptr,
                        Matrix15d* J_j = nullptr);
 /** Adds the inertial terms between the full states. */
 void addInertialTerms(const Window& window, NormalEquations* equations);
-/** Adds the prior. */
-void addPrior(const Window& window, NormalEquations* equations);
+/** Adds the prior; @param H its A^T A */
+void addPrior(const Window& window, const Eigen::MatrixXd& H, NormalEquations* equations);
 /** The errors of the first `unknowns` columns about the linearisation points. */
 Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns);
 
 /**
  * Minimises the window's cost: prior, IMU and pixels. Normal equations with the landmarks
  * eliminated, Cholesky; damped (Levenberg-Marquardt) only where a plain step does not lower the
- * cost.
+ * cost. Retained keyframes that no landmark of the window is seen in are in the prior alone: they
+ * are eliminated once, and follow the others.
  */
 class WindowSolver {
  public:
   explicit WindowSolver(const SolverOptions& options) : options_(options) {}
-  SolverResult solve(Window* window);
+  SolverResult solve(Window* window) { return solve(window, options_.iterations, false); }
+  /**
+   * @param iterations in place of the option
+   * @param same_prior the window has states and prior of the last call, and observations more
+   */
+  SolverResult solve(Window* window, int iterations, bool same_prior);
+  /**
+   * Joint covariance of the errors of these unknowns, from the last solve(); empty if that found
+   * none. The window has the same states since.
+   */
+  Eigen::MatrixXd covariance(const std::vector<Eigen::Index>& unknowns) const;
 
  private:
+  void begin(Window* window, bool same_prior);
+  void eliminateUntouched(const Window& window);
+  bool factorize(const NormalEquations& equations, double damping);
+  Eigen::VectorXd stepOf(const NormalEquations& equations) const;
   void linearize(Window* window, NormalEquations* equations);
   double costOf(const Window& window) const;
 
   SolverOptions options_;
   VisualTerms visual_;
   std::vector<Landmark*> landmarks_;
+  Eigen::MatrixXd prior_H_;  ///< A^T A of the prior
+  /** Unknowns by what is done with them: eliminated before the others, or not. */
+  std::vector<Eigen::Index> untouched_, rest_;
+  Eigen::LLT<Eigen::MatrixXd> untouched_factor_;
+  Eigen::MatrixXd untouched_rest_;  ///< their block of the equations
+  Eigen::MatrixXd follows_;         ///< its product with the inverse of the untouched's block
+  Eigen::VectorXd scale_;           ///< of rest_
+  Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
 }  // namespace etalon::fixed_lag

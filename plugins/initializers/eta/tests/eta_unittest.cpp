@@ -39,7 +39,7 @@ TEST(Eta, FollowsAGyroBiasOfEitherSign) {
     SyntheticWindowOptions options = moving();
     options.bias.gyro = sign * testing::kBiases.gyro;
     const Outcome o = runOn(options, *load());
-    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    ASSERT_TRUE(o.result) << o.result.error().reason;
     // The MAP's prior of 0.1 rad/s pulls by a part in 1e3 at most.
     EXPECT_LT(o.errors.gyro_bias_rps, 1e-4);
   }
@@ -52,7 +52,7 @@ TEST(Eta, RotationsAreTheGyrosWithItsBiasRemoved) {
   SyntheticWindowOptions options = moving();
   options.priors.mean.gyro = {0.001, 0.0, 0.0};
   const Outcome o = runOn(options, *load("prior_gyro_information = 1e18"));
-  ASSERT_TRUE(o.result.ok()) << o.result.reason;
+  ASSERT_TRUE(o.result) << o.result.error().reason;
   EXPECT_NEAR(o.errors.gyro_bias_rps, 0.001, 1e-6);
   EXPECT_NEAR(o.errors.rre_deg, 180.0 / M_PI * 0.001 * 0.25, 5e-4);
 }
@@ -63,8 +63,8 @@ TEST(Eta, GravityInheritsThePinnedAccelerometerBiasUntilViBaFreesIt) {
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationAttempt attempt =
       attemptInitialization(makeProblem(window, options), *load(), WindowOptions());
-  ASSERT_TRUE(attempt.decision.accepted) << attempt.decision.reason;
-  const double before = errorsOf(attempt.init.states, attempt.init.bias, window).gravity_deg;
+  ASSERT_TRUE(attempt.accepted()) << attempt.decision.error().reason;
+  const double before = errorsOf(attempt.init->states, attempt.init->bias, window).gravity_deg;
   EXPECT_GT(before, 0.1);
   EXPECT_LT(before, 1.0);  // |b_a| / g is 0.88 deg
   std::vector<KeyframeState> states;
@@ -81,21 +81,21 @@ TEST(Eta, GivesTheSameResultBitForBit) {
 TEST(Eta, RefusesTooFewTracksInWords) {
   testing::expectRefusesTooFewTracks(*load());
   testing::expectRefusal(runOn(moving(), *load("min_landmarks = 100000")).result,
-                         InitializationStatus::kTooFewTracks, "landmarks in the window");
+                         RefusalStatus::kTooFewTracks, "landmarks in the window");
 }
 
 TEST(Eta, RefusesAKeyframeWithTooFewInliers) {
   const InitializationResult result = runOn(moving(), *load("min_inliers = 100000")).result;
-  testing::expectRefusal(result, InitializationStatus::kTooFewTracks,
+  testing::expectRefusal(result, RefusalStatus::kTooFewTracks,
                          "agree with the translation of the weakest keyframe");
-  EXPECT_GT(result.reason_value, 100.0);  // no noise: whatever the weakest keyframe sees
+  EXPECT_GT(*result.error().value, 100.0);  // no noise: whatever the weakest keyframe sees
 }
 
 TEST(Eta, RefusesAMapThatIsNotConvergedOrIllConditioned) {
   testing::expectRefusal(runOn(moving(), *load("max_iterations = 1")).result,
-                         InitializationStatus::kNotConverged, "did not converge");
+                         RefusalStatus::kNotConverged, "did not converge");
   testing::expectRefusal(runOn(moving(), *load("max_sigma_gravity_deg = 0")).result,
-                         InitializationStatus::kIllConditioned, "gravity direction");
+                         RefusalStatus::kIllConditioned, "gravity direction");
 }
 
 TEST(Eta, RefusesAnImuGapAndNonFiniteMeasurements) { testing::expectRefusesBrokenInput(*load()); }

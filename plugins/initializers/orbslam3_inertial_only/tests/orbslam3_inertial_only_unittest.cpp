@@ -31,7 +31,7 @@ TEST(OrbSlam3InertialOnly, FollowsAGyroBiasOfEitherSign) {
     SyntheticWindowOptions options = moving();
     options.bias.gyro = sign * testing::kBiases.gyro;
     const Outcome o = runOn(options, *load());
-    ASSERT_TRUE(o.result.ok()) << o.result.reason;
+    ASSERT_TRUE(o.result) << o.result.error().reason;
     // The prior of 0.1 rad/s pulls by a part in 1e3 at most.
     EXPECT_LT(o.errors.gyro_bias_rps, 1e-4);
   }
@@ -42,7 +42,7 @@ TEST(OrbSlam3InertialOnly, WithoutReintegrationTheGyroBiasIsOffToSecondOrder) {
   options.bias.gyro = {0.1, -0.1, 0.1};
   const Outcome once = runOn(options, *load(kWithoutPriors + "reintegrations = 0"));
   const Outcome anew = runOn(options, *load(kWithoutPriors));
-  ASSERT_TRUE(once.result.ok()) << once.result.reason;
+  ASSERT_TRUE(once.result) << once.result.error().reason;
   EXPECT_GT(once.errors.gyro_bias_rps, 1e-5);
   EXPECT_LT(once.errors.gyro_bias_rps, 0.02 * options.bias.gyro.norm());
   testing::expectWithin(anew, testing::kNumericalPrecision);
@@ -58,19 +58,19 @@ TEST(OrbSlam3InertialOnly, LeavesThePosesOfStereoOdometryAsTheyAre) {
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationProblem problem = makeProblem(window, options);
   const InitializationResult result = load()->initialize(problem);
-  ASSERT_TRUE(result.ok()) << result.reason;
-  const std::vector<SE3>& T_VB = problem.visualSolution().T_VB;
-  const SE3 T_WV = result.states[0].T_WB * T_VB[0].inverse();
+  ASSERT_TRUE(result) << result.error().reason;
+  const std::vector<SE3>& T_VB = problem.visualSolution()->T_VB;
+  const SE3 T_WV = result->states[0].T_WB * T_VB[0].inverse();
   for (size_t k = 0; k < T_VB.size(); ++k)
-    EXPECT_LT((result.states[k].T_WB.matrix() - (T_WV * T_VB[k]).matrix()).norm(), 1e-12);
-  EXPECT_EQ(result.landmarks.size(), problem.visualSolution().landmarks.size());
+    EXPECT_LT((result->states[k].T_WB.matrix() - (T_WV * T_VB[k]).matrix()).norm(), 1e-12);
+  EXPECT_EQ(result->landmarks.size(), problem.visualSolution()->landmarks.size());
 }
 
 TEST(OrbSlam3InertialOnly, PinsTheAccelerometerBiasAsPublished) {
   SyntheticWindowOptions options;
   options.bias.accel = {0.15, 0.0, 0.0};
   const Outcome o = runOn(options, *load());
-  ASSERT_TRUE(o.result.ok()) << o.result.reason;
+  ASSERT_TRUE(o.result) << o.result.error().reason;
   // A prior of 3.2e-3 m/s^2 against a true bias of 0.15: gravity pays with up to 0.15/9.81 rad.
   EXPECT_GT(o.errors.gravity_deg, 0.1);
   EXPECT_LT(o.errors.gravity_deg, 1.0);
@@ -83,14 +83,14 @@ TEST(OrbSlam3InertialOnly, GivesTheSameResultBitForBit) {
 TEST(OrbSlam3InertialOnly, RefusesTooFewTracksInWords) {
   testing::expectRefusesTooFewTracks(*load());
   testing::expectRefusal(runOn(moving(), *load("min_landmarks = 100000")).result,
-                         InitializationStatus::kTooFewTracks, "landmarks in the window");
+                         RefusalStatus::kTooFewTracks, "landmarks in the window");
 }
 
 TEST(OrbSlam3InertialOnly, RefusesAMapThatIsNotConvergedOrIllConditioned) {
   testing::expectRefusal(runOn(moving(), *load("max_iterations = 1")).result,
-                         InitializationStatus::kNotConverged, "did not converge");
+                         RefusalStatus::kNotConverged, "did not converge");
   testing::expectRefusal(runOn(moving(), *load("max_sigma_gravity_deg = 0")).result,
-                         InitializationStatus::kIllConditioned, "gravity direction");
+                         RefusalStatus::kIllConditioned, "gravity direction");
 }
 
 TEST(OrbSlam3InertialOnly, RefusesAnImuGapAndNonFiniteMeasurements) {

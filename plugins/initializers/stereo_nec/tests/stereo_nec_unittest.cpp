@@ -92,9 +92,9 @@ TEST(StereoNec, TheMapTakesTheGyroBiasAsItIsTold) {
     const std::string ini = "nec_in_map = " + in_map + "\nreintegrations = 10\nnec_pairs = ";
     const Outcome all = runOn(options, *load(ini + "all"));
     const Outcome neighbours = runOn(options, *load(ini + "consecutive"));
-    EXPECT_TRUE(all.result.ok()) << all.result.reason;
-    EXPECT_TRUE(neighbours.result.ok()) << neighbours.result.reason;
-    return (all.result.bias.gyro - neighbours.result.bias.gyro).norm();
+    EXPECT_TRUE(all.result) << all.result.error().reason;
+    EXPECT_TRUE(neighbours.result) << neighbours.result.error().reason;
+    return (all.result->bias.gyro - neighbours.result->bias.gyro).norm();
   };
   EXPECT_LT(apart("seed"), 1e-6);
   EXPECT_GT(apart("hold"), 1e-5);
@@ -104,33 +104,33 @@ TEST(StereoNec, GravityInheritsThePinnedAccelerometerBias) {
   SyntheticWindowOptions options;
   options.bias.accel = {0.15, 0.0, 0.0};
   const Outcome o = runOn(options, *load());
-  ASSERT_TRUE(o.result.ok()) << o.result.reason;
+  ASSERT_TRUE(o.result) << o.result.error().reason;
   EXPECT_GT(o.errors.gravity_deg, 0.1);
   EXPECT_LT(o.errors.gravity_deg, 1.0);  // |b_a| / g is 0.88 deg
 }
 
 TEST(StereoNec, RefusesForEveryReasonOfTheGyroBias) {
   testing::expectRefusal(runOn(moving(), *load("nec_min_matches = 100000")).result,
-                         InitializationStatus::kTooFewTracks, "neighbouring keyframes share");
+                         RefusalStatus::kTooFewTracks, "neighbouring keyframes share");
   testing::expectRefusal(runOn(moving(), *load("max_sigma_gyro_rps = 1e-12")).result,
-                         InitializationStatus::kIllConditioned, "too little parallax");
+                         RefusalStatus::kIllConditioned, "too little parallax");
   const SyntheticWindowOptions noisy = testing::noisyOptions(Motion::kAggressive, 0.0, ImuBias());
   testing::expectRefusal(runOn(noisy, *load("max_nec_noise = 0.01")).result,
-                         InitializationStatus::kNotConverged, "epipolar residuals");
+                         RefusalStatus::kNotConverged, "epipolar residuals");
   SyntheticWindowOptions biased = moving();
   biased.bias.gyro = testing::kBiases.gyro;
   const InitializationResult far = runOn(biased, *load("max_gyro_bias_rps = 0.05")).result;
-  testing::expectRefusal(far, InitializationStatus::kImplausible, "from its prior mean");
-  EXPECT_NEAR(far.reason_value, biased.bias.gyro.norm(), 1e-4);
+  testing::expectRefusal(far, RefusalStatus::kImplausible, "from its prior mean");
+  EXPECT_NEAR(*far.error().value, biased.bias.gyro.norm(), 1e-4);
 }
 
 TEST(StereoNec, RefusesForTheReasonsOfTheMapAndOfTheTranslations) {
   testing::expectRefusal(runOn(moving(), *load("max_iterations = 1")).result,
-                         InitializationStatus::kNotConverged, "did not converge");
+                         RefusalStatus::kNotConverged, "did not converge");
   testing::expectRefusal(runOn(moving(), *load("max_sigma_gravity_deg = 0")).result,
-                         InitializationStatus::kIllConditioned, "gravity direction");
+                         RefusalStatus::kIllConditioned, "gravity direction");
   testing::expectRefusal(runOn(moving(), *load("min_inliers = 100000")).result,
-                         InitializationStatus::kTooFewTracks,
+                         RefusalStatus::kTooFewTracks,
                          "agree with the translation of the weakest keyframe");
 }
 

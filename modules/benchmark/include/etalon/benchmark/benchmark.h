@@ -79,8 +79,8 @@ BenchmarkOutcome runBenchmark(const SuiteConfiguration& configuration,
 BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const std::string& out,
                                  bool overwrite, const BenchmarkReport& report);
 
-/** How two benchmarks differ in what must agree for their windows to be parts of one: code,
- * configuration, protocol, initializers, recordings. Empty if in nothing. */
+/** Why the windows of two benchmarks cannot be parts of one: how they differ in code,
+ * configuration, protocol, initializers or recordings. Empty if they do not differ. */
 std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b);
 
 }  // namespace etalon

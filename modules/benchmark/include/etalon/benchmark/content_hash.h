@@ -9,7 +9,7 @@ namespace etalon {
 
 class RecordedSource;
 
-/** XXH3 of 128 bit over everything that is added: fast, and no protection against intent. */
+/** XXH3 of 128 bit over everything that is added: fast, but not cryptographic. */
 class ContentHash {
  public:
   ContentHash();

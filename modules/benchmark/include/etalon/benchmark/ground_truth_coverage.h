@@ -10,14 +10,14 @@
 
 namespace etalon {
 
-// Errors against ground truth that covers a trajectory or a window barely say nothing of it: a few
-// poses can be aligned with anything. Below a minimum the errors are not known.
+// Where ground truth covers only a few poses of a trajectory or a window, the errors against it say
+// nothing, as a few poses can be aligned with anything: below a minimum share none are given.
 
 /** Share of the poses of a trajectory, or of the keyframes of a window, that must have ground
  * truth before errors are given. */
 constexpr double kMinCoverage = 0.5;
 
-/** Poses that ground truth covers at least, whatever the share: two can be aligned exactly. */
+/** The least number of covered poses, whatever the share: two can always be aligned exactly. */
 constexpr size_t kMinCoveredPoses = 3;
 
 /** @param wanted share; fewer than kMinCoveredPoses poses are never enough, unless they are all */
@@ -32,15 +32,15 @@ size_t coveredPoses(const Trajectory& trajectory, const GroundTruth& ground_trut
  */
 size_t coveredPoses(const Trajectory& estimate, const AssociatedTrajectories& associated);
 
-/** Makes unknown (NaN) the errors of stages of which too few keyframes have ground truth. */
+/** Sets the errors of a stage to NaN (unknown) where too few of its keyframes have ground truth. */
 void requireCoverage(AttemptRecord* attempt, double wanted);
 /** The same of the run's attempts, and of its whole trajectory. */
 void requireCoverage(RunRecord* run, double wanted);
 /** The same of all windows. */
 void requireCoverage(BenchmarkRecord* benchmark, double wanted);
 
-/** What ground truth covers of a run, a sentence; empty if it covers everything, or there is none.
- */
+/** A sentence on how much of a run ground truth covers; empty if it covers everything or there is
+ * none. */
 std::string describeCoverage(const GroundTruthUse& use, double wanted);
 
 /** The same of a benchmark's windows, a sentence for every recording that is not covered wholly. */

@@ -52,9 +52,9 @@ struct NoiseCalibrationOptions {
   WindowOptions window;
   double tolerance = 0.01;  ///< done when no factor moves farther, relative
   int max_iterations = 25;
-  /** In how many windows every instant is (length of a window over the step from one to the next,
-   * 1 at least). Windows that share their data are not independent: the standard errors grow with
-   * its square root. */
+  /** The number of windows that hold one instant: the length of a window over the step to the next
+   * one, at least 1. Windows that share their data are not independent: the standard errors grow
+   * with its square root. */
   double overlap = 1.0;
   /** Windows in which the body is slower (RMS over the keyframes, after VI-BA) are at rest and left
    * out, m/s: without vibration the noise is another. 0 keeps all. */

@@ -43,8 +43,8 @@ struct SummaryRow {
   int accepted = 0;   ///< init: those with an estimate; vi_ba: accepted as a start of the odometry
   int successes = 0;  ///< of those judged
   double success_rate = WindowErrors::kNone;  ///< successes / judged
-  /** Of those judged, with an estimate whose gravity and velocity are as a success asks for,
-   * accepted or not. More than `successes` in vi_ba: what the acceptance refused without need. */
+  /** Judged windows whose estimate keeps the limits of a success in gravity and velocity, accepted
+   * or not. In vi_ba the excess over `successes` are good estimates that the acceptance refused. */
   int good_estimates = 0;
   double good_estimate_rate = WindowErrors::kNone;  ///< good_estimates / judged
 

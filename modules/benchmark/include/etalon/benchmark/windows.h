@@ -14,7 +14,7 @@ namespace etalon {
 /** Every number of keyframes with every rate, in the protocol's order. */
 std::vector<WindowShape> shapesOf(const BenchmarkProtocol& protocol);
 
-/** A week. Images further apart speak of a damaged stamp, and of years of empty windows. */
+/** A week. Images further apart mean a damaged stamp, which would give years of empty windows. */
 constexpr double kLongestRecordingS = 7 * 86'400.0;
 
 /** @throws DataError if the images of the recording `name` are further apart than that */

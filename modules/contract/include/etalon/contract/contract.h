@@ -38,7 +38,7 @@ struct ContractOptions {
    * How far the average NEES may be from consistent, as a whole and of each block (b_g, b_a,
    * gravity, velocity): between 1/f and f times its expectation, each widened by the 99 % band of
    * the chi-square distribution. 1.3 is 14 % in the standard deviations: a covariance is of first
-   * order. What more is allowed here belongs into the plugin's README.
+   * order. A plugin that needs more says so in its README.
    */
   double allowed_nees_factor = 1.3;
   int monte_carlo_windows = 60;

@@ -9,7 +9,7 @@ namespace etalon {
 struct IsolationLimits {
   double cpu_s = 30.0;      ///< processor time; rounded up to whole seconds
   double clock_s = 0.0;     ///< time on the clock, for what waits without computing; 0: twice cpu_s
-  double memory_gib = 2.0;  ///< of addresses, besides those that the caller has; beyond it `new`
+  double memory_gib = 2.0;  ///< of address space besides the caller's own; beyond it `new`
                             ///< throws. Not with sanitizers
 
   double clockSeconds() const { return clock_s > 0.0 ? clock_s : 2.0 * cpu_s; }

@@ -76,7 +76,7 @@ WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& b
                       const SyntheticWindow& window);
 
 /** Estimate less the window's truth, see estimationError() in the initialization module. */
-Eigen::Matrix<double, 11, 1> estimationError(const InitializationResult& result,
+Eigen::Matrix<double, 11, 1> estimationError(const Initialization& result,
                                              const SyntheticWindow& window);
 
 }  // namespace etalon::testing

@@ -92,8 +92,8 @@ class CameraModel {
    * in the plane z = 1. */
   bool isPerspective() const { return projection_ && projection_->isPerspective(); }
 
-  /** How often the ray of unproject() goes into p_C: the depth z if isPerspective(), else the
-   * distance. */
+  /** The factor by which the ray of unproject() reaches p_C: the depth z if isPerspective(), else
+   * the distance. */
   double rangeOf(const Eigen::Vector3d& p_C) const {
     return isPerspective() ? p_C.z() : p_C.norm();
   }
@@ -154,7 +154,7 @@ const std::vector<CameraKind>& cameraKinds();
 const CameraKind* findCameraKind(const std::string& camera_model,
                                  const std::string& distortion_model);
 
-/** What there is, for messages: "'pinhole' with 'radial-tangential' (also 'radtan'), ...". */
+/** All kinds, for messages: "'pinhole' with 'radial-tangential' (also 'radtan'), ...". */
 std::string describeCameraKinds();
 
 }  // namespace etalon

@@ -11,8 +11,8 @@ bool makeFolder(const std::string& path);
 
 /**
  * A file that appears under its name when it is whole: until then it stands beside, under a name
- * that no other writer has (PATH.PROCESS.part). Of several writers of one file the last one's
- * stays, whole. What is no regular file, a device for instance, is written directly.
+ * that no other writer has (PATH.PROCESS.part). If several write the same file, the last one wins,
+ * whole. What is no regular file, a device for instance, is written directly.
  */
 class OutputFile {
  public:

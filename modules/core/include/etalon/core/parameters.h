@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "etalon/core/ini_file.h"
@@ -32,9 +35,23 @@ class ParameterSet {
   void add(const std::string& key, int* value, Range<int> range, const std::string& doc);
   void add(const std::string& key, bool* value, const std::string& doc);
   void add(const std::string& key, std::string* value, const std::string& doc);
-  /** A string that must be one of `choices`. */
+  /** A string that must be one of `choices`, such as the names of a table. */
   void add(const std::string& key, std::string* value, const std::vector<std::string>& choices,
            const std::string& doc);
+  /** An enum, or a bool, by the names that the INI has for its values. */
+  template <typename T, typename = std::enable_if_t<std::is_enum_v<T> || std::is_same_v<T, bool>>>
+  void add(const std::string& key, T* value, const std::vector<std::pair<std::string, T>>& choices,
+           const std::string& doc) {
+    std::vector<std::string> names;
+    for (const auto& choice : choices) names.push_back(choice.first);
+    addChoice(
+        key, names, doc, [value, choices](std::size_t i) { *value = choices[i].second; },
+        [value, choices] {
+          for (std::size_t i = 0; i < choices.size(); ++i)
+            if (choices[i].second == *value) return i;
+          return choices.size();
+        });
+  }
 
   /**
    * Sets every variable that the section of `ini` names. Throws ConfigError with file, line,
@@ -59,6 +76,10 @@ class ParameterSet {
     std::function<std::string()> print;
   };
   void insert(Entry entry);
+  /** @param set by the index of a name; @param get the index, names.size() if it has no name */
+  void addChoice(const std::string& key, const std::vector<std::string>& names,
+                 const std::string& doc, const std::function<void(std::size_t)>& set,
+                 const std::function<std::size_t()>& get);
 
   std::string section_;
   std::vector<Entry> entries_;

@@ -6,14 +6,14 @@ namespace etalon {
 
 /**
  * The value in the middle; of an even number the upper of the two, so that it is one of the values.
- * quantile(values, 0.5) takes their mean. NaN of none, or if one is NaN.
+ * quantile(values, 0.5) takes their mean. NaN for an empty set or if a value is NaN.
  */
 double median(std::vector<double> values);
 
 /**
  * Quantile by linear interpolation between order statistics (type 7 of Hyndman and Fan, American
- * Statistician 1996): the value at position q (n - 1) of the sorted set, counted from 0. NaN of
- * none, or if one is NaN.
+ * Statistician 1996): the value at position q (n - 1) of the sorted set, counted from 0. NaN for an
+ * empty set or if a value is NaN.
  * @param q in [0, 1]
  */
 double quantile(std::vector<double> values, double q);

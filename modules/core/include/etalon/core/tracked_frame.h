@@ -19,10 +19,18 @@ struct Observation {
   bool has_right = false;
 };
 
+/** One landmark that of a stereo frame the right image alone shows. */
+struct RightObservation {
+  LandmarkId id = -1;
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();  ///< px, raw
+};
+
 /** All landmarks seen in a stereo frame, in increasing order of id. */
 struct TrackedFrame {
   TimeNs t = 0;
   std::vector<Observation> observations;
+  /** None of `observations`; there are such where the left image is, or was, of no use. */
+  std::vector<RightObservation> right_only;
 };
 
 }  // namespace etalon

@@ -36,7 +36,7 @@ class RecordedSource : public SensorSource {
    * from call to call. */
   LoadedFrame loadFrame(size_t index) { return reader_->load(index, true); }
 
-  /** What is wrong with the image files of pair number `index`, as far as their headers show it;
+  /** What the headers of the image files of pair number `index` show to be wrong with them;
    * the frame of the result has no images. Any index, at any time. */
   LoadedFrame checkFrame(size_t index) const;
 

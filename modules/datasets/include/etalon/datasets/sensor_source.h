@@ -28,7 +28,7 @@ inline TimeNs stampOf(const SensorEvent& event) {
   return std::visit([](const auto& e) { return e.t; }, event);
 }
 
-/** What reading a recording brought to light. Counts grow while it is read; the unpaired and
+/** What was found while a recording was read. Counts grow while it is read; the unpaired and
  * those outside the IMU's time are known when it is opened. */
 struct ReadStatistics {
   int stereo_frames = 0;  ///< delivered

@@ -28,9 +28,9 @@ struct StereoTrackerOptions {
   int anchor_iterations = 15;         ///< of its alignment, at most
   double anchor_reach_px = 1.5;       ///< correction of a track by its anchor, at most
   double anchor_min_correlation = 0.8;  ///< of an aligned anchor in the left image
-  int anchor_patience = 2;       ///< frames in a row without alignment before a new anchor is taken
-  double stereo_reach_px = 4.0;  ///< of a right pixel from its guess
-  int border_px = 6;             ///< no landmark nearer to the edge of the image
+  int anchor_patience = 2;              ///< frames in a row without alignment before a track ends
+  double stereo_reach_px = 4.0;         ///< of a right pixel from its guess
+  int border_px = 6;                    ///< no landmark nearer to the edge of the image
 
   void declare(ParameterSet& parameters);
 };
@@ -47,9 +47,9 @@ struct TrackingStatistics {
 /**
  * Follows corners through the raw images of a stereo camera. In time by pyramidal KLT from a guess
  * by the gyro's rotation, checked forwards and backwards; then every track is aligned with the
- * patch that it started from (affine, any gain), so that errors do not add up; tracks that do not
- * move as the camera does are dropped. In the right image by aligning the same patch, checked
- * against the epipolar geometry. Deterministic: same images, same tracks.
+ * patch that it started from (affine, any gain), so that errors do not add up, and ends where that
+ * fits no more. Tracks that do not move as the camera does end. In the right image by aligning the
+ * same patch, checked against the epipolar geometry. Same images, same tracks: deterministic.
  */
 class StereoTracker {
  public:

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <string>
-
 #include "etalon/core/parameters.h"
-#include "etalon/initialization/initialization_result.h"
+#include "etalon/core/refusal.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 namespace etalon {
@@ -21,15 +19,8 @@ struct AcceptanceOptions {
   void declare(ParameterSet& parameters);
 };
 
-struct AcceptanceDecision {
-  bool accepted = false;
-  InitializationStatus status = InitializationStatus::kNotConverged;
-  std::string reason;  ///< one sentence with the number and its bound; empty if accepted
-  double value = 0.0;
-};
-
 /**
- * Judges the refined estimate by its own covariance and residuals; never looks at ground truth.
+ * Accepts or refuses the refined estimate by its own covariance and residuals; never looks at ground truth.
  *
  * Gyro, accelerometer and vision are judged each by the sum of its squared residuals: of a sum
  * r^T r with r ~ N(0, M), M = (I - H) over the sensor's residuals (NoiseCheck), mean and variance
@@ -39,6 +30,6 @@ struct AcceptanceDecision {
  * what is believed: the residuals hold the others' noise too. A bias is judged by its distance from
  * the prior's mean in the prior's standard deviations, three degrees of freedom, without a margin.
  */
-AcceptanceDecision judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options);
+Expected<void> judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options);
 
 }  // namespace etalon

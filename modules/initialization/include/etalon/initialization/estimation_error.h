@@ -8,7 +8,7 @@
 
 namespace etalon {
 
-/** What an estimate is compared with in the order of InitializationResult::covariance. */
+/** What an estimate is compared with in the order of Initialization::covariance. */
 struct WindowTruth {
   Eigen::Matrix3d R_WB0 = Eigen::Matrix3d::Identity();  ///< attitude at the first keyframe
   Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();       ///< of the last keyframe, m/s
@@ -16,10 +16,10 @@ struct WindowTruth {
 };
 
 /**
- * Estimate less truth in the order of InitializationResult::covariance: b_g (rad/s), b_a (m/s^2),
+ * Estimate less truth in the order of Initialization::covariance: b_g (rad/s), b_a (m/s^2),
  * tilt (rad), v_WB of the last keyframe (m/s).
  *
- * The yaw of the world is nobody's to know: the true world is turned about its z until the first
+ * The yaw of the world cannot be observed: the true world is turned about its z until the first
  * keyframe's attitudes differ by a horizontal rotation alone, R_WB0 = Exp((tilt_x, tilt_y, 0))
  * R_WB0_true; velocities are compared in that world.
  * @param states one a keyframe, not empty

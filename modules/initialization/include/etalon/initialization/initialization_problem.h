@@ -59,9 +59,9 @@ class InitializationProblem {
   /**
    * Stereo odometry over the keyframes, with the gyro's rotations at the priors' mean as a start.
    * Computed at the first call; copies of the problem share it.
-   * @throws DataError at every call if a keyframe cannot be located
+   * Refused if a keyframe cannot be located.
    */
-  const VisualSolution& visualSolution() const;
+  const Expected<VisualSolution>& visualSolution() const;
   /** Whether visualSolution() has been asked for, and how long it took, ms. */
   bool visualSolutionComputed() const;
   double visualSolutionMilliseconds() const;

@@ -5,28 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "etalon/core/refusal.h"
 #include "etalon/core/se3.h"
 #include "etalon/core/time.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/imu/imu_sample.h"
 
 namespace etalon {
-
-enum class InitializationStatus {
-  kSuccess,
-  kTooFewKeyframes,
-  kTooFewTracks,
-  kTooLittleMotion,
-  kImuGap,          ///< the IMU does not cover the window, or has a gap
-  kInvalidInput,    ///< not finite, out of order
-  kIllConditioned,  ///< the data do not determine the unknowns
-  kNotConverged,
-  kImplausible,    ///< a value outside what the configuration calls plausible
-  kTooMuchMotion,  ///< the platform does not stand still
-};
-
-/** Lower-case name as it stands in files, e.g. "too_few_tracks". */
-const char* toString(InitializationStatus status);
 
 struct KeyframeState {
   TimeNs t = 0;
@@ -43,12 +28,8 @@ struct StageTiming {
  * What an initializer found. W is gravity-aligned: g_W = (0, 0, -gravity). Position and yaw of W
  * are free (by convention the first keyframe is at the origin).
  */
-struct InitializationResult {
-  InitializationStatus status = InitializationStatus::kInvalidInput;
-  std::string reason;       ///< one sentence with the number behind it; empty on success
-  double reason_value = 0;  ///< the number behind it
-
-  std::vector<KeyframeState> states;  ///< one a keyframe, on success
+struct Initialization {
+  std::vector<KeyframeState> states;  ///< one a keyframe
   ImuBias bias;
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m; may be empty
   /**
@@ -65,15 +46,9 @@ struct InitializationResult {
    */
   Eigen::MatrixXd covariance;
   std::vector<StageTiming> timings;  ///< steady clock, the plugin's own work
-
-  bool ok() const { return status == InitializationStatus::kSuccess; }
-
-  static InitializationResult refusal(InitializationStatus status, std::string reason,
-                                      double value);
-  /** The same, its reason printed from the number behind it and the bound that it does not keep.
-   * @param format for printf, with two doubles */
-  static InitializationResult refusal(InitializationStatus status, const char* format, double value,
-                                      double bound);
 };
+
+/** What an initializer found, or why it found nothing. */
+using InitializationResult = Expected<Initialization>;
 
 }  // namespace etalon

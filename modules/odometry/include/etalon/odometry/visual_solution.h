@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/refusal.h"
 #include "etalon/core/se3.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/odometry/stereo_odometry.h"
@@ -34,11 +35,11 @@ struct VisualSolution {
  * adjustment to convergence, with covariance.
  * @param R_prev_cur rotation of the body between neighbouring keyframes, from which PnP starts: one
  *        fewer than keyframes
- * @throws DataError if a keyframe cannot be located
+ * @return refused if a keyframe cannot be located
  */
-VisualSolution solveStereoOdometry(const StereoInertialCalibration& calibration,
-                                   const std::vector<const TrackedFrame*>& keyframes,
-                                   const std::vector<Eigen::Matrix3d>& R_prev_cur,
-                                   const StereoOdometryOptions& options);
+Expected<VisualSolution> solveStereoOdometry(const StereoInertialCalibration& calibration,
+                                             const std::vector<const TrackedFrame*>& keyframes,
+                                             const std::vector<Eigen::Matrix3d>& R_prev_cur,
+                                             const StereoOdometryOptions& options);
 
 }  // namespace etalon

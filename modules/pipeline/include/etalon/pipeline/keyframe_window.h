@@ -20,7 +20,7 @@ class KeyframeWindow {
   bool isKeyframe(TimeNs t) { return selector_.isKeyframe(t); }
   /** Adds a frame, later than those before. */
   void add(const TrackedFrame& frame, bool keyframe);
-  /** Begins anew: of the time before, or since, nothing is known. */
+  /** Begins anew after a gap in the frames: forgets them, and when the next keyframe was due. */
   void restart();
   /** Forgets the frames; the rate goes on. */
   void clear();

@@ -5,15 +5,15 @@
 
 namespace etalon {
 
-/** The state of the attempt's `k`-th keyframe, in the odometry's world (see odometryStart()). */
-NavState stateOf(const InitializationAttempt& attempt, size_t k, const SE3& T_WA);
-
 /**
- * Where an odometry begins after an accepted attempt: the state of its last keyframe.
+ * Where an odometry begins after an accepted attempt: the state of the window's first keyframe. The
+ * odometry is to be given the window's frames from there on, so that the attempt counts for its
+ * value alone: the covariance is wide (0.03 rad of tilt, 0.1 m/s, 0.02 rad/s), and no measurement
+ * is used twice.
  * @param T_WA from the attempt's world to the odometry's; a turn about z and a shift
- * The covariance is that of the VI-BA or, without one, of the initializer's result; where neither
- * has one, it is that of a rough start (2 deg, 0.1 m/s, 0.01 rad/s, 0.1 m/s^2).
+ * @param sigma_accel_bias standard deviation of b_a before any measurement, m/s^2
  */
-OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA);
+OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA,
+                            double sigma_accel_bias);
 
 }  // namespace etalon

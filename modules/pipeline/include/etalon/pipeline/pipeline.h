@@ -3,6 +3,7 @@
 #include <mrpt/obs/CObservation.h>
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/observation_input.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/map/image_views.h"
 #include "etalon/odometry/flight_record.h"
 #include "etalon/odometry/imu_propagator.h"
 #include "etalon/pipeline/frame_estimate.h"
@@ -117,7 +119,7 @@ class Pipeline {
   InputFaultCounts inputFaults() const;
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
-  /** When the initializer for motion took over from the one at rest. */
+  /** Stamp at which the initializer for motion took over from the one at rest. */
   const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
   /** The stereo odometry: its window and landmarks, in the frame of the last pose. */
   const StereoOdometry& odometry() const { return odometry_; }
@@ -155,13 +157,14 @@ class Pipeline {
   bool collecting() const {
     return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
   }
-  void tryInitialize(const TrackedFrame& frame);
-  void start(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startAgain(const InitializationAttempt& attempt, const TrackedFrame& frame);
-  void startInertially(std::unique_ptr<Odometry> odometry, const InitializationAttempt& attempt,
-                       const SE3& T_WA, const TrackedFrame& frame);
-  void recordStart(const InitializationAttempt& attempt, const SE3& T_WA,
-                   const OdometryOutput& output);
+  void tryInitialize();
+  void start(const InitializationAttempt& attempt);
+  void startAgain(const InitializationAttempt& attempt);
+  OdometryOutput startInertially(std::unique_ptr<Odometry> odometry,
+                                 const InitializationAttempt& attempt, const SE3& T_WA);
+  void keepWindowImages(const StereoFrame& frame);
+  void showWindowImage(TimeNs t);
+  void replaceLast(const OdometryOutput& output);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
   void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
@@ -186,8 +189,10 @@ class Pipeline {
   std::function<void(const ImuRateState&)> on_imu_state_;
 
   StereoOdometry odometry_;
-  std::unique_ptr<Odometry> inertial_;  ///< while kInertial or kDeadReckoning
-  bool clock_jumped_ = false;           ///< since the last frame
+  std::unique_ptr<Odometry> inertial_;           ///< while kInertial or kDeadReckoning
+  std::shared_ptr<ImageViews> views_;            ///< of inertial_; null without a map
+  std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
+  bool clock_jumped_ = false;                    ///< since the last frame
   FlightRecord record_;
   TimeNs clock_shift_ = 0;  ///< stamps less those that inertial_ is given
   TimeNs frame_step_ = 0;   ///< between the last two frames

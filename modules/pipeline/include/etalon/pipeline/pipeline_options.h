@@ -6,6 +6,7 @@
 #include "etalon/core/parameters.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_noise.h"
+#include "etalon/map/map_options.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/starter.h"
@@ -31,6 +32,7 @@ struct PipelineOptions {
   int final_ba_keyframes = 4000;  ///< of a longer flight, the newest
   WindowOptions window;
   FixedLagOptions fixed_lag;
+  MapOptions map;
   InputOptions input;
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;

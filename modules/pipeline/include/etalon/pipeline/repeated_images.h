@@ -17,7 +17,8 @@ namespace etalon {
  * sensor are never the same bit for bit; those of a simulator without noise are, at rest. So an
  * image that repeats the one before is believed until the motion contradicts it: the tracks of the
  * last frame that was new moved, or gyro or accelerometer have changed since. From then on it is
- * not, until a new image comes. Of a stereo pair one repeated image is enough.
+ * not, until a new image comes. Of a stereo pair one repeated image is enough. An image without
+ * contrast, as of a covered lens, repeats nothing.
  */
 class RepeatedImages {
  public:

@@ -31,19 +31,23 @@ struct InitializationAttempt {
   TimeNs t = 0;                   ///< stamp of the last keyframe
   std::string initializer;        ///< name of the plugin; empty where there is but one
   std::vector<TimeNs> keyframes;  ///< stamps of the window's keyframes
-  InitializationResult init;      ///< the plugin's result
+  /** The plugin's result. */
+  InitializationResult init = refuse(Refusal());
+  std::vector<StageTiming> init_timings;  ///< the plugin's own, also where its estimate was dropped
   bool has_vi_ba = false;
   VisualInertialBaResult vi_ba;                     ///< if has_vi_ba
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W after VI-BA, or the plugin's
-  AcceptanceDecision decision;  ///< what the pipeline does with it, with the reason
+  /** What the pipeline does with it: starts, or refuses for the plugin's or its own reason. */
+  Expected<void> decision = refuse(Refusal());
   double stereo_odometry_ms = 0.0, initialize_ms = 0.0, vi_ba_ms = 0.0;
   bool used_stereo_odometry = false;
   double visual_rms_px = 0.0;
 
+  bool accepted() const { return decision.has_value(); }
   /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is
    * none. */
   std::vector<SE3> poses() const;
-  const ImuBias& bias() const { return has_vi_ba ? vi_ba.bias : init.bias; }
+  const ImuBias& bias() const { return has_vi_ba ? vi_ba.bias : init->bias; }
   /** Leaves time, keyframes, decision and timings. */
   void dropEstimates();
   /** Of the worst axis, rad/s; infinite without covariance. */
@@ -59,9 +63,9 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
                                   std::vector<TrackedFrame> frames,
                                   std::vector<int> keyframe_indices, ImuBuffer imu);
 
-/** Step 4 on an initializer's result, with `options.vi_ba`, and priors and gravity of `options`. */
-VisualInertialBaResult refine(const InitializationProblem& problem,
-                              const InitializationResult& result, const WindowOptions& options,
+/** VI-BA from what an initializer found, with `options.vi_ba`, and priors and gravity of `options`. */
+VisualInertialBaResult refine(const InitializationProblem& problem, const Initialization& start,
+                              const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks);
 
 /** Initializer, VI-BA, acceptance. Deterministic but for the times. */

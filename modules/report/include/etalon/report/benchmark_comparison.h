@@ -62,7 +62,7 @@ struct PairedComparison {
   int apart = 0;  ///< pairs whose windows do not overlap, as many as there are at least
   std::vector<RecordingDifference> by_recording;  ///< those with a pair, in the record's order
 
-  /** Smaller differences are of no use to anyone, however sure they are. Errors: kRelevantShare of
+  /** Smaller differences are not relevant, however significant they are. Errors: kRelevantShare of
    * the smaller median, but at least the last digit that the tables print. Success: that digit. */
   double smallestRelevantDifference() const;
   /** "<a> is better", "<b> is better", "no relevant difference" (significant, but too small), "no

@@ -1,27 +1,84 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <Eigen/Geometry>
+#include <cmath>
 
+#include "etalon/core/printable.h"
+#include "etalon/evaluation/window_metrics.h"
 #include "etalon/runlog/initialization_json.h"
-#include "etalon/runlog/json_reader.h"
+#include "etalon/runlog/json_members.h"
 
 namespace etalon {
 
-/** nlohmann writes what is not finite as null by itself; this says so. */
-nlohmann::ordered_json numberJson(double value);
+// What the JSON of runs and benchmarks have in common: attempts, and what they consist of.
 
-template <typename Vector>
-nlohmann::ordered_json vectorJson(const Vector& v) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (Eigen::Index i = 0; i < v.size(); ++i) json.push_back(numberJson(v[i]));
-  return json;
+/** Of a state all but its biases. */
+template <typename Archive, typename State>
+void motionMembers(Archive& json, State& state) {
+  json("t_ns", state.t);
+  json("p_WB_m", state.T_WB.t);
+  Eigen::Vector4d q_xyzw = Eigen::Quaterniond(state.T_WB.R).coeffs();
+  json("q_WB_xyzw", q_xyzw);
+  json("v_WB_mps", state.v_WB);
+  if constexpr (Archive::kReads) {
+    json.expect(
+        "q_WB_xyzw", [&] { return std::abs(q_xyzw.norm() - 1.0) < 1e-6; },
+        "expected a unit quaternion");
+    state.T_WB.R = Eigen::Quaterniond(q_xyzw).normalized().toRotationMatrix();
+  }
 }
 
-/** Errors, states and attempts as they stand in the JSON of runs and benchmarks; a covariance that
- * is empty is left out. */
-nlohmann::ordered_json stateJson(const KeyframeState& state);
-KeyframeState stateFromJson(const JsonReader& json);
-nlohmann::ordered_json attemptJson(const AttemptRecord& attempt);
-AttemptRecord attemptFromJson(const JsonReader& json);
+template <typename Archive>
+void members(Archive& json, Member<Archive, KeyframeState>& state) {
+  motionMembers(json, state);
+}
+
+template <typename Archive>
+void members(Archive& json, Member<Archive, WindowErrors>& e) {
+  json("keyframes", e.keyframes);
+  json("rre_deg", e.rre_deg);
+  json("ate_m", e.ate_m);
+  json("gravity_deg", e.gravity_deg);
+  json("velocity_mps", e.velocity_mps);
+  json("gyro_bias_rps", e.gyro_bias_rps);
+  json("accel_bias_mps2", e.accel_bias_mps2);
+  json("scale_error", e.scale_error);
+  json.added("ate_yaw_m", e.ate_yaw_m);
+  json.added("gravity_corrected_deg", e.gravity_corrected_deg);
+  for (const WindowMetric& metric : neesMetrics()) json.added(metric.key, e.*metric.error);
+}
+
+template <typename Archive>
+void members(Archive& json, Member<Archive, StageRecord>& stage) {
+  json("stage", stage.stage);
+  json("gravity_mps2", stage.gravity_mps2);
+  json("gravity_B0_mps2", stage.gravity_B0);
+  json("gyro_bias_rps", stage.bias.gyro);
+  json("accel_bias_mps2", stage.bias.accel);
+  json("errors", stage.errors);
+  json("states", stage.states);
+  json.unlessNone("covariance_order", stage.covariance_order);
+  json.unlessNone("covariance", stage.covariance);
+}
+
+template <typename Archive>
+void members(Archive& json, Member<Archive, StageTiming>& timing) {
+  json("stage", timing.stage);
+  json("ms", timing.milliseconds);
+}
+
+template <typename Archive>
+void members(Archive& json, Member<Archive, AttemptRecord>& attempt) {
+  json("stamp_ns", attempt.t);
+  json.unlessNone("initializer", attempt.initializer);
+  json("status", attempt.status);
+  json("reason", attempt.reason);
+  if constexpr (Archive::kReads) attempt.reason = printable(attempt.reason);
+  json("reason_value", attempt.reason_value);
+  json.added("reason_bound", attempt.reason_bound);
+  json("milliseconds", attempt.timings);
+  json("keyframes_ns", attempt.keyframes);
+  json("stages", attempt.stages);
+}
 
 }  // namespace etalon

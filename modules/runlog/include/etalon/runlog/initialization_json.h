@@ -23,7 +23,7 @@ constexpr const char* kTimingInitialize =
     "initialize";  ///< the initializer without stereo odometry
 constexpr const char* kTimingViBa = kStageViBa;
 constexpr const char* kStatusSuccess = "success";
-// Of a benchmark's window, beside those of InitializationStatus:
+// Of a benchmark's window, beside those of RefusalStatus:
 constexpr const char* kStatusCrashed = "crashed";  ///< the process died, or an exception got out
 constexpr const char* kStatusTimeLimit = "time_limit";  ///< it was ended after its processor time
 
@@ -45,12 +45,14 @@ struct StageRecord {
 
 /** One attempt at initialising. */
 struct AttemptRecord {
-  TimeNs t = 0;                      ///< stamp of the last keyframe
-  std::string initializer;           ///< which one, where a run has several; else empty
-  std::vector<TimeNs> keyframes;     ///< stamps of the window's keyframes
-  std::string status;                ///< toString(InitializationStatus); "success": accepted
-  std::string reason;                ///< why not, in words; empty on success
-  double reason_value = 0.0;         ///< the number behind it
+  TimeNs t = 0;                   ///< stamp of the last keyframe
+  std::string initializer;        ///< which one, where a run has several; else empty
+  std::vector<TimeNs> keyframes;  ///< stamps of the window's keyframes
+  std::string status;             ///< toString(RefusalStatus), or "success": accepted
+  std::string reason;             ///< why not, in words; empty on success
+  /** The number behind the reason, and the bound that it does not keep; NaN where there is none.
+   */
+  double reason_value = WindowErrors::kNone, reason_bound = WindowErrors::kNone;
   std::vector<StageRecord> stages;   ///< those that were reached
   std::vector<StageTiming> timings;  ///< ms, steady clock
 

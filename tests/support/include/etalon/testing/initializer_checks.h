@@ -26,7 +26,7 @@ Initializer::Ptr loadInitializer(const std::string& library, const std::string& 
 struct Outcome {
   SyntheticWindow window;
   InitializationResult result;
-  WindowErrors errors;  ///< if result.ok()
+  WindowErrors errors;  ///< if there is a result
 };
 Outcome runOn(const SyntheticWindow& window, const SyntheticWindowOptions& options,
               const Initializer& initializer);
@@ -47,7 +47,7 @@ void expectWithin(const WindowErrors& errors, const WindowErrors& bounds);
 /** A success, and expectWithin(). */
 void expectWithin(const Outcome& outcome, const WindowErrors& bounds);
 /** A refusal of this status whose reason has these words in it. */
-void expectRefusal(const InitializationResult& result, InitializationStatus status,
+void expectRefusal(const InitializationResult& result, RefusalStatus status,
                    const std::string& words);
 
 /** Exact with unknown biases before VI-BA and after it, and accepted; `initializer` is to have its

@@ -24,10 +24,10 @@ struct VisualFrameEstimate {
 
 /**
  * The estimate in the gravity-aligned world: R_WV is the rotation of least angle that takes g_V to
- * -z; the first keyframe is at the origin. Status is kSuccess. Where the estimate has its errors,
+ * -z; the first keyframe is at the origin. Where the estimate has its errors,
  * the result has their covariance.
  */
-InitializationResult alignWithGravity(const InitializationProblem& problem,
-                                      const VisualFrameEstimate& estimate);
+Initialization alignWithGravity(const InitializationProblem& problem,
+                                const VisualFrameEstimate& estimate);
 
 }  // namespace etalon

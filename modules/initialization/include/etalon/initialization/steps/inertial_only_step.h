@@ -23,23 +23,21 @@ struct InertialOnlyStepOptions {
   void declare(ParameterSet& parameters);
 };
 
-/** The MAP's solution with the preintegrations at its biases, or the refusal. */
+/** The MAP's solution with the preintegrations at its biases. */
 struct InertialOnlyStep {
   InertialOnlyResult map;
   std::vector<Preintegration> preintegrations;
   std::optional<StateErrors> errors;  ///< none where stereo odometry has no covariance
-  bool ok = false;
-  InitializationResult refusal;  ///< if not ok
 };
 
 /**
- * Step 2 of the disjoint stereo initializers: the inertial-only MAP on the poses of stereo
+ * The inertial-only MAP of the disjoint stereo initializers on the poses of stereo
  * odometry; the raw IMU is re-integrated at the biases found and the MAP solved again until they
  * stand still (at most `reintegrations` times).
  * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
  * @param gyro_bias_covariance its own, for the errors, whatever information the MAP gives it
  */
-InertialOnlyStep solveInertialOnlyStep(
+Expected<InertialOnlyStep> solveInertialOnlyStep(
     const InitializationProblem& problem, const InertialOnlyStepOptions& options,
     const std::optional<GyroBiasMeasurement>& gyro_bias = {},
     const Eigen::Matrix3d& gyro_bias_covariance = Eigen::Matrix3d::Zero());

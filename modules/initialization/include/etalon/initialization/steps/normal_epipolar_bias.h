@@ -15,7 +15,7 @@ struct NormalEpipolarBiasOptions {
   bool both_cameras = true;    ///< else the left one only, as published
   bool noise_weighted = true;  ///< eigenvalue relative to the normals' covariance, else published
   int min_matches = 15;        ///< a pair with fewer is left out
-  int max_matches = 60;   ///< of a pair that are not neighbours; of more, so many are taken, evenly
+  int max_matches = 60;   ///< of keyframes that are not neighbours; more are thinned out evenly
   int rounds = 15;        ///< of reweighting by Tukey's function, at most
   int iterations = 3;     ///< Levenberg-Marquardt iterations of a round, at most
   double sigma_px = 1.0;  ///< standard deviation of a pixel coordinate
@@ -30,12 +30,12 @@ struct NormalEpipolarBias {
    * first and of the last round. */
   SolverSummary summary;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();  ///< b_g, rad/s
-  /** Of b_g: the noise of every pixel (sigma_px, times `noise` where that is above 1) and of the
-   * gyro, followed through all pairs in which it takes part. Too small without parallax (pure
-   * rotation) and where the normals are not weighted by their noise. (rad/s)^2 */
+  /** Of b_g, (rad/s)^2: the noise of every pixel (sigma_px, times `noise` where that is above 1)
+   * and of the gyro, propagated through all pairs in which it takes part. Too small without
+   * parallax (pure rotation) and where the normals are not weighted by their noise. */
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /** Median over the pairs of the robust standard deviation of a match's residual, in what sigma_px
-   * promises: 1 where the model holds. */
+  /** Median over the pairs of the robust standard deviation of a match's residual, in units of what
+   * sigma_px predicts: 1 where the model holds. */
   double noise = 0.0;
   double inlier_share = 0.0;   ///< of the matches: residual under 4 of those standard deviations
   bool rotation_only = false;  ///< at rest: rotationOnlyCost() was used

@@ -1,21 +1,17 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "etalon/core/parameters.h"
+#include "etalon/core/refusal.h"
 #include "etalon/initialization/initialization_problem.h"
-#include "etalon/initialization/initialization_result.h"
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
 
 namespace etalon {
 
 /** Parameters of the gyro bias from normal epipolar constraints as a step of an initializer. */
 struct NormalEpipolarStepOptions {
-  std::string pairs = "all";         ///< "all" or "consecutive" (published)
-  std::string cameras = "both";      ///< "both" or "left" (published)
-  std::string weighting = "noise";   ///< "noise" or "none" (published)
-  NormalEpipolarBiasOptions solver;  ///< what the above do not say
+  NormalEpipolarBiasOptions solver;  ///< its sigma_px is the problem's
   double max_noise = 3.0;
   double max_sigma_gyro_rps = 0.02;
   double max_gyro_bias_rps = 0.5;
@@ -23,22 +19,14 @@ struct NormalEpipolarStepOptions {
   void declare(ParameterSet& parameters);
 };
 
-/** The bias with what belongs to it, or the refusal. */
-struct NormalEpipolarStep {
-  bool ok = false;
-  NormalEpipolarBias bias;
-  InitializationResult refusal;  ///< if not ok
-};
-
 /**
  * b_g from the problem's tracks by normal epipolar constraints (estimateGyroBias()).
  * @param preintegrations between neighbouring keyframes
  * @param seed of b_g, rad/s
  */
-NormalEpipolarStep solveNormalEpipolarStep(const InitializationProblem& problem,
-                                           const std::vector<Preintegration>& preintegrations,
-                                           const Eigen::Vector3d& seed,
-                                           const NormalEpipolarStepOptions& options);
+Expected<NormalEpipolarBias> solveNormalEpipolarStep(
+    const InitializationProblem& problem, const std::vector<Preintegration>& preintegrations,
+    const Eigen::Vector3d& seed, const NormalEpipolarStepOptions& options);
 
 /**
  * The gyro bias that takes the integrated rotations nearest to those of `rotations`, R_WB one a

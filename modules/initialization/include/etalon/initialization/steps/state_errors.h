@@ -55,7 +55,7 @@ struct StateErrors {
   Eigen::MatrixXd map;
 
   /**
-   * InitializationResult::covariance, 11 x 11.
+   * Initialization::covariance, 11 x 11.
    * @param v_WB of the last keyframe, in W
    */
   Eigen::MatrixXd covariance(const Eigen::Matrix3d& R_WV, const Eigen::Vector3d& v_WB,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "etalon/core/parameters.h"
@@ -14,19 +13,16 @@ namespace etalon {
 
 /** Parameters of the decoupled translation step; defaults of Stereo-NEC and ETA. */
 struct TranslationStepOptions {
-  TranslationBaOptions ba;          ///< its landmarks_free is overwritten by `landmarks`
-  std::string landmarks = "fixed";  ///< "fixed" or "free"
+  TranslationBaOptions ba;
   int min_inliers = 15;
 
   void declare(ParameterSet& parameters);
 };
 
-/** Poses, velocities and gravity in V, or the refusal. */
+/** Poses, velocities and gravity in V. */
 struct TranslationStep {
-  bool ok = false;
   VisualFrameEstimate estimate;
   double translation_ms = 0.0, alignment_ms = 0.0;
-  InitializationResult refusal;  ///< if not ok
 };
 
 /** R_WB(0) as given, then R_WB(k) = R_WB(k-1) dR_k(b_g): the gyro with its bias removed. */
@@ -43,10 +39,10 @@ std::vector<Eigen::Matrix3d> integrateRotations(const Eigen::Matrix3d& R_WB0,
  * @param g_V_seed gravity's direction in V, where its refinement starts
  * @param bias_errors those of `bias`; with them the estimate has its own
  */
-TranslationStep solveTranslationStep(const InitializationProblem& problem,
-                                     const std::vector<Preintegration>& preintegrations,
-                                     const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
-                                     const TranslationStepOptions& options,
-                                     const std::optional<StateErrors>& bias_errors = {});
+Expected<TranslationStep> solveTranslationStep(const InitializationProblem& problem,
+                                               const std::vector<Preintegration>& preintegrations,
+                                               const ImuBias& bias, const Eigen::Vector3d& g_V_seed,
+                                               const TranslationStepOptions& options,
+                                               const std::optional<StateErrors>& bias_errors = {});
 
 }  // namespace etalon

@@ -5,7 +5,7 @@
 namespace etalon {
 
 /**
- * InitializationResult::covariance from that of the errors in V, the frame of the first body.
+ * Initialization::covariance from that of the errors in V, the frame of the first body.
  * @param P of [b_g, b_a, g_V, v of the last keyframe in V], estimate less truth
  * @param R_WV turns g_V to -z
  * @param v_WB velocity of the last keyframe in W, m/s

@@ -4,6 +4,8 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
+#include "etalon/map/map_options.h"
+#include "etalon/map/view_matcher.h"
 #include "etalon/odometry/fixed_lag/odometry.h"
 
 namespace etalon {
@@ -37,6 +39,10 @@ struct FixedLagOptions {
 class FixedLagOdometry : public Odometry {
  public:
   FixedLagOdometry(const StereoInertialCalibration& calibration, const FixedLagOptions& options);
+  /** With a map: old keyframes stay, and landmarks are found in them again by `views`, which must
+   * know the images of a frame before process() has it. */
+  FixedLagOdometry(const StereoInertialCalibration& calibration, const FixedLagOptions& options,
+                   const MapOptions& map, std::shared_ptr<ViewMatcher> views);
   ~FixedLagOdometry() override;
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) override;

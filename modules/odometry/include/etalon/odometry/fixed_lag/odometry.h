@@ -31,6 +31,7 @@ struct OdometryOutput {
   int observations = 0;      ///< landmarks that the front end saw
   int used = 0;              ///< of these, landmarks that the estimate rests on
   int gated = 0;             ///< of these, far from where the state predicted them, and left out
+  int found_again = 0;       ///< landmarks that were found in old keyframes
   double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
   bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
 };

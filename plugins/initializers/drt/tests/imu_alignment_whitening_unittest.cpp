@@ -3,12 +3,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "drt/imu_alignment.h"
-#include "etalon/initialization/steps/track_information.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
-#include "joint_closed_form/closed_form_motion.h"
-#include "noisy_window.h"
-#include "statistics.h"
+#include "etalon/testing/consistency.h"
+#include "etalon/testing/noisy_window.h"
+#include "imu_alignment.h"
 
 namespace etalon::testing {
 namespace {
@@ -17,7 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using plugins::ClosedFormMotion;
 using plugins::ImuAlignment;
 using plugins::LinearState;
 
@@ -103,81 +100,6 @@ TEST(DrtImuAlignment, CostsWhatItsFreedomSays) {
     chi2.add(2.0 * inertialCost(w, x, x.b_a), 6.0 * (keyframes - 1.0) - 3.0 * keyframes - 2.0);
   }
   expectConsistent(chi2);
-}
-
-/** Errors [rotation, alpha, beta] of the nodes but the first, composed less true. */
-VectorXd motionErrors(const NoisyWindow& w, const ClosedFormMotion& motion) {
-  constexpr Index kError = ClosedFormMotion::kError;
-  VectorXd e(kError * (static_cast<Index>(motion.nodes.size()) - 1));
-  for (size_t k = 1; k < motion.nodes.size(); ++k) {
-    const ClosedFormMotion::Node& node = motion.nodes[k];
-    e.segment<kError>(kError * (static_cast<Index>(k) - 1))
-        << logSO3(w.T_VB[k].R.transpose() * node.R_VB),
-        node.alpha - (w.T_VB[k].t - w.v_VB[0] * node.t - 0.5 * node.t * node.t * w.g_V),
-        node.beta - (w.v_VB[k] - w.v_VB[0] - node.t * w.g_V);
-  }
-  return e;
-}
-
-TEST(ClosedFormMotion, NodesErrJointlyAsTheirCovarianceSays) {
-  WhiteSample sample;
-  for (int run = 0; run < 400; ++run) {
-    SyntheticWindowOptions options = imuOnly(run);
-    options.keyframes = 4;
-    const NoisyWindow w(options);
-    const ClosedFormMotion motion = plugins::composeMotion(w.preintegrations);
-    const VectorXd e = motionErrors(w, motion);
-    sample.add(motion.covariance.llt().matrixL().solve(e));
-  }
-  expectWhite(sample);
-}
-
-TEST(ClosedFormMotion, BiasJacobianAgreesWithDifferences) {
-  const NoisyWindow w(imuOnly(1));
-  const ClosedFormMotion at = plugins::composeMotion(w.preintegrations);
-  constexpr double kStep = 1e-5;
-  for (int a = 0; a < 6; ++a) {
-    VectorXd side[2];
-    for (int s = 0; s < 2; ++s) {
-      ImuBias bias = w.bias;
-      (a < 3 ? bias.gyro : bias.accel)[a % 3] += s ? kStep : -kStep;
-      side[s] = motionErrors(w, plugins::composeMotion(w.preintegrate(bias)));
-    }
-    for (size_t k = 1; k < at.nodes.size(); ++k) {
-      const Index i = 9 * (static_cast<Index>(k) - 1);
-      const VectorXd numerical = (side[1] - side[0]).segment<9>(i) / (2.0 * kStep);
-      // The midpoint's derivative within a step is of second order in the step as well.
-      EXPECT_LT((numerical - at.nodes[k].bias.col(a)).norm(), 1e-3 * (1.0 + numerical.norm()));
-    }
-  }
-}
-
-TEST(TrackInformation, PosesErrAsTheInformationSays) {
-  ChiSquare errors;
-  for (int run = 0; run < 40; ++run) {
-    const double sigma_px = run % 2 == 0 ? 0.3 : 0.05;
-    SyntheticWindowOptions options = withTracks(run, sigma_px, 100);
-    options.motion = Motion::kGentle;
-    options.keyframes = 5;
-    const NoisyWindow w(options);
-    const VisualWindow window = w.visual(sigma_px);
-    TrackInformation tracks(window, 1e3);  // so wide that every weight is one
-    std::vector<SE3> T_VB = w.T_VB;
-    tracks.start(stereoPoints(window, 1e9), T_VB);
-    for (int pass = 0; pass < 6; ++pass) {  // Gauss-Newton, as the depths change
-      for (int i = 0; i < 3; ++i) tracks.triangulate(T_VB);
-      tracks.linearize(T_VB);
-      const VectorXd y = tracks.S().ldlt().solve(tracks.s());
-      for (size_t k = 1; k < T_VB.size(); ++k) {
-        const Index i = 6 * (static_cast<Index>(k) - 1);
-        T_VB[k].R = nearestRotation(T_VB[k].R * expSO3(y.segment<3>(i)));
-        T_VB[k].t += y.segment<3>(i + 3);
-      }
-    }
-    const VectorXd e = poseErrors(T_VB, w.T_VB);
-    errors.add(e.dot(tracks.S() * e), static_cast<double>(e.size()));
-  }
-  expectConsistent(errors);
 }
 
 }  // namespace

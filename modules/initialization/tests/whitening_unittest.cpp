@@ -11,14 +11,15 @@
 #include "etalon/initialization/steps/inertial_only_step.h"
 #include "etalon/initialization/steps/linear_alignment.h"
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
+#include "etalon/initialization/steps/track_information.h"
 #include "etalon/initialization/steps/translation_ba.h"
 #include "etalon/initialization/steps/translation_step.h"
 #include "etalon/odometry/visual_solution.h"
-#include "etalon/optimization/bundle/pose_only.h"
-#include "etalon/optimization/bundle/visual_inertial_ba.h"
-#include "etalon/optimization/residuals/preintegration_residual.h"
-#include "noisy_window.h"
-#include "statistics.h"
+#include "etalon/testing/consistency.h"
+#include "etalon/testing/noisy_window.h"
+
+// Every place that whitens by a covariance, against the noise itself: simulated noise, and statistics
+// of what comes out.
 
 namespace etalon::testing {
 namespace {
@@ -28,43 +29,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-VectorXd drawn(Index size, std::mt19937* random) {
-  std::normal_distribution<double> normal;
-  VectorXd x(size);
-  for (Index i = 0; i < size; ++i) x[i] = normal(*random);
-  return x;
-}
-
-TEST(Whitening, PreintegrationResidualAtTheTruthIsWhite) {
-  WhiteSample sample;
-  for (int run = 0; run < 60; ++run) {
-    const NoisyWindow w(imuOnly(run));
-    for (size_t k = 0; k < w.preintegrations.size(); ++k)
-      sample.add(sqrtInformation(w.preintegrations[k]) *
-                 preintegrationResidual(w.preintegrations[k], w.T_VB[k], w.v_VB[k], w.T_VB[k + 1],
-                                        w.v_VB[k + 1], w.bias, w.g_V));
-  }
-  expectWhite(sample);
-}
-
-TEST(Whitening, ReprojectionResidualAtTheTruthIsWhite) {
-  WhiteSample sample;
-  for (int run = 0; run < 4; ++run) {
-    const NoisyWindow w(withTracks(run, 0.7, 60));
-    const VisualWindow window = w.visual(0.7);
-    const std::vector<Vector3d> landmarks = w.landmarksOf(window);
-    for (const VisualMeasurement& m : window.measurements) {
-      Vector2d r;
-      ASSERT_TRUE(reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                       w.T_VB[static_cast<size_t>(m.keyframe)],
-                                       landmarks[static_cast<size_t>(m.landmark)], &r));
-      sample.add(r);
-    }
-  }
-  EXPECT_GT(sample.count, 1000);
-  expectWhite(sample);
-}
 
 /** Unknowns of a linear alignment: velocities, and gravity on its sphere. */
 double alignmentFreedom(size_t keyframes) {
@@ -116,7 +80,8 @@ VisualSolution visualSolution(const NoisyWindow& w, double sigma_px) {
   std::vector<Eigen::Matrix3d> R_prev_cur;
   for (const Preintegration& p : w.preintegrations) R_prev_cur.push_back(p.deltas().dR);
   return solveStereoOdometry(w.synthetic.calibration, w.synthetic.keyframes(), R_prev_cur,
-                             odometryOptions(sigma_px));
+                             odometryOptions(sigma_px))
+      .value();
 }
 
 /** The errors are what the joint covariance says, in its order and on its side; and the linear
@@ -173,43 +138,6 @@ TEST(Whitening, InertialOnlyMapIsConsistent) {
   expectConsistent(errors);
 }
 
-TEST(Whitening, VisualInertialBaIsConsistentInAllItsStates) {
-  std::mt19937 random(7);
-  ChiSquare errors;
-  for (int run = 0; run < 25; ++run) {
-    SyntheticWindowOptions options = withTracks(run, 0.7, 60);
-    options.keyframes = 5;
-    const NoisyWindow w(options);
-    VisualInertialProblem problem;
-    problem.bundle = BundleProblem(w.visual(0.7), testing::knownLandmarks(w.synthetic.landmarks));
-    for (const KeyframeState& s : w.synthetic.truth) problem.states.push_back({s.T_WB, s.v_WB});
-    problem.preintegrations = w.preintegrations;
-    problem.bias = w.bias;
-    // Biases known well enough for the tilt to be small: rotating the window by more than some
-    // mrad bends the errors of the later positions, which a covariance cannot say.
-    problem.priors.sigma_gyro_rps = problem.priors.sigma_accel_mps2 = 0.01;
-    problem.priors.mean = {w.bias.gyro + 0.01 * drawn(3, &random),
-                           w.bias.accel + 0.01 * drawn(3, &random)};
-    VisualInertialBaOptions ba;
-    ba.rounds = 1;
-    ba.iterations_per_round = 30;
-    ba.chi2_pixel = ba.chi2_inertial = 1e6;  // plain least squares
-    const VisualInertialBaResult result = solveVisualInertialBa(problem, ba);
-    const std::vector<VisualInertialState>& states = problem.states;
-    const Index n = static_cast<Index>(states.size());
-    ASSERT_EQ(result.covariance.rows(), 9 * n + 6);
-    VectorXd e(9 * n + 6);
-    for (size_t k = 0; k < states.size(); ++k)
-      e.segment<9>(9 * static_cast<Index>(k))
-          << logSO3(states[k].T_WB.R.transpose() * result.states[k].T_WB.R),
-          result.states[k].T_WB.t - states[k].T_WB.t, result.states[k].v_WB - states[k].v_WB;
-    e.tail<6>() << result.bias.gyro - w.bias.gyro, result.bias.accel - w.bias.accel;
-    // Position and yaw of the first keyframe are held at the truth.
-    errors.add(e.dot(result.covariance.ldlt().solve(e)), static_cast<double>(e.size() - 4));
-  }
-  expectConsistent(errors);
-}
-
 TEST(Whitening, TranslationBaCostsWhatItsFreedomSays) {
   for (const bool landmarks_free : {false, true}) {
     ChiSquare chi2;
@@ -229,42 +157,6 @@ TEST(Whitening, TranslationBaCostsWhatItsFreedomSays) {
     }
     expectConsistent(chi2);
   }
-}
-
-TEST(Whitening, PoseOnlyCostsWhatItsFreedomSaysAndWhatTheRawPixelsSay) {
-  ChiSquare whitened, raw;
-  for (int run = 0; run < 10; ++run) {
-    const NoisyWindow w(withTracks(run, 0.7, 60));
-    const VisualWindow window = w.visual(0.7);
-    const std::vector<Vector3d> landmarks = w.landmarksOf(window);
-    PoseOnlyOptions options;
-    options.chi2_threshold = 1e6;
-    for (int k = 0; k < window.keyframe_count; k += 3) {
-      std::vector<PointMeasurement> points;
-      for (const VisualMeasurement& m : window.measurements)
-        if (m.keyframe == k)
-          points.push_back({landmarks[static_cast<size_t>(m.landmark)], m.camera, m.measurement});
-      const PoseOnlyResult result =
-          solvePoseOnly(window.T_CB, points, w.T_VB[static_cast<size_t>(k)], options);
-      ASSERT_TRUE(result.summary.usable());
-      double sum = 0.0, pixels = 0.0;
-      for (const PointMeasurement& p : points) {
-        const auto c = static_cast<size_t>(p.camera);
-        Vector2d r;
-        ASSERT_TRUE(reprojectionResidual(window.T_CB[c], p.measurement, result.T_WB, p.p_W, &r));
-        sum += r.squaredNorm();
-        const CameraModel& model = w.synthetic.calibration.cameras[c].model;
-        const auto predicted = model.project(window.T_CB[c] * (result.T_WB.inverse() * p.p_W));
-        ASSERT_TRUE(predicted);
-        pixels += (*predicted - model.project(p.measurement.ray()).value()).squaredNorm() / 0.49;
-      }
-      const double freedom = 2.0 * static_cast<double>(points.size()) - 6.0;
-      whitened.add(sum, freedom);
-      raw.add(pixels, freedom);
-    }
-  }
-  expectConsistent(whitened);
-  EXPECT_NEAR(whitened.ratio(), raw.ratio(), 0.01);  // the whitening's first order
 }
 
 /** An observation takes part in many pairs, and the gyro's noise of an interval as well: the
@@ -309,12 +201,17 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
     window.calibration.imu.noise.gyro_random_walk *= 1e-3;
     window.calibration.imu.noise.accel_random_walk *= 1e-3;
     const InitializationProblem problem = makeProblem(window, options);
-    const InertialOnlyStep step = solveInertialOnlyStep(problem, {});
-    ASSERT_TRUE(step.ok && step.errors) << step.refusal.reason;
-    VisualFrameEstimate estimate{
-        problem.visualSolution().T_VB, step.map.v_VB, step.map.g_V, {}, step.map.bias, step.errors};
+    const Expected<InertialOnlyStep> found = solveInertialOnlyStep(problem, {});
+    ASSERT_TRUE(found && found->errors);
+    const InertialOnlyStep& step = *found;
+    VisualFrameEstimate estimate{problem.visualSolution()->T_VB,
+                                 step.map.v_VB,
+                                 step.map.g_V,
+                                 {},
+                                 step.map.bias,
+                                 step.errors};
     const auto add = [&](const VisualFrameEstimate& x, ChiSquare* whole) {
-      const InitializationResult result = alignWithGravity(problem, x);
+      const Initialization result = alignWithGravity(problem, x);
       const VectorXd e = estimationError(result, window);
       ASSERT_EQ(result.covariance.rows(), e.size());
       whole->add(e.dot(result.covariance.ldlt().solve(e)), static_cast<double>(e.size()));
@@ -324,11 +221,11 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
     add(estimate, &map);
     for (const bool free : {false, true}) {
       TranslationStepOptions translation;
-      translation.landmarks = free ? "free" : "fixed";
-      const TranslationStep moved = solveTranslationStep(
+      translation.ba.landmarks_free = free;
+      const Expected<TranslationStep> moved = solveTranslationStep(
           problem, step.preintegrations, step.map.bias, step.map.g_V, translation, step.errors);
-      ASSERT_TRUE(moved.ok && moved.estimate.errors);
-      add(moved.estimate, &translations[free]);
+      ASSERT_TRUE(moved && moved->estimate.errors);
+      add(moved->estimate, &translations[free]);
     }
   }
   expectConsistent(map);
@@ -338,6 +235,34 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
   gyro_bias.sum /= 3.0;
   gyro_bias.dof /= 3.0;
   expectConsistent(gyro_bias);
+}
+
+TEST(TrackInformation, PosesErrAsTheInformationSays) {
+  ChiSquare errors;
+  for (int run = 0; run < 40; ++run) {
+    const double sigma_px = run % 2 == 0 ? 0.3 : 0.05;
+    SyntheticWindowOptions options = withTracks(run, sigma_px, 100);
+    options.motion = Motion::kGentle;
+    options.keyframes = 5;
+    const NoisyWindow w(options);
+    const VisualWindow window = w.visual(sigma_px);
+    TrackInformation tracks(window, 1e3);  // so wide that every weight is one
+    std::vector<SE3> T_VB = w.T_VB;
+    tracks.start(stereoPoints(window, 1e9), T_VB);
+    for (int pass = 0; pass < 6; ++pass) {  // Gauss-Newton, as the depths change
+      for (int i = 0; i < 3; ++i) tracks.triangulate(T_VB);
+      tracks.linearize(T_VB);
+      const VectorXd y = tracks.S().ldlt().solve(tracks.s());
+      for (size_t k = 1; k < T_VB.size(); ++k) {
+        const Index i = 6 * (static_cast<Index>(k) - 1);
+        T_VB[k].R = nearestRotation(T_VB[k].R * expSO3(y.segment<3>(i)));
+        T_VB[k].t += y.segment<3>(i + 3);
+      }
+    }
+    const VectorXd e = poseErrors(T_VB, w.T_VB);
+    errors.add(e.dot(tracks.S() * e), static_cast<double>(e.size()));
+  }
+  expectConsistent(errors);
 }
 
 }  // namespace

@@ -4,8 +4,17 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <random>
 
 namespace etalon::testing {
+
+/** Independent standard normal numbers. */
+inline Eigen::VectorXd drawn(Eigen::Index size, std::mt19937* random) {
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd x(size);
+  for (Eigen::Index i = 0; i < size; ++i) x[i] = normal(*random);
+  return x;
+}
 
 /** A number that is chi-square distributed if the covariances are right, over many runs. */
 struct ChiSquare {

@@ -1,12 +1,10 @@
 #pragma once
 
-// The patch that a track started from, and its alignment with later images. Private to the module.
+// The patch that a track started from, and its alignment with later images.
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 #include <vector>
-
-#include "etalon/frontend/stereo_tracker.h"
 
 namespace etalon {
 

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <utility>
+
+#include "etalon/frontend/anchor_patch.h"
+#include "etalon/map/view_matcher.h"
+
+namespace etalon {
+
+/**
+ * Old views as images. A landmark's patch is taken from the current left image and aligned (affine,
+ * any gain) with the images of the view, from coarse to fine where the prediction is not good
+ * enough to begin at the full resolution.
+ */
+class ImageViews : public ViewMatcher {
+ public:
+  /** The images of the current frame, CV_8UC1; they are copied only if the frame is kept. */
+  void show(const cv::Mat& left, const cv::Mat& right);
+
+  void keep(TimeNs view) override;
+  void dropAllBut(const std::vector<TimeNs>& views) override;
+  std::vector<ViewMatch> find(TimeNs view, const std::vector<ViewQuery>& queries) override;
+
+ private:
+  static constexpr int kLevels = 3;  ///< each of half the resolution of the one before
+  struct View {
+    std::array<cv::Mat, kLevels> left;
+    cv::Mat right;
+  };
+  ViewMatch find(const View& view, const ViewQuery& query);
+  const AnchorPatch& patchOf(const ViewQuery& query, size_t level);
+
+  View current_;
+  std::map<std::pair<LandmarkId, size_t>, AnchorPatch> patches_;  ///< of current_, by level
+  std::map<TimeNs, View> views_;
+};
+
+}  // namespace etalon

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/se3.h"
+#include "etalon/map/map_options.h"
+#include "etalon/map/view_matcher.h"
+#include "etalon/optimization/residuals/reprojection_residual.h"
+
+namespace etalon {
+
+/** A landmark that the current frame sees; N is the body there. */
+struct SeenLandmark {
+  LandmarkId id = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();       ///< raw, in the left image
+  Eigen::Vector3d p_N = Eigen::Vector3d::Zero();         ///< m
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of p_N, given the poses, m^2
+};
+
+/** An old view V against the current frame N. */
+struct OldView {
+  SE3 T_NV;  ///< body to body
+  /** Of T_NV, [rotation by right perturbation, position in N]. */
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+/** Whether the view's left camera should see the landmark, from a direction (35 degrees) and a
+ * distance (a factor of two) that are not very different. */
+bool isInView(const StereoInertialCalibration& calibration, const SE3& T_NV,
+              const SeenLandmark& landmark);
+
+/**
+ * Where the view should show the landmark, and how far from there it may be (3 standard deviations
+ * and 2 px); nothing where that is not isInView().
+ * @param sigma_px of a pixel
+ */
+std::optional<ViewQuery> predictInView(const StereoInertialCalibration& calibration,
+                                       const OldView& view, const SeenLandmark& landmark,
+                                       double sigma_px);
+
+/** A landmark that was found in a view, as measurements of its cameras. */
+struct FoundLandmark {
+  size_t landmark = 0;  ///< index of the SeenLandmark
+  bool has_right = false;
+  std::array<ReprojectionMeasurement, 2> measurements;
+};
+
+/**
+ * Of what was found in a view, that which agrees: with the prediction, whose covariance is the
+ * view's and the landmark's, and with the others about where the view is. Empty if fewer than
+ * options.min_landmarks or less than half of it agrees, or if they put the view where its
+ * covariance does not have it.
+ */
+std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration,
+                                    const OldView& view, const std::vector<SeenLandmark>& landmarks,
+                                    const std::vector<FoundLandmark>& found, double pixel_variance,
+                                    const MapOptions& options);
+
+}  // namespace etalon

@@ -1,0 +1,89 @@
+#include "etalon/map/image_views.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+namespace etalon {
+namespace {
+
+constexpr int kPatchSide = 17;  // px, at every level
+constexpr int kIterations = 15;
+constexpr double kEpsilonPx = 0.01;
+constexpr double kReachPx = 3.0;  // of an alignment, at its level
+constexpr double kMinCorrelation = 0.85;
+constexpr double kMaxScaleError = 1.6;  // of the area against the prediction's
+
+}  // namespace
+
+void ImageViews::show(const cv::Mat& left, const cv::Mat& right) {
+  current_.left[0] = left;
+  for (size_t level = 1; level < kLevels; ++level) current_.left[level] = cv::Mat();
+  current_.right = right;
+  patches_.clear();
+}
+
+const AnchorPatch& ImageViews::patchOf(const ViewQuery& query, size_t level) {
+  const auto [entry, is_new] = patches_.try_emplace({query.id, level});
+  if (is_new)
+    entry->second = AnchorPatch(current_.left[level], query.pixel / (1 << level), kPatchSide);
+  return entry->second;
+}
+
+void ImageViews::keep(TimeNs view) {
+  View kept;
+  kept.left[0] = current_.left[0].clone();
+  for (size_t level = 1; level < kLevels; ++level)
+    cv::pyrDown(kept.left[level - 1], kept.left[level]);
+  kept.right = current_.right.clone();
+  views_[view] = std::move(kept);
+}
+
+void ImageViews::dropAllBut(const std::vector<TimeNs>& views) {
+  for (auto it = views_.begin(); it != views_.end();)
+    it = std::binary_search(views.begin(), views.end(), it->first) ? std::next(it)
+                                                                   : views_.erase(it);
+}
+
+std::vector<ViewMatch> ImageViews::find(TimeNs view, const std::vector<ViewQuery>& queries) {
+  std::vector<ViewMatch> matches(queries.size());
+  const auto known = views_.find(view);
+  if (known == views_.end()) return matches;
+  for (size_t level = 1; level < kLevels; ++level)
+    if (current_.left[level].empty()) cv::pyrDown(current_.left[level - 1], current_.left[level]);
+  for (size_t i = 0; i < queries.size(); ++i) matches[i] = find(known->second, queries[i]);
+  return matches;
+}
+
+ViewMatch ImageViews::find(const View& view, const ViewQuery& query) {
+  ViewMatch match;
+  PatchPose pose{query.left, query.A};
+  int level = 0;
+  while (level + 1 < kLevels && query.reach_px > kReachPx * (1 << level)) ++level;
+  double correlation = -1.0;
+  for (; level >= 0; --level) {
+    const AnchorPatch& patch = patchOf(query, static_cast<size_t>(level));
+    if (!patch.valid()) return match;
+    const double scale = 1.0 / (1 << level);
+    PatchPose at{scale * pose.centre, pose.A};
+    correlation = patch.align(view.left[static_cast<size_t>(level)], &at, kIterations, kEpsilonPx);
+    if (correlation < 0.0) return match;
+    pose = {at.centre / scale, at.A};
+  }
+  const double scale_error = pose.A.determinant() / query.A.determinant();
+  if (correlation < kMinCorrelation || (pose.centre - query.left).norm() > query.reach_px ||
+      !(scale_error < kMaxScaleError && scale_error > 1.0 / kMaxScaleError))
+    return match;
+  match.found = true;
+  match.left = pose.centre;
+  if (!query.has_right) return match;
+  const Eigen::Vector2d guess = query.right + (pose.centre - query.left);
+  PatchPose right{guess, pose.A};
+  match.has_right =
+      patchOf(query, 0).align(view.right, &right, kIterations, kEpsilonPx) >= kMinCorrelation &&
+      (right.centre - guess).norm() <= kReachPx;
+  match.right = right.centre;
+  return match;
+}
+
+}  // namespace etalon

@@ -1,0 +1,162 @@
+#include "etalon/map/view_geometry.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "etalon/core/degrees.h"
+#include "etalon/core/so3.h"
+
+namespace etalon {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kBorderPx = 12.0;
+constexpr double kMaxAngle = 35.0 / kDegreesPerRadian;
+constexpr double kMaxScale = 2.0;
+
+/** Offsets in the current image to those in the view, of a plane that faces the current camera. */
+std::optional<Eigen::Matrix2d> warp(const CameraModel& camera, const SE3& T_VcNc,
+                                    const Eigen::Vector2d& pixel, const Eigen::Vector3d& p_Nc) {
+  constexpr double kStepPx = 4.0;
+  Eigen::Matrix2d A;
+  for (int i = 0; i < 2; ++i) {
+    std::array<Eigen::Vector2d, 2> ends;
+    for (int side = 0; side < 2; ++side) {
+      const Eigen::Vector2d offset = (side ? kStepPx : -kStepPx) * Eigen::Vector2d::Unit(i);
+      const auto ray = camera.unproject(pixel + offset);
+      if (!ray) return std::nullopt;
+      const auto projected =
+          camera.project(T_VcNc * (*ray * (p_Nc.squaredNorm() / p_Nc.dot(*ray))));
+      if (!projected) return std::nullopt;
+      ends[static_cast<size_t>(side)] = *projected;
+    }
+    A.col(i) = (ends[1] - ends[0]) / (2.0 * kStepPx);
+  }
+  return A;
+}
+
+/** A found pixel against the landmark, with the covariance that the landmark gives it. */
+struct Residual {
+  Eigen::Vector2d r;              ///< whitened
+  Eigen::Matrix<double, 2, 6> J;  ///< by T_NV
+  Eigen::Matrix2d S;              ///< of r from pixel and landmark
+};
+
+std::optional<Residual> residualOf(const StereoInertialCalibration& calibration, size_t camera,
+                                   const SE3& T_NV, const SeenLandmark& landmark,
+                                   const ReprojectionMeasurement& measurement,
+                                   double pixel_variance) {
+  Residual out;
+  Eigen::Matrix<double, 2, 3> J_landmark;
+  if (!reprojectionResidual(calibration.cameras[camera].T_BC.inverse(), measurement, T_NV,
+                            landmark.p_N, &out.r, &out.J, &J_landmark))
+    return std::nullopt;
+  out.S = J_landmark * landmark.covariance * J_landmark.transpose();
+  out.S.diagonal().array() += pixel_variance;
+  return out;
+}
+
+SE3 moved(const SE3& T, const Vector6d& d) {
+  return {T.R * expSO3(d.head<3>()), T.t + d.tail<3>()};
+}
+
+}  // namespace
+
+bool isInView(const StereoInertialCalibration& calibration, const SE3& T_NV,
+              const SeenLandmark& landmark) {
+  const CameraCalibration& left = calibration.cameras[0];
+  const SE3 T_VcN = (T_NV * left.T_BC).inverse();
+  const Eigen::Vector3d ray = T_VcN.R * (landmark.p_N - left.T_BC.t);
+  const Eigen::Vector3d p_Vc = T_VcN * landmark.p_N;
+  const double here = ray.squaredNorm(), there = p_Vc.squaredNorm();
+  if (!(here < kMaxScale * kMaxScale * there && there < kMaxScale * kMaxScale * here)) return false;
+  if (!(ray.dot(p_Vc) > std::cos(kMaxAngle) * std::sqrt(here * there))) return false;
+  const auto pixel = left.model.project(p_Vc);
+  return pixel && left.model.inImage(*pixel, kBorderPx);
+}
+
+std::optional<ViewQuery> predictInView(const StereoInertialCalibration& calibration,
+                                       const OldView& view, const SeenLandmark& landmark,
+                                       double sigma_px) {
+  if (!isInView(calibration, view.T_NV, landmark)) return std::nullopt;
+  const CameraCalibration& left = calibration.cameras[0];
+  const SE3 T_VN = view.T_NV.inverse();
+  const SE3 T_VcNc = left.T_BC.inverse() * T_VN * left.T_BC;
+  const Eigen::Vector3d p_Nc = left.T_BC.inverse() * landmark.p_N;
+  const Eigen::Vector2d pixel = *left.model.project(T_VcNc * p_Nc);
+  const auto A = warp(left.model, T_VcNc, landmark.pixel, p_Nc);
+  if (!A || !(A->determinant() > 0.1)) return std::nullopt;
+  const auto measurement = makeMeasurement(left.model, pixel, sigma_px);
+  if (!measurement) return std::nullopt;
+  const auto residual = residualOf(calibration, 0, view.T_NV, landmark, *measurement, 1.0);
+  if (!residual) return std::nullopt;
+  const Eigen::Matrix2d S = residual->S + residual->J * view.covariance * residual->J.transpose();
+  ViewQuery query;
+  query.id = landmark.id;
+  query.pixel = landmark.pixel;
+  query.left = pixel;
+  query.A = *A;
+  query.reach_px = 2.0 + 3.0 * sigma_px * std::sqrt(S.trace());
+  const CameraCalibration& right = calibration.cameras[1];
+  const auto right_pixel = right.model.project(right.T_BC.inverse() * (T_VN * landmark.p_N));
+  query.has_right = right_pixel && right.model.inImage(*right_pixel, kBorderPx);
+  if (query.has_right) query.right = *right_pixel;
+  return query;
+}
+
+std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration,
+                                    const OldView& view, const std::vector<SeenLandmark>& landmarks,
+                                    const std::vector<FoundLandmark>& found, double pixel_variance,
+                                    const MapOptions& options) {
+  std::vector<FoundLandmark> gated;
+  for (const FoundLandmark& f : found) {
+    bool agrees = true;
+    for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+      const auto at = residualOf(calibration, camera, view.T_NV, landmarks[f.landmark],
+                                 f.measurements[camera], pixel_variance);
+      agrees = agrees && at &&
+               at->r.dot((at->S + at->J * view.covariance * at->J.transpose()).inverse() * at->r) <
+                   options.chi2_gate;
+    }
+    if (agrees) gated.push_back(f);
+  }
+  // Where the others have the view: Gauss-Newton with the Cauchy loss from the prediction.
+  const Matrix6d information = view.covariance.llt().solve(Matrix6d::Identity());
+  Vector6d d = Vector6d::Zero();
+  constexpr int kIterations = 8;
+  for (int i = 0; i < kIterations; ++i) {
+    Matrix6d H = information;
+    Vector6d g = information * d;
+    for (const FoundLandmark& f : gated)
+      for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+        const auto at = residualOf(calibration, camera, moved(view.T_NV, d), landmarks[f.landmark],
+                                   f.measurements[camera], pixel_variance);
+        if (!at) continue;
+        const Eigen::Matrix2d S_inverse = at->S.inverse();
+        const double weight = 1.0 / (1.0 + at->r.dot(S_inverse * at->r) / 4.0);
+        H += weight * at->J.transpose() * S_inverse * at->J;
+        g += weight * at->J.transpose() * S_inverse * at->r;
+      }
+    d -= H.llt().solve(g);
+  }
+  std::vector<FoundLandmark> inliers;
+  for (const FoundLandmark& f : gated) {
+    bool agrees = true;
+    for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+      const auto at = residualOf(calibration, camera, moved(view.T_NV, d), landmarks[f.landmark],
+                                 f.measurements[camera], pixel_variance);
+      agrees = agrees && at && at->r.dot(at->S.inverse() * at->r) < options.chi2_gate;
+    }
+    if (agrees) inliers.push_back(f);
+  }
+  constexpr double kChi2Pose = 22.46;  // 6 degrees of freedom, 99.9 %
+  if (inliers.size() < static_cast<size_t>(options.min_landmarks) ||
+      2 * inliers.size() < found.size() || d.dot(information * d) > kChi2Pose)
+    inliers.clear();
+  return inliers;
+}
+
+}  // namespace etalon

@@ -1,0 +1,155 @@
+#include "recall.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace etalon::fixed_lag {
+namespace {
+
+/** Of p_N, from the parameters in the host. */
+Eigen::Matrix3d covarianceInNewest(const Landmark& landmark, const Eigen::Matrix3d& R_NH) {
+  const Eigen::Vector3d& x = landmark.in_host.parameters;
+  Eigen::Matrix3d J;
+  J.leftCols<2>() = landmark.in_host.axes.leftCols<2>() / x.z();
+  J.col(2) = -landmark.in_host.axes * Eigen::Vector3d(x.x(), x.y(), 1.0) / (x.z() * x.z());
+  J = (R_NH * J).eval();
+  return J * landmark.covariance * J.transpose();
+}
+
+void addObservation(const LandmarkObservation& observation, Landmark* landmark) {
+  auto& all = landmark->observations;
+  const auto after = std::find_if(all.begin(), all.end(), [&](const LandmarkObservation& o) {
+    return o.serial > observation.serial;
+  });
+  all.insert(after, observation);
+}
+
+}  // namespace
+
+struct Recall::Candidate {
+  size_t state = 0;
+  OldView view;
+  std::vector<size_t> seen;  ///< indices
+  std::vector<ViewQuery> queries;
+};
+
+std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
+                                                const Window& window) const {
+  constexpr size_t kMinObservations = 3;
+  const WindowState& newest = window.states.back();
+  std::vector<SeenLandmark> seen;
+  for (const Observation& o : frame.observations) {
+    const auto known = window.landmarks.find(o.id);
+    if (known == window.landmarks.end()) continue;
+    const Landmark& landmark = known->second;
+    if (!landmark.seenIn(newest.serial) || landmark.observations.size() < kMinObservations ||
+        !(landmark.in_host.parameters.z() > 1e-3))
+      continue;
+    const SE3 T_NH =
+        relativePose(newest.now.T_WB, window.states[static_cast<size_t>(landmark.host)].now.T_WB);
+    seen.push_back(
+        {o.id, o.left, T_NH * landmark.in_host.position(), covarianceInNewest(landmark, T_NH.R)});
+  }
+  return seen;
+}
+
+int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const WindowSolver& solver,
+                   Window* window) const {
+  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
+  const WindowState& newest = window->states.back();
+  const double sigma_px = sigma_px_ * options_.sigma_factor * std::sqrt(window->pixel_variance);
+  std::vector<Candidate> candidates;
+  for (size_t i = 0; i < window->firstFull(); ++i) {
+    const WindowState& state = window->states[i];
+    if (!state.retained) continue;
+    Candidate candidate;
+    candidate.state = i;
+    candidate.view.T_NV = relativePose(newest.now.T_WB, state.now.T_WB);
+    for (size_t l = 0; l < seen.size(); ++l) {
+      const Landmark& landmark = window->landmarks.at(seen[l].id);
+      const auto& sought = landmark.sought;
+      if (std::find(sought.begin(), sought.end(), state.serial) != sought.end()) continue;
+      const auto& all = landmark.observations;
+      if (std::any_of(all.begin(), all.end(),
+                      [&state](const LandmarkObservation& o) { return o.serial == state.serial; }))
+        continue;
+      if (isInView(*calibration_, candidate.view.T_NV, seen[l])) candidate.seen.push_back(l);
+    }
+    if (candidate.seen.size() >= static_cast<size_t>(options_.min_landmarks))
+      candidates.push_back(std::move(candidate));
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.seen.size() > b.seen.size(); });
+  if (candidates.size() > static_cast<size_t>(options_.views))
+    candidates.resize(static_cast<size_t>(options_.views));
+  if (candidates.empty()) return 0;
+
+  std::vector<Eigen::Index> unknowns;
+  for (Eigen::Index c = 0; c < 6; ++c) unknowns.push_back(newest.column + c);
+  for (const Candidate& candidate : candidates)
+    for (Eigen::Index c = 0; c < 6; ++c)
+      unknowns.push_back(window->states[candidate.state].column + c);
+  const Eigen::MatrixXd joint = solver.covariance(unknowns);
+  if (joint.size() == 0) return 0;
+  int found = 0;
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    Candidate& candidate = candidates[k];
+    const WindowState& state = window->states[candidate.state];
+    const RelativeJacobians J = relativeJacobians(newest.now.T_WB, state.now.T_WB);
+    Eigen::Matrix<double, 6, 12> both;
+    both << J.by_host, J.by_target;
+    Eigen::Matrix<double, 12, 12> P;
+    const Eigen::Index at = 6 + 6 * static_cast<Eigen::Index>(k);
+    P << joint.topLeftCorner<6, 6>(), joint.block<6, 6>(0, at), joint.block<6, 6>(at, 0),
+        joint.block<6, 6>(at, at);
+    candidate.view.covariance = both * P * both.transpose();
+    candidate.view.covariance.diagonal().array() += 1e-10;
+    // Of too many, every so-manieth: neighbouring ids began at the same time, all over the image.
+    const size_t most = std::min(candidate.seen.size(), static_cast<size_t>(options_.landmarks));
+    std::vector<size_t> asked;
+    for (size_t i = 0; i < most; ++i) {
+      const size_t l = candidate.seen[i * candidate.seen.size() / most];
+      const auto query = predictInView(*calibration_, candidate.view, seen[l], sigma_px);
+      if (!query) continue;
+      asked.push_back(l);
+      candidate.queries.push_back(*query);
+    }
+    candidate.seen = std::move(asked);
+    found += search(candidate, seen, matcher, window);
+  }
+  return found;
+}
+
+int Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
+                   ViewMatcher* matcher, Window* window) const {
+  const WindowState& state = window->states[candidate.state];
+  const std::vector<ViewMatch> matches = matcher->find(state.t, candidate.queries);
+  std::vector<FoundLandmark> found;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!matches[i].found) continue;
+    FoundLandmark f;
+    f.landmark = candidate.seen[i];
+    const double sigma_px = sigma_px_ * options_.sigma_factor;
+    const auto left = makeMeasurement(calibration_->cameras[0].model, matches[i].left, sigma_px);
+    if (!left) continue;
+    f.measurements[0] = *left;
+    const auto right = makeMeasurement(calibration_->cameras[1].model, matches[i].right, sigma_px);
+    f.has_right = matches[i].has_right && right;
+    if (f.has_right) f.measurements[1] = *right;
+    found.push_back(f);
+  }
+  const std::vector<FoundLandmark> believed =
+      agreeing(*calibration_, candidate.view, seen, found, window->pixel_variance, options_);
+  for (const FoundLandmark& f : believed) {
+    Landmark& landmark = window->landmarks.at(seen[f.landmark].id);
+    addObservation({state.serial, static_cast<int>(candidate.state), f.has_right, f.measurements},
+                   &landmark);
+  }
+  // Where the view was found, those that were not are not sought there again.
+  if (!believed.empty())
+    for (const size_t l : candidate.seen)
+      window->landmarks.at(seen[l].id).sought.push_back(state.serial);
+  return static_cast<int>(believed.size());
+}
+
+}  // namespace etalon::fixed_lag

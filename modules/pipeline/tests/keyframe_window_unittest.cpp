@@ -1,0 +1,69 @@
+#include "etalon/pipeline/keyframe_window.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::SyntheticWindow;
+
+constexpr TimeNs kFrameStep = 50'000'000;  // 20 Hz
+
+TrackedFrame frameAt(TimeNs t) {
+  TrackedFrame frame;
+  frame.t = t;
+  return frame;
+}
+
+TEST(KeyframeWindow, KeepsTheLastKeyframesAndTheFramesBetweenThem) {
+  KeyframeWindow window(3, 4.0);
+  window.add(frameAt(-kFrameStep), false);  // before the first keyframe: nobody asks for it
+  std::vector<TimeNs> keyframes;
+  for (int i = 0; i < 23; ++i) {
+    const TimeNs t = i * kFrameStep;
+    const bool keyframe = window.isKeyframe(t);
+    if (keyframe) keyframes.push_back(t);
+    window.add(frameAt(t), keyframe);
+    EXPECT_EQ(window.complete(), keyframes.size() >= 3);
+  }
+  // 4 Hz of 20 Hz: every fifth frame, 0.0 s to 1.0 s.
+  ASSERT_EQ(keyframes.size(), 5U);
+  EXPECT_THAT(window.stamps(), ElementsAre(10 * kFrameStep, 15 * kFrameStep, 20 * kFrameStep));
+}
+
+TEST(KeyframeWindow, ClearForgetsTheFramesAndRestartTheRateAsWell) {
+  KeyframeWindow window(2, 4.0);
+  ASSERT_TRUE(window.isKeyframe(0));
+  window.add(frameAt(0), true);
+  window.clear();
+  EXPECT_FALSE(window.complete());
+  EXPECT_TRUE(window.stamps().empty());
+  EXPECT_FALSE(window.isKeyframe(kFrameStep));  // the next one is due at 0.25 s
+  window.restart();
+  EXPECT_TRUE(window.isKeyframe(2 * kFrameStep));
+}
+
+TEST(KeyframeWindow, TheProblemHoldsItsFramesAndTheSamplesFromItsFirstToItsLastKeyframe) {
+  const SyntheticWindow synthetic = testing::makeSyntheticWindow({});
+  KeyframeWindow window(4, 4.0);
+  for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
+  ASSERT_TRUE(window.complete());
+  const InitializationProblem problem =
+      window.problem(synthetic.calibration, {}, {}, synthetic.imu);
+  EXPECT_EQ(problem.keyframeCount(), 4);
+  EXPECT_EQ(problem.frames().size(), 3U * 5U + 1U);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(problem.keyframe(k).t, synthetic.truth[static_cast<size_t>(6 + k)].t);
+    EXPECT_EQ(problem.keyframe(k).t, window.stamps()[static_cast<size_t>(k)]);
+  }
+  const std::vector<ImuSample>& samples = problem.imu().samples();
+  EXPECT_EQ(samples.front().t, window.stamps().front());
+  EXPECT_EQ(samples.back().t, window.stamps().back());
+}
+
+}  // namespace
+}  // namespace etalon

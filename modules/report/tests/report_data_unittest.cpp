@@ -1,0 +1,120 @@
+#include "report_data.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "etalon/core/so3.h"
+#include "etalon/evaluation/window_metrics.h"
+#include "etalon/testing/example_benchmark.h"
+
+namespace etalon {
+namespace {
+
+using nlohmann::json;
+
+TEST(ScriptText, CannotEndTheElementItStandsIn) {
+  EXPECT_EQ(scriptText(json("</script><!--")), "\"\\u003c/script>\\u003c!--\"");
+  EXPECT_EQ(json::parse(scriptText(json("a < b"))), "a < b");
+  EXPECT_EQ(scriptText(json("\xFF")), "\"\xEF\xBF\xBD\"");  // no valid UTF-8
+}
+
+TEST(PageText, KeepsLinesAndShowsWhatActsUnseen) {
+  EXPECT_EQ(pageText("two\nlines\tand \xC3\xA9"), "two\nlines\tand \xC3\xA9");
+  EXPECT_EQ(pageText("\x1b[31mred\x7f"), "\\x1b[31mred\\x7f");
+  EXPECT_EQ(pageText("\xE2\x80\xAEright to left"), "\\u202eright to left");
+  EXPECT_EQ(pageText("broken \xC3"), "broken \xEF\xBF\xBD");
+}
+
+TEST(ReportData, TextsStandOnceAndResultsReferToThem) {
+  const json data = reportData(testing::exampleBenchmark());
+  EXPECT_EQ(data.at("sequence_names"), json({"V1", "none"}));
+  EXPECT_EQ(data.at("initializer_names"), json({"good", "bad"}));
+  EXPECT_EQ(data.at("shapes"), json::parse("[[10, 4.0]]"));
+  const json& statuses = data.at("statuses");
+  EXPECT_EQ(std::set<json>(statuses.begin(), statuses.end()).size(), statuses.size());
+  for (const json& result : data.at("results")) {
+    EXPECT_LT(result[5].get<size_t>(), statuses.size());
+    EXPECT_LT(result[6].get<size_t>(), data.at("reasons").size());
+    EXPECT_LT(result[7].get<size_t>(), data.at("frames").size());
+  }
+}
+
+TEST(ReportData, LimitsAreThoseOfSuccess) {
+  int limits = 0;
+  const json data = reportData(testing::exampleBenchmark());
+  for (const json& metric : data.at("metrics")) {
+    if (metric.at("limit").is_null()) continue;
+    ++limits;
+    EXPECT_EQ(metric.at("limit"),
+              metric.at("key") == "gravity_deg" ? kSuccessGravityDeg : kSuccessVelocityMps);
+  }
+  EXPECT_EQ(limits, 2);
+}
+
+TEST(ReportData, SuccessIsJudgedPerStageAndNotWithoutGroundTruth) {
+  const json data = reportData(testing::exampleBenchmark());
+  const auto judged = [&](size_t i) { return data.at("results").at(i).at(8); };
+  EXPECT_EQ(judged(0), json({1, 1}));               // good, window 0: 1 deg
+  EXPECT_EQ(judged(3), json({0, 0}));               // bad, window 1: 6 deg, 3 deg after VI-BA
+  EXPECT_EQ(judged(4), json({0, 1}));               // good, window 2: 3 deg, 1.5 deg after
+  EXPECT_EQ(judged(5), json({0, 0}));               // bad refused
+  EXPECT_EQ(judged(10), json({nullptr, nullptr}));  // no ground truth
+}
+
+/** A trajectory along a curve, and the same as ground truth seen from another world. */
+struct Flight {
+  explicit Flight(int poses) {
+    const SE3 T_GW(expSO3({0, 0, 1.0}), {5, -3, 2});
+    for (int i = 0; i < poses; ++i) {
+      const double s = 0.05 * i;
+      const TimeNs t = 1'000'000'000LL + 50'000'000LL * i;
+      const SE3 T_WB(expSO3({0.1 * std::sin(s), 0.0, 0.3 * s}),
+                     {std::cos(0.2 * s), std::sin(0.2 * s), 0.1 * s});
+      odometry.push_back({t, T_WB});
+      GroundTruthState state;
+      state.t = t;
+      state.T_WB = T_GW * T_WB;
+      truth.states.push_back(state);
+    }
+  }
+  Trajectory odometry;
+  GroundTruth truth;
+};
+
+TEST(TrajectoryData, IsAlignedWithGroundTruth) {
+  const Flight flight(200);
+  const json rows = trajectoryData(flight.odometry, flight.truth, flight.odometry[0].t);
+  ASSERT_EQ(rows.size(), 200U);
+  EXPECT_EQ(rows[20][0], 1.0);  // s since the first image
+  for (const json& row : rows) {
+    ASSERT_EQ(row.size(), 9U);
+    for (size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(row[1 + axis].get<double>(), row[4 + axis].get<double>(), 1e-4);
+    EXPECT_LT(row[7].get<double>(), 1e-6);  // m
+    EXPECT_LT(row[8].get<double>(), 1e-4);  // deg
+  }
+}
+
+TEST(TrajectoryData, WithoutGroundTruthItStandsWhereItIs) {
+  const Flight flight(10);
+  const json rows = trajectoryData(flight.odometry, GroundTruth(), 0);
+  EXPECT_EQ(rows[0][0], 1.0);
+  EXPECT_EQ(rows[0][1], 1.0);
+  for (size_t column = 4; column < 9; ++column) EXPECT_TRUE(rows[0][column].is_null());
+}
+
+TEST(TrajectoryData, LongOnesAreThinnedAndWhatIsNowhereIsLeftOut) {
+  Flight flight(9000);
+  EXPECT_EQ(trajectoryData(flight.odometry, GroundTruth(), 0).size(), 3000U);
+  Flight broken(10);
+  broken.odometry[3].T_WB.t.x() = std::numeric_limits<double>::quiet_NaN();
+  broken.odometry[4].T_WB.t.x() = 1e12;
+  EXPECT_EQ(trajectoryData(broken.odometry, GroundTruth(), 0).size(), 8U);
+}
+
+}  // namespace
+}  // namespace etalon

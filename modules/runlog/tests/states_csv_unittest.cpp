@@ -1,0 +1,72 @@
+#include "etalon/runlog/states_csv.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <vector>
+
+#include "etalon/core/so3.h"
+#include "etalon/imu/preintegration.h"
+
+namespace etalon {
+namespace {
+
+std::vector<std::vector<std::string>> cellsOf(const std::string& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(csv);
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back();
+    std::istringstream cells(line + ",");
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+TEST(StatesCsv, EveryNumberStandsUnderItsName) {
+  using namespace state_index;
+  FrameEstimate estimate;
+  estimate.t = 1403636584763555584;
+  estimate.state = PipelineState::kInertial;
+  estimate.nav.T_WB = SE3(expSO3({0, 0, 0.5 * M_PI}), {1, 2, 3});
+  estimate.nav.v_WB = {4, 5, 6};
+  estimate.nav.bias = {{7, 8, 9}, {10, 11, 12}};
+  estimate.sigma.segment<3>(kRotation) << M_PI / 180.0, 2.0 * M_PI / 180.0, 3.0 * M_PI / 180.0;
+  estimate.sigma.segment<3>(kPosition) << 0.1, 0.2, 0.3;
+  estimate.sigma.segment<3>(kVelocity) << 0.4, 0.5, 0.6;
+  estimate.sigma.segment<3>(kGyroBias) << 0.7, 0.8, 0.9;
+  estimate.sigma.segment<3>(kAccelBias) << 1.1, 1.2, 1.3;
+  const auto rows = cellsOf(statesCsv({estimate}));
+  ASSERT_EQ(rows.size(), 2U);
+  ASSERT_EQ(rows[1].size(), rows[0].size());
+  const auto cell = [&](const std::string& name) {
+    for (size_t i = 0; i < rows[0].size(); ++i)
+      if (rows[0][i] == name) return rows[1][i];
+    return "no column " + name;
+  };
+  EXPECT_EQ(cell("t_ns"), "1403636584763555584");
+  EXPECT_EQ(cell("state"), toString(PipelineState::kInertial));
+  EXPECT_EQ(cell("p_y_m"), "2");
+  EXPECT_EQ(cell("q_x"), "0");
+  EXPECT_EQ(cell("q_z"), "0.707106781");
+  EXPECT_EQ(cell("q_w"), "0.707106781");
+  EXPECT_EQ(cell("v_z_mps"), "6");
+  EXPECT_EQ(cell("b_g_x_rps"), "7");
+  EXPECT_EQ(cell("b_a_z_mps2"), "12");
+  EXPECT_EQ(cell("sigma_rotation_y_deg"), "2");
+  EXPECT_EQ(cell("sigma_p_z_m"), "0.3");
+  EXPECT_EQ(cell("sigma_v_x_mps"), "0.4");
+  EXPECT_EQ(cell("sigma_b_g_z_rps"), "0.9");
+  EXPECT_EQ(cell("sigma_b_a_x_mps2"), "1.1");
+}
+
+TEST(StatesCsv, WhatStereoOdometryDoesNotKnowIsEmpty) {
+  FrameEstimate estimate;  // velocity and biases are zero in it
+  estimate.nav.T_WB.t = {1, 2, 3};
+  const auto rows = cellsOf(statesCsv({estimate}));
+  ASSERT_EQ(rows[1].size(), rows[0].size());
+  EXPECT_EQ(rows[1][2], "1");
+  for (size_t i = 9; i < rows[1].size(); ++i) EXPECT_EQ(rows[1][i], "") << rows[0][i];
+}
+
+}  // namespace
+}  // namespace etalon
