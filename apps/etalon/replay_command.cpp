@@ -28,7 +28,7 @@ struct Arguments {
   ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
-  bool final_ba = false;
+  bool final_ba = false, imu_states = false;
 };
 
 /** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
@@ -59,6 +59,10 @@ class Replay {
     }
   }
 
+  void keepImuStates() {
+    pipeline_.onImuState([this](const ImuRateState& state) { imu_states_.push_back(state); });
+  }
+
   void finish() {
     pipeline_.finish();
     report(true);
@@ -66,7 +70,7 @@ class Replay {
 
   FinishedRun finished(double min_coverage) {
     FinishedRun run{source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-                    versions(), min_coverage,   {},        0.0};
+                    versions(), min_coverage,   {},        0.0,     std::move(imu_states_)};
     if (configuration_.pipeline.final_ba) {
       std::printf("final bundle adjustment...\n");
       std::fflush(stdout);
@@ -113,6 +117,7 @@ class Replay {
   const RunEnd* died_;
   Pipeline pipeline_;
   std::vector<StereoReference> images_;
+  std::vector<ImuRateState> imu_states_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
@@ -150,6 +155,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   // What cannot be written should not show after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration, state, died);
+  if (arguments.imu_states) run.keepImuStates();
   std::exception_ptr failure;
   try {
     run.run();
@@ -216,6 +222,8 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   addTimeLimitOption(command, "Processor time that the initializer may use in an attempt",
                      &arguments->time_limit_s);
+  command->add_flag("--imu-states", arguments->imu_states,
+                    "Write states_imu.csv, too: pose and velocity at every IMU sample");
   command->add_flag("--final-ba", arguments->final_ba,
                     "After the run, adjust all keyframes together, images and IMU: "
                     "trajectory_final.tum");

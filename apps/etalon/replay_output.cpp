@@ -28,12 +28,12 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
 void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
                   const std::string& at_rest) {
   std::string text = attempt.accepted() ? (handover ? "handed over" : "initialised")
-                                               : "not yet, because " + attempt.decision.error().reason;
+                                        : "not yet, because " + attempt.decision.error().reason;
   if (handover && attempt.initializer == at_rest)
     text = "still waiting for motion, because " + attempt.decision.error().reason;
   if (!attempt.initializer.empty())
     text = attempt.accepted() ? text + (handover ? " to " : " by ") + attempt.initializer
-                                     : attempt.initializer + ": " + text;
+                              : attempt.initializer + ": " + text;
   std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
   std::fflush(stdout);
 }
@@ -116,6 +116,12 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
     std::printf(", ATE of the whole trajectory %.3f m (SE(3)-aligned%s)",
                 record.trajectory_errors->position_m.rmse, partly(record).c_str());
   std::printf("\n");
+  for (const StageTimes& stage : s.stages)
+    if (stage.frames > 0)
+      std::printf(
+          "  %-15s %7d frames  median %7.2f ms  99 %% %7.2f ms  longest %7.2f ms  %6.1f s\n",
+          stage.stage.c_str(), stage.frames, stage.median_ms, stage.p99_ms, stage.max_ms,
+          stage.total_s);
   if (record.smoothed_errors)
     std::printf("with hindsight: ATE of trajectory_smoothed.tum %.4f m",
                 record.smoothed_errors->position_m.rmse);

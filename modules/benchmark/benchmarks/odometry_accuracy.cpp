@@ -111,7 +111,7 @@ Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
     run.ms.push_back(cpuMilliseconds() - before);
     if (views) run.ms.back() -= views->takeReadingMilliseconds();
     run.keyframes += run.outputs.back().keyframe;
-    record->add(frame.t, frame, imu, run.outputs.back(), odometry.keyframes());
+    record->add(frame.t, frame, imu, run.outputs.back(), &odometry);
   }
   return run;
 }

@@ -19,7 +19,7 @@ FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
     : calibration_(calibration), options_(options) {}
 
 void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
-                       const OdometryOutput& output, const Trajectory& window) {
+                       const OdometryOutput& output, const Odometry* odometry) {
   // Neighbouring pieces share the sample at the frame between them.
   imu_.insert(imu_.end(), imu.begin() + (imu_.empty() || imu.empty() ? 0 : 1), imu.end());
   imu_missing_ = imu_missing_ || output.imu_missing;
@@ -32,16 +32,28 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
     imu_.clear();
     imu_missing_ = false;
   }
-  for (const StampedPose& pose : window) {
+  if (!odometry) return;
+  for (const StampedPose& pose : odometry->keyframes()) {
     const auto at = std::lower_bound(odometry_times_.begin(), odometry_times_.end(), pose.t);
     if (at != odometry_times_.end() && *at == pose.t)
       smoothed_[static_cast<size_t>(at - odometry_times_.begin())].T_WB = pose.T_WB;
   }
+  if (!output.keyframe) return;
+  for (const auto& [id, p_W] : odometry->landmarks()) landmarks_[id] = p_W;
+  while (landmarks_.size() > kMostLandmarks) landmarks_.erase(landmarks_.begin());
 }
 
 void FlightRecord::interrupt() {
   imu_.clear();
   imu_missing_ = true;
+}
+
+void FlightRecord::forgetBefore(TimeNs stamp) {
+  const auto old = std::find_if(smoothed_.begin(), smoothed_.end(),
+                                [stamp](const StampedPose& pose) { return pose.t >= stamp; }) -
+                   smoothed_.begin();
+  smoothed_.erase(smoothed_.begin(), smoothed_.begin() + old);
+  odometry_times_.erase(odometry_times_.begin(), odometry_times_.begin() + old);
 }
 
 FinalFlight FlightRecord::finalBa(const BiasPriors& priors,

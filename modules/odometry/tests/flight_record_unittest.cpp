@@ -40,7 +40,7 @@ struct Recorded {
           k == 0 ? odometry.start(flight.startAt(0, startSigma(), options.seed), flight.frames[0])
                  : odometry.process(flight.frames[k], imu);
       causal.push_back({stampOf(k), out.state.T_WB});
-      record.add(stampOf(k), flight.frames[k], imu, out, odometry.keyframes());
+      record.add(stampOf(k), flight.frames[k], imu, out, &odometry);
     }
   }
 
@@ -76,6 +76,7 @@ TEST(FlightRecord, HindsightIsBetterThanTheMoment) {
     const FinalFlight flight = run.record.finalBa({});
     EXPECT_TRUE(flight.ba.summary.usable()) << flight.ba.summary.message;
     EXPECT_EQ(flight.keyframes.size(), run.record.smoothed().size());
+    EXPECT_GT(run.record.landmarks().size(), 60U);
     // The noise is as believed, 0.35 px: the inliers' median lacks what is cut off above a squared
     // distance of 8 (1 %) and what states and landmarks take (5 %). The outliers are out.
     EXPECT_NEAR(flight.ba.noise_factor, 0.95, 0.05);
@@ -135,7 +136,7 @@ TEST(FlightRecord, AFlightInTwoPiecesIsAdjustedAsOne) {
   again.state = run.flight.truth[k];
   again.keyframe = true;
   frame.t += durationNs(1.0);
-  run.record.add(run.stampOf(k) + durationNs(1.0), frame, {}, again, {});
+  run.record.add(run.stampOf(k) + durationNs(1.0), frame, {}, again, nullptr);
   const FinalFlight flight = run.record.finalBa({});
   ASSERT_TRUE(flight.ba.summary.usable()) << flight.ba.summary.message;
   // The tracks say where the last keyframe is, to the noise of a frame's pose.

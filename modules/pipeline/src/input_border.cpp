@@ -56,6 +56,12 @@ const std::vector<FaultText>& faultTexts() {
        "with an image of the frame before, bit for bit, although the platform moved: the pose is a "
        "prediction",
        nullptr},
+      {F::kFrameLate, "frame_late", "stereo frame",
+       "dropped: front end or estimator were still busy when the next one came", nullptr},
+      {F::kImageUnpaired, "image_unpaired", "image",
+       "dropped: the other camera has none of the same stamp", nullptr},
+      {F::kObservationBroken, "observation_broken", "observation",
+       "dropped: rates, accelerations or an image are missing, or cannot be read", nullptr},
   };
   return texts;
 }

@@ -34,7 +34,9 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       options_(options),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
-      tracker_(calibration, options.frontend),
+      front_(calibration, options.frontend, noise_, options.input.max_gap_s,
+             std::max(options.input.max_gap_s, options.max_dead_reckoning_s)),
+      propagator_(noise_, options.window.gravity_mps2),
       odometry_(calibration, options.window.odometry),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
@@ -46,41 +48,24 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
   if (options.map.enabled) views_ = std::make_shared<ImageViews>();
+  front_bias_ = bias_;
+  if (options.live) startThreads();
 }
 
-Pipeline::~Pipeline() = default;
+Pipeline::~Pipeline() { joinThreads(); }
 
-void Pipeline::add(const ImuSample& sample) {
-  border_.add(sample);
-  processAdmitted();
+void Pipeline::estimate(const EstimatorInput& input) {
+  std::visit([this](const auto& what) { estimate(what); }, input);
 }
 
-void Pipeline::add(const StereoFrame& frame) {
-  border_.add(frame);
-  processAdmitted();
+void Pipeline::estimate(const ClockJump& /*jump*/) {
+  imu_ = ImuBuffer();
+  odometry_.forgetVelocity();
+  window_.restart();
+  clock_jumped_ = true;
 }
 
-void Pipeline::finish() {
-  border_.finish();
-  processAdmitted();
-}
-
-void Pipeline::processAdmitted() {
-  while (const std::optional<AdmittedInput> input = border_.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*input)) {
-      process(*sample);
-    } else if (const auto* frame = std::get_if<StereoFrame>(&*input)) {
-      process(*frame);
-    } else {
-      imu_ = ImuBuffer();
-      odometry_.forgetVelocity();
-      window_.restart();
-      clock_jumped_ = true;
-    }
-  }
-}
-
-void Pipeline::process(const ImuSample& sample) {
+void Pipeline::estimate(const ImuSample& sample) {
   imu_.add(sample);
   // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
   const TimeNs needed =
@@ -88,52 +73,53 @@ void Pipeline::process(const ImuSample& sample) {
   if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
 }
 
-/** Rotation of the body from t0 to t1 as the gyro saw it; identity where it saw nothing. */
-Eigen::Matrix3d Pipeline::rotationSince(TimeNs t0, TimeNs t1) const {
-  if (t0 >= t1 || !imu_.covers(t0, t1)) return Eigen::Matrix3d::Identity();
-  return Preintegration(imu_.between(t0, t1), bias_, noise_).deltas().dR;
-}
-
-void Pipeline::process(const StereoFrame& frame) {
+void Pipeline::estimate(const FrontFrame& frame) {
   FrameTiming timing;
+  timing.frontend_ms = frame.ms;
   Stopwatch watch;
+  noticeMissingImages(frame.t);
   const TimeNs before = last_frame_.value_or(frame.t);
   last_frame_ = frame.t;
-  const Eigen::Matrix3d R_prev_cur = rotationSince(tracked_at_.value_or(frame.t), frame.t);
-  const std::optional<TrackedFrame> tracked = track(frame, before, R_prev_cur);
-  timing.frontend_ms = watch.lapMilliseconds();
-  const bool keyframe = tracked && window_.isKeyframe(frame.t);
+  if (frame.after_gap) window_.restart();
+  if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
+  const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
   if (inertial_)
-    followInertially(frame.t, before, tracked);
+    followInertially(frame.t, before, frame.tracked);
   else
-    follow(frame.t, tracked, R_prev_cur, keyframe);
+    follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
   timing.odometry_ms = watch.lapMilliseconds();
 
-  if (tracked && collecting()) {
-    window_.add(*tracked, keyframe);
-    if (views_) keepWindowImages(frame);
+  if (frame.tracked && collecting()) {
+    window_.add(*frame.tracked, keyframe);
+    if (views_) keepWindowImages(frame.images);
     if (keyframe) tryInitialize();
     timing.initialization_ms = watch.lapMilliseconds();
   } else if (!collecting()) {
     imu_.dropBefore(frame.t);
   }
   timings_.push_back(timing);
+  publish(estimates_.back());
+  forgetOld();
 }
 
-/** The front end; nothing for a frame that shows the past. */
-std::optional<TrackedFrame> Pipeline::track(const StereoFrame& frame, TimeNs before,
-                                            const Eigen::Matrix3d& R_prev_cur) {
-  if (repeated_images_.isRepeated(frame.left, frame.right, imu_.between(before, frame.t))) {
-    border_.count(InputFault::kFrameRepeatsImage, frame.t);
-    return std::nullopt;
-  }
-  if (tracked_at_ && secondsBetween(*tracked_at_, frame.t) > options_.input.max_gap_s)
-    window_.restart();
-  tracked_at_ = frame.t;
-  if (views_) views_->show(frame.left, frame.right);
-  TrackedFrame tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur);
-  repeated_images_.tracked(tracked);
-  return tracked;
+/** From the last frame to `until`: there, the IMU alone carried the pose. */
+void Pipeline::noticeMissingImages(TimeNs until) {
+  if (state_ != PipelineState::kInertial || clock_jumped_ ||
+      secondsBetween(*last_frame_, until) <= kNoImageS)
+    return;
+  char text[80];
+  std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
+  enter(PipelineState::kDeadReckoning, *last_frame_ + durationNs(kNoImageS), text);
+}
+
+void Pipeline::forgetOld() {
+  const size_t keep = options_.history_frames;
+  if (keep == 0 || estimates_.size() < 2 * keep) return;
+  const auto old = static_cast<std::ptrdiff_t>(estimates_.size() - keep);
+  trajectory_.erase(trajectory_.begin(), trajectory_.begin() + old);
+  estimates_.erase(estimates_.begin(), estimates_.begin() + old);
+  timings_.erase(timings_.begin(), timings_.begin() + old);
+  record_.forgetBefore(trajectory_.front().t);
 }
 
 /** Stereo odometry. */
@@ -170,7 +156,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   frame.t = t - clock_shift_;
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
   OdometryOutput output = inertial_->process(frame, imu);
-  record_.add(t, frame, imu, output, inertial_->keyframes());
+  record_.add(t, frame, imu, output, inertial_.get());
   output.t = frame.t = t;
   const bool located = output.unlocated_s == 0.0;
   if (!located) ++frames_not_located_;
@@ -271,12 +257,12 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   showWindowImage(frames.front().t);
   OdometryOutput output = inertial_->start(
       odometryStart(attempt, T_WA, options_.window.priors.sigma_accel_mps2), frames.front());
-  record_.add(output.t, frames.front(), {}, output, inertial_->keyframes());
+  record_.add(output.t, frames.front(), {}, output, inertial_.get());
   for (size_t i = 1; i < frames.size(); ++i) {
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
     showWindowImage(frames[i].t);
     output = inertial_->process(frames[i], imu);
-    record_.add(output.t, frames[i], imu, output, inertial_->keyframes());
+    record_.add(output.t, frames[i], imu, output, inertial_.get());
   }
   window_.clear();
   window_images_.clear();

@@ -171,7 +171,7 @@ TEST(InputFault, EveryOneHasANameAndASentence) {
     EXPECT_EQ(static_cast<size_t>(fault), names.size());  // in the order of the enumeration
     names.emplace_back(toString(fault));
   }
-  EXPECT_EQ(names.size(), static_cast<size_t>(InputFault::kFrameRepeatsImage) + 1);
+  EXPECT_EQ(names.size(), static_cast<size_t>(InputFault::kObservationBroken) + 1);
   EXPECT_EQ(
       describe(InputFault::kImuTooLarge, {2, 17, 1e30}),
       "input: 2 IMU samples dropped: beyond [input] max_gyro_rps or max_accel_mps2 (the first "

@@ -14,9 +14,9 @@ TEST(OdometryKinds, EveryNameIsAKeyAndStereoOdometryNeedsNothingNew) {
             "fixed_lag (images and IMU, tightly coupled) or stereo_visual (images alone)");
   const StereoInertialCalibration calibration = testing::eurocCalibration();
   PipelineOptions options;
-  EXPECT_NE(makeOdometry(calibration, options), nullptr);  // by default
+  EXPECT_NE(makeOdometry(calibration, options, nullptr), nullptr);  // by default
   options.odometry_kind = kStereoVisual;
-  EXPECT_EQ(makeOdometry(calibration, options), nullptr);
+  EXPECT_EQ(makeOdometry(calibration, options, nullptr), nullptr);
 }
 
 }  // namespace

@@ -47,8 +47,9 @@ class PipelineInput : public ::testing::Test {
   }
 
   static int count(const Pipeline& pipeline, InputFault fault) {
-    const auto found = pipeline.inputFaults().find(fault);
-    return found == pipeline.inputFaults().end() ? 0 : found->second.count;
+    const InputFaultCounts faults = pipeline.inputFaults();
+    const auto found = faults.find(fault);
+    return found == faults.end() ? 0 : found->second.count;
   }
 
   /** How far the motion from the first to the last frame is off, m. */

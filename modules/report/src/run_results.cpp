@@ -1,5 +1,6 @@
 #include "etalon/report/run_results.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -12,6 +13,7 @@
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"
+#include "etalon/report/scene.h"
 #include "etalon/runlog/attempt_record.h"
 #include "etalon/runlog/states_csv.h"
 
@@ -22,7 +24,27 @@ namespace {
 constexpr char kTumFramesNeverInitialised[] =
     "T_VB, never initialised: V is the body's frame at the first image, not aligned with gravity";
 
+// Files that not every run has.
 constexpr char kFinalTrajectory[] = "trajectory_final.tum";
+constexpr char kImuStates[] = "states_imu.csv";
+
+/** Of the frames that the stage worked on. */
+StageTimes timesOf(const std::string& stage, const std::vector<FrameTiming>& timings,
+                   double FrameTiming::*member) {
+  StageTimes times;
+  times.stage = stage;
+  std::vector<double> ms;
+  for (const FrameTiming& t : timings) {
+    if (!(t.*member > 0.0)) continue;
+    ms.push_back(t.*member);
+    times.max_ms = std::max(times.max_ms, t.*member);
+    times.total_s += 1e-3 * t.*member;
+  }
+  times.frames = static_cast<int>(ms.size());
+  times.median_ms = quantile(ms, 0.5);
+  times.p99_ms = quantile(std::move(ms), 0.99);
+  return times;
+}
 
 RunStatistics statisticsOf(const FinishedRun& run) {
   RunStatistics s;
@@ -41,6 +63,10 @@ RunStatistics statisticsOf(const FinishedRun& run) {
   for (const FrameTiming& t : run.pipeline.timings())
     frame_ms.push_back(t.frontend_ms + t.odometry_ms);
   s.frame_median_ms = median(frame_ms);
+  const std::vector<FrameTiming>& timings = run.pipeline.timings();
+  s.stages = {timesOf("front_end", timings, &FrameTiming::frontend_ms),
+              timesOf("odometry", timings, &FrameTiming::odometry_ms),
+              timesOf("initialization", timings, &FrameTiming::initialization_ms)};
   return s;
 }
 
@@ -170,10 +196,23 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   plot.alignment = rotationAlignment(record);
   drawTrajectoryPlot(file("trajectory.png"), trajectory, run.source.groundTruth(), plot);
   writeFile(file("report.html"), runReportHtml(record, trajectory, run.source.groundTruth()));
+  FlightScene scene;
+  scene.keyframes = run.pipeline.record().smoothed();
+  scene.landmarks = run.pipeline.record().landmarks();
+  scene.trajectory = smoothed;
+  if (run.final_flight) {
+    scene.keyframes = run.final_flight->keyframes;
+    scene.trajectory = carriedAlong(smoothed, scene.keyframes);
+    for (const auto& [id, p_W] : run.final_flight->ba.bundle.validLandmarks())
+      scene.landmarks[id] = p_W;
+  }
+  writeScene(file("flight.3Dscene"), scene);
+  if (!run.imu_states.empty()) writeFile(file(kImuStates), imuStatesCsv(run.imu_states));
   writeFile(file("config.ini"), run.configuration.effective_ini);
   output.putInPlace();
   // Of an earlier run in the folder.
   if (!run.final_flight) fs::remove(fs::path(folder) / kFinalTrajectory);
+  if (run.imu_states.empty()) fs::remove(fs::path(folder) / kImuStates);
   return files;
 }
 

@@ -22,6 +22,16 @@ void members(Archive& json, Member<Archive, InputFaultRecord>& fault) {
 }
 
 template <typename Archive>
+void members(Archive& json, Member<Archive, StageTimes>& stage) {
+  json("stage", stage.stage);
+  json("frames", stage.frames);
+  json("median_ms", stage.median_ms);
+  json("p99_ms", stage.p99_ms);
+  json("max_ms", stage.max_ms);
+  json("total_s", stage.total_s);
+}
+
+template <typename Archive>
 void members(Archive& json, Member<Archive, RunStatistics>& s) {
   json("stereo_frames", s.stereo_frames);
   json("imu_samples", s.imu_samples);
@@ -33,6 +43,7 @@ void members(Archive& json, Member<Archive, RunStatistics>& s) {
   json("duration_s", s.duration_s);
   json("wall_s", s.wall_s);
   json("frame_median_ms", s.frame_median_ms);
+  json.unlessNone("stages", s.stages);
 }
 
 template <typename Archive>

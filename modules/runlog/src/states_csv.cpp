@@ -44,4 +44,19 @@ std::string statesCsv(const std::vector<FrameEstimate>& estimates) {
   return text;
 }
 
+std::string imuStatesCsv(const std::vector<ImuRateState>& states) {
+  std::string text = "t_ns,state,p_x_m,p_y_m,p_z_m,q_x,q_y,q_z,q_w,v_x_mps,v_y_mps,v_z_mps\n";
+  for (const ImuRateState& s : states) {
+    text += std::to_string(s.t) + "," + toString(s.state);
+    const auto addAll = [&text](const auto& values) {
+      for (int i = 0; i < values.size(); ++i) text += "," + csvNumber(values[i]);
+    };
+    addAll(s.nav.T_WB.t);
+    addAll(Eigen::Quaterniond(s.nav.T_WB.R).coeffs());
+    addAll(s.nav.v_WB);
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace etalon

@@ -97,8 +97,10 @@ mrpt::img::CImage toMrptImage(const cv::Mat& image, const std::string& path, boo
   return {image.isContinuous() ? image : image.clone(), mrpt::img::SHALLOW_COPY};
 }
 
-cv::Mat toGray(const mrpt::img::CImage& image, const std::string& base_folder, std::string* path,
-               const std::string& name) {
+}  // namespace
+
+cv::Mat toGrayImage(const mrpt::img::CImage& image, const std::string& base_folder,
+                    std::string* path, const std::string& name) {
   if (image.isExternallyStored()) {
     *path = (std::filesystem::path(base_folder) / image.getExternalStorageFile()).string();
     std::string problem;
@@ -114,8 +116,6 @@ cv::Mat toGray(const mrpt::img::CImage& image, const std::string& base_folder, s
   cv::cvtColor(pixels, gray, pixels.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
   return gray;
 }
-
-}  // namespace
 
 mrpt::poses::CPose3D toMrptPose(const SE3& T) { return mrpt::poses::CPose3D(toMrptPoseQuat(T)); }
 
@@ -190,8 +190,8 @@ StereoFrame toStereoFrame(const obs::CObservationStereoImages& observation,
     throw DataError(name, 0, "expected a right image beside the left one");
   StereoFrame frame;
   frame.t = fromMrptTime(observation.timestamp);
-  frame.left = toGray(observation.imageLeft, base_folder, &frame.left_path, name);
-  frame.right = toGray(observation.imageRight, base_folder, &frame.right_path, name);
+  frame.left = toGrayImage(observation.imageLeft, base_folder, &frame.left_path, name);
+  frame.right = toGrayImage(observation.imageRight, base_folder, &frame.right_path, name);
   return frame;
 }
 

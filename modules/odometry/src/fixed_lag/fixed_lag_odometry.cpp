@@ -6,6 +6,7 @@
 #include "bridged_imu.h"
 #include "etalon/core/errors.h"
 #include "recall.h"
+#include "rest.h"
 #include "sliding.h"
 #include "tracks.h"
 #include "window_solver.h"
@@ -55,6 +56,7 @@ class FixedLagOdometry::Impl {
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
+    rest_ = fixed_lag::RestDetector();
     const Eigen::LLT<Matrix15d> factor(start.covariance);
     if (factor.info() != Eigen::Success)
       throw DataError("", 0, "the covariance of the start is not positive definite");
@@ -89,7 +91,11 @@ class FixedLagOdometry::Impl {
         out.imu_missing
             ? bridgedImu(last.now, last.t, frame.t, imu, options_.imu_noise, window_.g_W)
             : Preintegration(imu, last.now.bias, options_.imu_noise);
+    const double speed = last.now.v_WB.norm();
     appendState(std::move(preintegration), &window_);
+    window_.states.back().at_rest =
+        rest_.atRest(frame, out.imu_missing ? std::vector<ImuSample>() : imu,
+                     options_.sigma_px * std::sqrt(window_.pixel_variance), speed);
 
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     const auto counts = tracks_.associate(measured, predictedPoseCovariance(), &window_);
@@ -177,6 +183,7 @@ class FixedLagOdometry::Impl {
   fixed_lag::Recall recall_;
   fixed_lag::Tracks tracks_;
   fixed_lag::WindowSolver solver_;
+  fixed_lag::RestDetector rest_;
   fixed_lag::Window window_;
   TimeNs located_at_ = 0;
   Matrix15d covariance_ = Matrix15d::Zero();

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "etalon/map/view_selection.h"
+#include "rest.h"
 #include "window_solver.h"
 
 namespace etalon::fixed_lag {
@@ -55,7 +56,8 @@ LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) 
   return rows;
 }
 
-/** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, ended landmarks. */
+/** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, rest, ended
+ * landmarks. */
 LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
                   Eigen::Index unknowns) {
   Matrix15d J_i, J_j;
@@ -67,7 +69,8 @@ LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<La
     terms.linearize(window, ended, static_cast<int>(oldest_full), &visual);
     visual_rows = touchedRows(visual, unknowns);
   }
-  LinearRows rows(window.prior.rows() + 15 + visual_rows.rows(), unknowns);
+  const bool at_rest = window.states[oldest_full + 1].at_rest;
+  LinearRows rows(window.prior.rows() + 15 + (at_rest ? 9 : 0) + visual_rows.rows(), unknowns);
   const Eigen::VectorXd delta = deltas(window, unknowns);
   rows.A.topLeftCorner(window.prior.rows(), window.prior.unknowns()) = window.prior.A;
   rows.b.head(window.prior.rows()) = window.prior.b;
@@ -77,6 +80,15 @@ LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<La
   // Costs around the estimates become costs around the linearisation points.
   rows.b.segment<15>(window.prior.rows()) =
       imu - J_i * delta.segment<15>(column) - J_j * delta.segment<15>(column + 15);
+  if (at_rest) {
+    const Eigen::Index row = window.prior.rows() + 15;
+    RestJacobian rest_i, rest_j;
+    const Eigen::Matrix<double, 9, 1> rest = restRows(window, oldest_full + 1, &rest_i, &rest_j);
+    rows.A.block<9, 15>(row, column) = rest_i;
+    rows.A.block<9, 15>(row, column + 15) = rest_j;
+    rows.b.segment<9>(row) =
+        rest - rest_i * delta.segment<15>(column) - rest_j * delta.segment<15>(column + 15);
+  }
   rows.A.bottomRows(visual_rows.rows()) = visual_rows.A;
   rows.b.tail(visual_rows.rows()) = visual_rows.b - visual_rows.A * delta;
   return rows;

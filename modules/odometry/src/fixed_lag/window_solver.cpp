@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rest.h"
+
 namespace etalon::fixed_lag {
 namespace {
 
@@ -57,19 +59,30 @@ Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns) {
   return all.head(unknowns);
 }
 
+/** Adds whitened rows between the full states `i - 1` and `i`. */
+template <typename Residual, typename Jacobian>
+static void addRows(const Window& window, size_t i, const Residual& r, const Jacobian& J_i,
+                    const Jacobian& J_j, NormalEquations* equations) {
+  const Eigen::Index a = window.states[i - 1].column, b = window.states[i].column;
+  equations->H.block<15, 15>(a, a).noalias() += J_i.transpose() * J_i;
+  equations->H.block<15, 15>(b, b).noalias() += J_j.transpose() * J_j;
+  const Matrix15d mixed = J_i.transpose() * J_j;
+  equations->H.block<15, 15>(a, b) += mixed;
+  equations->H.block<15, 15>(b, a) += mixed.transpose();
+  equations->g.segment<15>(a).noalias() += J_i.transpose() * r;
+  equations->g.segment<15>(b).noalias() += J_j.transpose() * r;
+  equations->cost += r.squaredNorm();
+}
+
 void addInertialTerms(const Window& window, NormalEquations* equations) {
   for (size_t i = window.firstFull() + 1; i < window.states.size(); ++i) {
     Matrix15d J_i, J_j;
     const Vector15d r = inertialRows(window, i, &J_i, &J_j);
-    const Eigen::Index a = window.states[i - 1].column, b = window.states[i].column;
-    equations->H.block<15, 15>(a, a).noalias() += J_i.transpose() * J_i;
-    equations->H.block<15, 15>(b, b).noalias() += J_j.transpose() * J_j;
-    const Matrix15d mixed = J_i.transpose() * J_j;
-    equations->H.block<15, 15>(a, b) += mixed;
-    equations->H.block<15, 15>(b, a) += mixed.transpose();
-    equations->g.segment<15>(a).noalias() += J_i.transpose() * r;
-    equations->g.segment<15>(b).noalias() += J_j.transpose() * r;
-    equations->cost += r.squaredNorm();
+    addRows(window, i, r, J_i, J_j, equations);
+    if (!window.states[i].at_rest) continue;
+    RestJacobian rest_i, rest_j;
+    const Eigen::Matrix<double, 9, 1> rest = restRows(window, i, &rest_i, &rest_j);
+    addRows(window, i, rest, rest_i, rest_j, equations);
   }
 }
 
@@ -96,7 +109,8 @@ double WindowSolver::costOf(const Window& window) const {
     cost +=
         (window.prior.A * deltas(window, window.prior.unknowns()) + window.prior.b).squaredNorm();
   for (size_t i = window.firstFull() + 1; i < window.states.size(); ++i)
-    cost += inertialRows(window, i).squaredNorm();
+    cost += inertialRows(window, i).squaredNorm() +
+            (window.states[i].at_rest ? restRows(window, i).squaredNorm() : 0.0);
   return cost;
 }
 

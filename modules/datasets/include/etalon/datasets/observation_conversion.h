@@ -42,6 +42,15 @@ mrpt::obs::CObservationRobotPose toObservation(
     const Eigen::Matrix<double, 6, 6>& covariance = Eigen::Matrix<double, 6, 6>::Zero());
 
 /**
+ * An image of an observation as a gray one of 8 bits, shared with it where it is one already.
+ * @param path receives that of an external image
+ * @param name stands for the observation in messages
+ * @throws DataError if it is empty, has other than 8 bits, or cannot be read
+ */
+cv::Mat toGrayImage(const mrpt::img::CImage& image, const std::string& base_folder,
+                    std::string* path, const std::string& name);
+
+/**
  * The images of an observation as gray ones (shared with the observation where they are 8-bit gray
  * already). External images are read, a relative path taken from `base_folder`.
  * @throws DataError if there is no right image, or if an image cannot be read

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <vector>
 
 #include "etalon/core/calibration.h"
@@ -31,21 +32,29 @@ struct FinalFlight {
  */
 class FlightRecord {
  public:
+  static constexpr size_t kMostLandmarks = 200'000;
+
   FlightRecord(const StereoInertialCalibration& calibration, const FlightRecordOptions& options);
 
   /**
    * A frame as Odometry::process() was given it, and what it said of it; in time order.
    * @param stamp of the frame; `frame` has the odometry's time, which no jump of a clock moves
-   * @param window Odometry::keyframes() after the frame
+   * @param odometry whose keyframes and landmarks are known better after the frame; null: none
    */
   void add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
-           const OdometryOutput& output, const Trajectory& window);
+           const OdometryOutput& output, const Odometry* odometry);
 
   /** The odometry ended; what comes next is tied to what was before by its poses alone. */
   void interrupt();
 
+  /** Of flights without end: no smoothed pose from before `stamp` is wanted any more. */
+  void forgetBefore(TimeNs stamp);
+
   /** The last known pose of every keyframe, by its stamp. */
   const Trajectory& smoothed() const { return smoothed_; }
+
+  /** Where every landmark was last known to be, p_W, m; the newest kMostLandmarks. */
+  const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
 
   /**
    * solveTrajectoryBa() over the keyframes that are kept; a landmark is one where its id is. Where
@@ -68,6 +77,7 @@ class FlightRecord {
   std::deque<Keyframe> keyframes_;
   std::vector<ImuSample> imu_;  ///< since the last keyframe
   bool imu_missing_ = false;
+  std::map<LandmarkId, Eigen::Vector3d> landmarks_;
   Trajectory smoothed_;
   std::vector<TimeNs> odometry_times_;  ///< of smoothed_, as the odometry has them
 };

@@ -22,4 +22,12 @@ struct FrameEstimate {
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Constant(kUnknown);
 };
 
+/** The state at any instant since the last estimate, carried by the IMU. */
+struct ImuRateState {
+  TimeNs t = 0;
+  /** kDeadReckoning where no frame has come for Pipeline::kNoImageS. */
+  PipelineState state = PipelineState::kInertial;
+  NavState nav;  ///< in W; biases are those of the last frame
+};
+
 }  // namespace etalon

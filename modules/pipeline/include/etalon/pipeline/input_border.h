@@ -42,6 +42,9 @@ enum class InputFault {
   kFrameWithoutImu,     ///< the IMU had not reached it in time: used without IMU
   kFrameRepeatsImage,  ///< an image is that of the frame before, bit for bit, although the platform
                        ///< moved: its pose is a prediction
+  kFrameLate,          ///< live, the stage ahead was still busy when the next one came: dropped
+  kImageUnpaired,      ///< of one camera, without the other's of the same stamp: dropped
+  kObservationBroken,  ///< an MRPT observation without what a measurement needs: dropped
 };
 
 /** Lower-case name as it stands in files, e.g. "imu_not_finite". */

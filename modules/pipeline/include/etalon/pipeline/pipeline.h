@@ -1,20 +1,28 @@
 #pragma once
 
+#include <mrpt/obs/CObservation.h>
+
+#include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <thread>
+#include <variant>
 #include <vector>
 
 #include "etalon/core/trajectory.h"
+#include "etalon/datasets/observation_input.h"
 #include "etalon/datasets/sensor_source.h"
-#include "etalon/frontend/stereo_tracker.h"
 #include "etalon/map/image_views.h"
 #include "etalon/odometry/flight_record.h"
+#include "etalon/odometry/imu_propagator.h"
 #include "etalon/pipeline/frame_estimate.h"
+#include "etalon/pipeline/front_stage.h"
 #include "etalon/pipeline/input_border.h"
+#include "etalon/pipeline/live_queue.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/pipeline_state.h"
-#include "etalon/pipeline/repeated_images.h"
 #include "etalon/pipeline/starter.h"
 
 namespace etalon {
@@ -43,18 +51,46 @@ struct FrameTiming {
  * turned and moved so that yaw and position of the current pose stay. Poses before keep theirs.
  *
  * A frame that repeats an image of the one before while the platform moves is not tracked.
+ *
+ * Threads. process(), add() and finish() may be called from any thread, and so may latest(),
+ * stateAt() and inputFaults(). By default the work is done in the thread that delivers the
+ * measurement, and the same measurements give the same run, bit for bit. With PipelineOptions::live
+ * front end and estimator have a thread each and the call returns at once; of the frames that wait
+ * for a stage only the newest is kept, and the others are counted (InputFault::kFrameLate). All
+ * other accessors are for between calls and, live, for after finish().
  */
 class Pipeline {
  public:
+  /** Without a frame for this long, the IMU alone carries the pose, s. */
+  static constexpr double kNoImageS = 0.5;
+
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
            PipelineInitializers initializers);
   ~Pipeline();
 
+  /**
+   * What a sensor driver or a rawlog delivers: CObservationIMU, CObservationStereoImages, or
+   * CObservationImage by pairs, labelled "cam0" and "cam1" (ObservationInput). Others are ignored;
+   * what is broken is counted. Relative paths of external images start at the working folder.
+   */
+  void process(const mrpt::obs::CObservation& observation);
   void add(const ImuSample& sample);
   /** Processed as soon as the IMU has reached its stamp (see InputBorder). */
   void add(const StereoFrame& frame);
-  /** Processes what still waits. */
+  /** Processes what still waits; live, waits for it. What comes later is ignored. */
   void finish();
+
+  /** Calls `listener` after every frame, in the thread that processed it. To be set before the first
+   * measurement. The listener must not call the pipeline, but for latest() and stateAt(). */
+  void onFrame(std::function<void(const FrameEstimate&)> listener);
+  /** Calls `listener` after every IMU sample since the start, in the thread that delivered it; the
+   * same rules. */
+  void onImuState(std::function<void(const ImuRateState&)> listener);
+  /** The last frame's estimate; nothing before the first. */
+  std::optional<FrameEstimate> latest() const;
+  /** The state at `t`: from the last frame's stamp to the last IMU sample's; nothing else, and
+   * nothing while stereo odometry runs. */
+  std::optional<ImuRateState> stateAt(TimeNs t) const;
 
   PipelineState state() const { return state_; }
   /** When the state changed, and why. */
@@ -68,6 +104,8 @@ class Pipeline {
   /** trajectory() with hindsight: of every keyframe the last estimate before it left the fixed-lag
    * odometry's window, what is between follows (carriedAlong()). */
   Trajectory smoothedTrajectory() const;
+  /** What of the flight is remembered for it, and the landmarks. */
+  const FlightRecord& record() const { return record_; }
   /** A bundle adjustment of all keyframes, images and IMU; with PipelineOptions::final_ba. The
    * trajectory is carriedAlong(smoothedTrajectory(), FinalFlight::keyframes). */
   FinalFlight finalBa() const;
@@ -78,7 +116,7 @@ class Pipeline {
   int keyframesCollected() const { return static_cast<int>(window_.stamps().size()); }
   int framesNotLocated() const { return frames_not_located_; }
   /** What was wrong with the measurements so far; empty if nothing. */
-  const InputFaultCounts& inputFaults() const { return border_.faults(); }
+  InputFaultCounts inputFaults() const;
   /** Biases in use: the prior's mean until initialised. */
   const ImuBias& bias() const { return bias_; }
   /** Stamp at which the initializer for motion took over from the one at rest. */
@@ -89,18 +127,33 @@ class Pipeline {
   bool waitsForMotion() const { return starter_.waitsForMotion(); }
 
  private:
+  using EstimatorInput = std::variant<ImuSample, FrontFrame, ClockJump>;
+
+  // At the border (pipeline_input.cpp).
+  void admit(StereoFrame frame);
   void processAdmitted();
-  void process(const ImuSample& sample);
-  void process(const StereoFrame& frame);
-  std::optional<TrackedFrame> track(const StereoFrame& frame, TimeNs before,
-                                    const Eigen::Matrix3d& R_prev_cur);
+  void runFrontEnd(AdmittedInput input);
+  void deliver(EstimatorInput input);
+  void startThreads();
+  void joinThreads();
+  void count(InputFault fault, TimeNs t);
+  void propagate(const ImuSample& sample);
+  void publish(const FrameEstimate& estimate);
+  std::optional<ImuRateState> propagatedState(TimeNs t) const;
+
+  // The estimator.
+  void estimate(const EstimatorInput& input);
+  void estimate(const ImuSample& sample);
+  void estimate(const ClockJump& jump);
+  void estimate(const FrontFrame& frame);
+  void noticeMissingImages(TimeNs until);
+  void forgetOld();
   void follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
               const Eigen::Matrix3d& R_prev_cur, bool keyframe);
   void followInertially(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
   void keep(const OdometryOutput& output);
   void enter(PipelineState state, TimeNs t, const std::string& reason);
   void lose(const OdometryOutput& output, const std::string& reason);
-  Eigen::Matrix3d rotationSince(TimeNs t0, TimeNs t1) const;
   bool collecting() const {
     return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
   }
@@ -118,9 +171,23 @@ class Pipeline {
   StereoInertialCalibration calibration_;
   PipelineOptions options_;
   ImuNoiseDensities noise_;
+
+  mutable std::mutex border_mutex_;  ///< of what delivers measurements, to runFrontEnd()
+  ObservationInput observation_input_;
   InputBorder border_;
-  RepeatedImages repeated_images_;
-  StereoTracker tracker_;
+  FrontStage front_;
+  std::unique_ptr<LiveQueue<AdmittedInput, StereoFrame>> front_queue_;  ///< live
+  std::unique_ptr<LiveQueue<EstimatorInput, FrontFrame>> estimator_queue_;
+  std::thread front_thread_, estimator_thread_;
+
+  mutable std::mutex shared_mutex_;  ///< of what both threads and any reader see
+  InputFaultCounts run_faults_;
+  ImuPropagator propagator_;
+  ImuBias front_bias_;  ///< what the front end believes of the gyro
+  std::optional<FrameEstimate> latest_;
+  std::function<void(const FrameEstimate&)> on_frame_;
+  std::function<void(const ImuRateState&)> on_imu_state_;
+
   StereoOdometry odometry_;
   std::unique_ptr<Odometry> inertial_;           ///< while kInertial or kDeadReckoning
   std::shared_ptr<ImageViews> views_;            ///< of inertial_; null without a map
@@ -132,8 +199,7 @@ class Pipeline {
   ImuBuffer imu_;
   KeyframeWindow window_;
   Starter starter_;
-  std::optional<TimeNs> tracked_at_;  ///< the last frame that the tracker saw
-  std::optional<TimeNs> last_frame_;  ///< the last frame of all
+  std::optional<TimeNs> last_frame_;
   PipelineState state_ = PipelineState::kWaiting;
   std::vector<PipelineEvent> events_;
   std::optional<TimeNs> initialized_at_, handed_over_at_;

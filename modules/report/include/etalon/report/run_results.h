@@ -22,6 +22,7 @@ struct FinishedRun {
   double min_coverage = kMinCoverage;           ///< by ground truth, for errors to be given
   std::optional<FinalFlight> final_flight;      ///< Pipeline::finalBa(), where it was asked for
   double final_ba_s = 0.0;                      ///< wall time of that
+  std::vector<ImuRateState> imu_states;         ///< Pipeline::onImuState(), where asked for
 };
 
 /** What initialization.json and run.rawlog say of the run, errors against ground truth included. */
@@ -29,7 +30,8 @@ RunRecord makeRunRecord(const FinishedRun& run);
 
 /**
  * Writes trajectory.tum, trajectory_smoothed.tum, states.csv, initialization.json, run.rawlog,
- * trajectory.png, report.html, config.ini and, where there is a final flight, trajectory_final.tum
+ * trajectory.png, report.html, flight.3Dscene, config.ini and, where there is a final flight or
+ * there are states at IMU rate, trajectory_final.tum and states_imu.csv
  * into `folder`, which is made if need be. They take their places together, when all of them are
  * whole.
  * @return their paths, in this order

@@ -71,6 +71,14 @@ struct InputFaultRecord {
   double value = 0.0;  ///< of the first: a rate, a step in seconds...
 };
 
+/** Wall time of a stage, a frame that it worked on. */
+struct StageTimes {
+  std::string stage;  ///< "front_end", "odometry", "initialization"
+  int frames = 0;
+  double median_ms = WindowErrors::kNone, p99_ms = WindowErrors::kNone, max_ms = 0.0;
+  double total_s = 0.0;
+};
+
 /** Counts and times of a whole run. */
 struct RunStatistics {
   int stereo_frames = 0, imu_samples = 0;
@@ -81,6 +89,7 @@ struct RunStatistics {
   double duration_s = 0.0;                     ///< from the first to the last delivered image
   double wall_s = WindowErrors::kNone;
   double frame_median_ms = WindowErrors::kNone;  ///< front end and odometry of a stereo frame
+  std::vector<StageTimes> stages;
 };
 
 /** A change of the pipeline's state (PipelineEvent). */

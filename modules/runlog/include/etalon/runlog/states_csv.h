@@ -14,4 +14,8 @@ namespace etalon {
  */
 std::string statesCsv(const std::vector<FrameEstimate>& estimates);
 
+/** The states at the IMU's rate as CSV, a line a sample: the first columns of statesCsv(), to the
+ * velocity. */
+std::string imuStatesCsv(const std::vector<ImuRateState>& states);
+
 }  // namespace etalon

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+
+#include "etalon/core/calibration.h"
+#include "etalon/imu/imu_buffer.h"
+#include "etalon/optimization/residuals/inertial_residual.h"
+
+namespace etalon {
+
+/** The state between frames and ahead of the last one, by the IMU from the last frame's estimate. */
+class ImuPropagator {
+ public:
+  ImuPropagator(const ImuNoiseDensities& noise, double gravity_mps2)
+      : noise_(noise), g_W_(0.0, 0.0, -gravity_mps2) {}
+
+  /** Nothing is known any more, the clock jumped. */
+  void reset();
+  /** The odometry ended: samples are kept for the next estimate. */
+  void forgetState() { state_.reset(); }
+
+  /** The estimate at `t`; samples after it may have come already. */
+  void correct(TimeNs t, const NavState& state);
+
+  /** The next sample, later than the one before. */
+  void add(const ImuSample& sample);
+
+  /** Stamp of the last sample, or of the last estimate where that is later. */
+  TimeNs end() const;
+
+  /** The state at `t`, from the last estimate's stamp to end(); nothing outside of that, before the
+   * first estimate, or where the IMU does not cover the time since. */
+  std::optional<NavState> at(TimeNs t) const;
+
+ private:
+  /** Of these, samples are kept; with more, the last state takes the place of the estimate. */
+  static constexpr size_t kMostSamples = 4000;
+
+  ImuNoiseDensities noise_;
+  Eigen::Vector3d g_W_;
+  ImuBuffer imu_;
+  std::optional<NavState> state_;
+  TimeNs t_ = 0;  ///< of state_
+};
+
+}  // namespace etalon

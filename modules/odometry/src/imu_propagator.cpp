@@ -1,0 +1,36 @@
+#include "etalon/odometry/imu_propagator.h"
+
+#include <algorithm>
+
+namespace etalon {
+
+void ImuPropagator::reset() {
+  imu_ = ImuBuffer();
+  state_.reset();
+}
+
+void ImuPropagator::correct(TimeNs t, const NavState& state) {
+  state_ = state;
+  t_ = t;
+  imu_.dropBefore(t);
+}
+
+void ImuPropagator::add(const ImuSample& sample) {
+  imu_.add(sample);
+  if (imu_.samples().size() <= kMostSamples) return;
+  if (const auto state = at(sample.t)) correct(sample.t, *state);
+  imu_.dropBefore(sample.t);
+}
+
+TimeNs ImuPropagator::end() const {
+  return imu_.empty() ? t_ : std::max(t_, imu_.samples().back().t);
+}
+
+std::optional<NavState> ImuPropagator::at(TimeNs t) const {
+  if (!state_ || t < t_) return std::nullopt;
+  if (t == t_) return state_;
+  if (!imu_.covers(t_, t)) return std::nullopt;
+  return predict(*state_, Preintegration(imu_.between(t_, t), state_->bias, noise_), g_W_);
+}
+
+}  // namespace etalon

@@ -1,0 +1,175 @@
+// Pipeline: from whoever delivers measurements to the estimator, on one thread or three.
+
+#include "etalon/pipeline/pipeline.h"
+
+namespace etalon {
+
+void Pipeline::process(const mrpt::obs::CObservation& observation) {
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  auto measurement = observation_input_.convert(observation);
+  if (const auto* unusable = std::get_if<UnusableObservation>(&measurement)) {
+    if (unusable->kind == UnusableObservation::Kind::kBroken)
+      border_.count(InputFault::kObservationBroken, unusable->t);
+    else if (unusable->kind == UnusableObservation::Kind::kUnpaired)
+      border_.count(InputFault::kImageUnpaired, unusable->t);
+    return;
+  }
+  SensorEvent& event = std::get<SensorEvent>(measurement);
+  if (const auto* sample = std::get_if<ImuSample>(&event))
+    border_.add(*sample);
+  else
+    admit(std::move(std::get<StereoFrame>(event)));
+  processAdmitted();
+}
+
+void Pipeline::add(const ImuSample& sample) {
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  border_.add(sample);
+  processAdmitted();
+}
+
+void Pipeline::add(const StereoFrame& frame) {
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  admit(frame);
+  processAdmitted();
+}
+
+void Pipeline::admit(StereoFrame frame) {
+  if (options_.live) {  // the caller may use its buffers again
+    frame.left = frame.left.clone();
+    frame.right = frame.right.clone();
+  }
+  border_.add(std::move(frame));
+}
+
+void Pipeline::finish() {
+  {
+    const std::lock_guard<std::mutex> lock(border_mutex_);
+    border_.finish();
+    processAdmitted();
+  }
+  joinThreads();
+  if (!imu_.empty()) noticeMissingImages(imu_.samples().back().t);
+}
+
+void Pipeline::processAdmitted() {
+  while (std::optional<AdmittedInput> input = border_.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*input)) propagate(*sample);
+    if (!front_queue_)
+      runFrontEnd(std::move(*input));
+    else if (const auto dropped = front_queue_->push(std::move(*input)))
+      count(InputFault::kFrameLate, dropped->t);
+  }
+}
+
+void Pipeline::runFrontEnd(AdmittedInput input) {
+  if (const auto* sample = std::get_if<ImuSample>(&input)) {
+    front_.add(*sample);
+    deliver(*sample);
+  } else if (const auto* jump = std::get_if<ClockJump>(&input)) {
+    front_.forgetImu();
+    deliver(*jump);
+  } else {
+    ImuBias bias;
+    {
+      const std::lock_guard<std::mutex> lock(shared_mutex_);
+      bias = front_bias_;
+    }
+    FrontFrame frame = front_.process(std::get<StereoFrame>(input), bias);
+    if (!frame.tracked) count(InputFault::kFrameRepeatsImage, frame.t);
+    deliver(std::move(frame));
+  }
+}
+
+void Pipeline::deliver(EstimatorInput input) {
+  if (!estimator_queue_)
+    estimate(input);
+  else if (const auto dropped = estimator_queue_->push(std::move(input)))
+    count(InputFault::kFrameLate, dropped->t);
+}
+
+void Pipeline::startThreads() {
+  front_queue_ = std::make_unique<LiveQueue<AdmittedInput, StereoFrame>>();
+  estimator_queue_ = std::make_unique<LiveQueue<EstimatorInput, FrontFrame>>();
+  front_thread_ = std::thread([this] {
+    while (auto input = front_queue_->pop()) runFrontEnd(std::move(*input));
+  });
+  estimator_thread_ = std::thread([this] {
+    while (const auto input = estimator_queue_->pop()) estimate(*input);
+  });
+}
+
+void Pipeline::joinThreads() {
+  if (front_queue_) front_queue_->close();
+  if (front_thread_.joinable()) front_thread_.join();
+  if (estimator_queue_) estimator_queue_->close();
+  if (estimator_thread_.joinable()) estimator_thread_.join();
+}
+
+void Pipeline::count(InputFault fault, TimeNs t) {
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  InputFaultCount& c = run_faults_[fault];
+  if (c.count++ == 0) c.first = t;
+}
+
+InputFaultCounts Pipeline::inputFaults() const {
+  const std::scoped_lock lock(border_mutex_, shared_mutex_);
+  InputFaultCounts faults = border_.faults();
+  faults.insert(run_faults_.begin(), run_faults_.end());
+  return faults;
+}
+
+void Pipeline::onFrame(std::function<void(const FrameEstimate&)> listener) {
+  on_frame_ = std::move(listener);
+}
+
+void Pipeline::onImuState(std::function<void(const ImuRateState&)> listener) {
+  on_imu_state_ = std::move(listener);
+}
+
+void Pipeline::propagate(const ImuSample& sample) {
+  std::optional<ImuRateState> state;
+  {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    // Across a jump of the clock nothing is known until the next frame.
+    if (propagator_.end() > 0 &&
+        secondsBetween(propagator_.end(), sample.t) > options_.input.max_gap_s)
+      propagator_.reset();
+    propagator_.add(sample);
+    if (on_imu_state_) state = propagatedState(sample.t);
+  }
+  if (state) on_imu_state_(*state);
+}
+
+/** After a frame: what every reader may ask for. */
+void Pipeline::publish(const FrameEstimate& estimate) {
+  {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    latest_ = estimate;
+    front_bias_ = bias_;
+    if (inertial_)
+      propagator_.correct(estimate.t, estimate.nav);
+    else
+      propagator_.forgetState();
+  }
+  if (on_frame_) on_frame_(estimate);
+}
+
+std::optional<FrameEstimate> Pipeline::latest() const {
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  return latest_;
+}
+
+std::optional<ImuRateState> Pipeline::propagatedState(TimeNs t) const {
+  const auto nav = propagator_.at(t);
+  if (!nav) return std::nullopt;
+  const bool no_image = secondsBetween(latest_->t, t) > kNoImageS;
+  return ImuRateState{t, no_image ? PipelineState::kDeadReckoning : latest_->state, *nav};
+}
+
+std::optional<ImuRateState> Pipeline::stateAt(TimeNs t) const {
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  return propagatedState(t);
+}
+
+}  // namespace etalon

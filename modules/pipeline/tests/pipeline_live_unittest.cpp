@@ -1,0 +1,238 @@
+// The pipeline as a library: MRPT observations from any thread, states at IMU rate, live threads.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <mrpt/obs/CObservationComment.h>
+
+#include <atomic>
+#include <thread>
+
+#include "etalon/datasets/mrpt_time.h"
+#include "etalon/datasets/observation_conversion.h"
+#include "etalon/pipeline/pipeline.h"
+#include "scripted_flight.h"
+
+namespace etalon::pipeline_test {
+
+namespace {
+
+constexpr size_t kWindow = 3;  // keyframes
+
+class PipelineLive : public ::testing::Test {
+ protected:
+  static const Flight& flight() { return Flight::instance(); }
+
+  static InitializationResult truth(const InitializationProblem& problem) {
+    Initialization result;
+    for (int k = 0; k < problem.keyframeCount(); ++k) {
+      const TimeNs t = problem.keyframe(k).t;
+      const auto state = flight().trajectory.at(t);
+      result.states.push_back({t, state.T_WB, state.v_WB});
+    }
+    result.covariance = Eigen::MatrixXd::Identity(11, 11) * 1e-6;
+    return result;
+  }
+
+  static Pipeline pipeline(bool live, size_t history_frames = 0) {
+    PipelineOptions options;
+    options.keyframes = kWindow;
+    options.keyframe_rate_hz = kFrameRateHz;
+    options.window.refine = false;  // what the script says counts as it is
+    options.live = live;
+    options.history_frames = history_frames;
+    PipelineInitializers initializers;
+    initializers.name = "truth";
+    initializers.initializer = std::make_shared<Scripted>(truth);
+    return {flight().calibration, options, initializers};
+  }
+
+  /** Samples up to `t`, from *next on. */
+  static void addImu(TimeNs t, size_t* next, Pipeline* pipeline) {
+    for (; *next < flight().imu.size() && flight().imu[*next].t <= t; ++*next)
+      pipeline->process(toObservation(flight().imu[*next]));
+  }
+};
+
+TEST_F(PipelineLive, ObservationsAreTheSameAsMeasurements) {
+  Pipeline measured = pipeline(false), observed = pipeline(false), by_images = pipeline(false);
+  for (const ImuSample& sample : flight().imu) {
+    ImuSample cut = sample;
+    cut.t = truncateToMrptTick(sample.t);
+    measured.add(cut);
+    observed.process(toObservation(sample));
+    by_images.process(toObservation(sample));
+  }
+  for (StereoFrame frame : flight().frames) {
+    frame.t = truncateToMrptTick(frame.t);
+    measured.add(frame);
+    const auto stereo = toObservation(frame, flight().calibration);
+    observed.process(stereo);
+    mrpt::obs::CObservationImage image;
+    image.timestamp = stereo.timestamp;
+    image.sensorLabel = "cam1";
+    image.image = stereo.imageRight;
+    by_images.process(image);
+    image.sensorLabel = "cam0";
+    image.image = stereo.imageLeft;
+    by_images.process(image);
+  }
+  for (Pipeline* pipeline : {&measured, &observed, &by_images}) pipeline->finish();
+  ASSERT_EQ(observed.trajectory().size(), flight().frames.size());
+  for (size_t k = 0; k < measured.trajectory().size(); ++k)
+    for (const Pipeline* other : {&observed, &by_images}) {
+      EXPECT_EQ(other->trajectory()[k].t, measured.trajectory()[k].t);
+      EXPECT_EQ(other->trajectory()[k].T_WB.t, measured.trajectory()[k].T_WB.t);
+    }
+  EXPECT_TRUE(by_images.inputFaults().empty());
+}
+
+TEST_F(PipelineLive, WhatIsBrokenIsCountedAndWhatIsUnknownIgnored) {
+  Pipeline pipeline = this->pipeline(false);
+  mrpt::obs::CObservationIMU imu;
+  imu.timestamp = toMrptTime(flight().imu[0].t);
+  pipeline.process(imu);  // no rates
+  mrpt::obs::CObservationImage image;
+  image.timestamp = imu.timestamp;
+  image.sensorLabel = "cam0";
+  pipeline.process(image);  // empty
+  image.image = mrpt::img::CImage(cv::Mat(480, 752, CV_8UC1, cv::Scalar(7)), mrpt::img::DEEP_COPY);
+  for (int k = 0; k < 3; ++k) {  // the right camera is missing
+    image.timestamp = toMrptTime(flight().frames[static_cast<size_t>(k)].t);
+    pipeline.process(image);
+  }
+  image.sensorLabel = "thermal";
+  pipeline.process(image);
+  pipeline.process(mrpt::obs::CObservationComment());
+  pipeline.finish();
+  const InputFaultCounts faults = pipeline.inputFaults();
+  EXPECT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults.at(InputFault::kObservationBroken).count, 2);
+  EXPECT_EQ(faults.at(InputFault::kImageUnpaired).count, 2);
+  EXPECT_TRUE(pipeline.trajectory().empty());
+}
+
+TEST_F(PipelineLive, TheImuCarriesTheStateBetweenFrames) {
+  Pipeline pipeline = this->pipeline(false);
+  std::vector<ImuRateState> states;
+  pipeline.onImuState([&states](const ImuRateState& state) { states.push_back(state); });
+  EXPECT_FALSE(pipeline.latest());
+  size_t next = 0;
+  for (const StereoFrame& frame : flight().frames) {
+    addImu(frame.t, &next, &pipeline);
+    pipeline.process(toObservation(frame, flight().calibration));
+  }
+  const TimeNs last = flight().frames.back().t;
+  EXPECT_FALSE(pipeline.stateAt(last - durationNs(0.2)));  // in the past
+  addImu(last + durationNs(2.0), &next, &pipeline);
+  ASSERT_FALSE(states.empty());
+  TimeNs before = 0;
+  for (const ImuRateState& state : states) {
+    EXPECT_GT(state.t, before);
+    before = state.t;
+    const auto truth = flight().trajectory.at(state.t);
+    // What the frames' estimates are off by, and an IMU without noise.
+    if (state.t > last) continue;
+    EXPECT_LT((state.nav.T_WB.t - truth.T_WB.t).norm(), 0.02);
+    EXPECT_LT((state.nav.v_WB - truth.v_WB).norm(), 0.05);
+  }
+  // From the first frame after the start on, one a sample.
+  EXPECT_GT(states.size(), static_cast<size_t>(200.0 / kFrameRateHz * (kFrames - kWindow)));
+  const auto latest = pipeline.latest();
+  ASSERT_TRUE(latest);
+  EXPECT_EQ(latest->t, truncateToMrptTick(last));
+  const auto now = pipeline.stateAt(states.back().t);
+  ASSERT_TRUE(now);
+  EXPECT_EQ(now->nav.T_WB.t, states.back().nav.T_WB.t);
+  const bool no_image = secondsBetween(latest->t, states.back().t) > Pipeline::kNoImageS;
+  EXPECT_EQ(now->state, no_image ? PipelineState::kDeadReckoning : PipelineState::kInertial);
+  EXPECT_FALSE(pipeline.stateAt(states.back().t + durationNs(0.1)));  // not known yet
+}
+
+TEST_F(PipelineLive, ThreadsShareTheBorderAndLateFramesAreCounted) {
+  Pipeline pipeline = this->pipeline(true);
+  std::atomic<size_t> frames{0};
+  pipeline.onFrame([&frames](const FrameEstimate&) { ++frames; });
+  std::thread imu([&pipeline] {
+    for (const ImuSample& sample : flight().imu) pipeline.process(toObservation(sample));
+  });
+  std::thread camera([&pipeline] {
+    for (const StereoFrame& frame : flight().frames) {
+      // The driver's buffers are used again at once.
+      StereoFrame copy{frame.t, frame.left.clone(), frame.right.clone(), "", ""};
+      pipeline.add(copy);
+      copy.left.setTo(0);
+      copy.right.setTo(0);
+    }
+  });
+  std::thread reader([&pipeline, &frames] {
+    while (frames < 1) std::this_thread::yield();
+    EXPECT_TRUE(pipeline.latest());
+    pipeline.stateAt(flight().frames.back().t);
+    pipeline.inputFaults();
+  });
+  imu.join();
+  camera.join();
+  pipeline.finish();
+  reader.join();
+  const InputFaultCounts faults = pipeline.inputFaults();
+  const auto late = faults.find(InputFault::kFrameLate);
+  const size_t dropped = late == faults.end() ? 0 : static_cast<size_t>(late->second.count);
+  // Every frame is either there or said to be dropped, and the last one is never dropped.
+  EXPECT_EQ(pipeline.estimates().size() + dropped, flight().frames.size());
+  EXPECT_EQ(frames, pipeline.estimates().size());
+  EXPECT_EQ(pipeline.estimates().back().t, flight().frames.back().t);
+}
+
+TEST_F(PipelineLive, AHistoryWithoutEndIsCut) {
+  Pipeline pipeline = this->pipeline(false, 2);
+  for (const ImuSample& sample : flight().imu) pipeline.add(sample);
+  for (const StereoFrame& frame : flight().frames) pipeline.add(frame);
+  pipeline.finish();
+  EXPECT_GE(pipeline.estimates().size(), 2U);
+  EXPECT_LT(pipeline.estimates().size(), 4U);
+  EXPECT_EQ(pipeline.trajectory().size(), pipeline.estimates().size());
+  EXPECT_EQ(pipeline.trajectory().back().t, flight().frames.back().t);
+  EXPECT_EQ(pipeline.smoothedTrajectory().size(), pipeline.trajectory().size());
+}
+
+TEST_F(PipelineLive, ImagesThatStopAreSaid) {
+  Pipeline pipeline = this->pipeline(false);
+  for (const ImuSample& sample : flight().imu) pipeline.add(sample);
+  ImuSample still = flight().imu.back();
+  for (int k = 0; k < 200; ++k) {
+    still.t += durationNs(0.005);
+    pipeline.add(still);
+  }
+  for (const StereoFrame& frame : flight().frames) pipeline.add(frame);
+  pipeline.finish();
+  EXPECT_EQ(pipeline.state(), PipelineState::kDeadReckoning);
+  EXPECT_THAT(pipeline.events().back().reason, ::testing::HasSubstr("no image came for"));
+  EXPECT_EQ(pipeline.events().back().t, flight().frames.back().t + durationNs(Pipeline::kNoImageS));
+}
+
+TEST_F(PipelineLive, AnImuThatEndsIsSaidAndTheImagesGoOn) {
+  Pipeline pipeline = this->pipeline(false);
+  const TimeNs end = flight().frames[kWindow].t;
+  for (const ImuSample& sample : flight().imu)
+    if (sample.t <= end) pipeline.add(sample);
+  for (const StereoFrame& frame : flight().frames) pipeline.add(frame);
+  pipeline.finish();
+  ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
+  const InputFaultCounts faults = pipeline.inputFaults();
+  EXPECT_EQ(faults.at(InputFault::kFrameWithoutImu).count, static_cast<int>(kFrames - kWindow - 1));
+  for (const FrameEstimate& estimate : pipeline.estimates())
+    EXPECT_LT((estimate.nav.T_WB.t - flight().truth(estimate.t).t).norm(), 0.05);
+}
+
+TEST_F(PipelineLive, WithoutAnyImuStereoOdometryRunsAndItIsSaid) {
+  Pipeline pipeline = this->pipeline(false);
+  for (const StereoFrame& frame : flight().frames) pipeline.add(frame);
+  pipeline.finish();
+  EXPECT_EQ(pipeline.estimates().size(), flight().frames.size());
+  EXPECT_EQ(pipeline.state(), PipelineState::kVisual);
+  EXPECT_EQ(pipeline.inputFaults().at(InputFault::kFrameWithoutImu).count, kFrames);
+}
+
+}  // namespace
+
+}  // namespace etalon::pipeline_test

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "etalon/core/tracked_frame.h"
+#include "etalon/core/trajectory.h"
+
+namespace etalon {
+
+/** What a flight looks like in 3-D, all in W. */
+struct FlightScene {
+  Trajectory trajectory;                            ///< T_WB of all frames: a line
+  Trajectory keyframes;                             ///< T_WB: axes
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m: points
+  Trajectory ground_truth;  ///< a line of another colour, as given; may be empty
+};
+
+/**
+ * Writes the flight as a scene of MRPT (SceneViewer3D opens it). Needs no display.
+ * Landmarks farther than 100 m from the flight's middle are left out.
+ * @throws DataError if the file cannot be written
+ */
+void writeScene(const std::string& path, const FlightScene& flight);
+
+}  // namespace etalon

@@ -1,0 +1,27 @@
+// The example that feeds the pipeline with MRPT observations from a rawlog.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "chain_files.h"
+
+namespace etalon::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Observations, OfARawlogGiveAFlight) {
+  const TemporaryFolder folder;
+  const std::string log = folder.path() + "/flight.rawlog";
+  ASSERT_EQ(runEtalon({"convert", kFlight, log}).exit_code, 0);
+  const CommandResult run = runProgram(ETALON_OBSERVATIONS_TO_STATES, {log});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("inertial: a start was accepted"));
+  EXPECT_THAT(run.out, HasSubstr("80 frames"));
+  // The same again, bit for bit.
+  EXPECT_EQ(runProgram(ETALON_OBSERVATIONS_TO_STATES, {log}).out, run.out);
+  EXPECT_EQ(runProgram(ETALON_OBSERVATIONS_TO_STATES, {folder.path() + "/none"}).exit_code, 3);
+}
+
+}  // namespace
+}  // namespace etalon::testing
