@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "etalon/frontend/anchor_patch.h"
 #include "etalon/core/calibration.h"
+#include "etalon/frontend/anchor_patch.h"
 #include "klt.h"
 
 namespace etalon {

@@ -4,10 +4,10 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "etalon/frontend/anchor_patch.h"
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/frontend/anchor_patch.h"
 #include "klt.h"
 #include "motion_check.h"
 #include "stereo_matcher.h"
