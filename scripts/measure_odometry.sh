@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Replays recordings and prints the odometry's errors over the whole run, from the first image on, as a Markdown table: the causal
-# trajectory and, with --final-ba among the options, the final one. With --faults every recording is replayed once more for each fault.
+# trajectory, the smoothed one and, with --final-ba among the options, the final one. With --faults every recording is replayed once more for each fault.
 #
 #   scripts/measure_odometry.sh OUT SRC... [-- OPTIONS OF REPLAY]
 #   scripts/measure_odometry.sh --faults TOOL "FAULT..." OUT SRC... [-- OPTIONS OF REPLAY]
@@ -23,8 +23,10 @@ shift
 sources=()
 while [[ $# -gt 0 && $1 != -- ]]; do sources+=("$1"); shift; done
 [[ ${1:-} == -- ]] && shift
+final_column=""
+for option in "$@"; do [[ $option == --final-ba ]] && final_column=yes; done
 
-# Prints RMSE of the position for the alignments SE(3) and yaw and position, and the scale's error in per cent.
+# RMSE of the position, m, after alignment in SE(3) and in yaw and position, and of the rotation after the latter, deg.
 errors() {
   "$etalon" evaluate --format csv --min-coverage 0.1 "$1" "$2" |
     awk -F, '$1 == "ATE" { rmse[$2] = $4; rotation[$2] = $10 }
@@ -32,8 +34,9 @@ errors() {
 }
 
 mkdir -p "$out/recordings"
-printf '| recording | fault | ATE, m | in yaw and position | rotation, deg | final ATE, m | in yaw and position | rotation, deg | poses | ms a frame, median | states after the start |\n'
-printf '|---|---|---|---|---|---|---|---|---|---|---|\n'
+printf '| recording | fault | ATE, m | in yaw and position | rotation, deg | smoothed | in yaw and position | rotation, deg | %sframes | ms a frame | states after the start |\n' \
+  "${final_column:+final | in yaw and position | rotation, deg | }"
+printf '|---|---|---|---|---|---|---|---|---|---|---|%s\n' "${final_column:+---|---|---|}"
 for source in "${sources[@]}"; do
   for fault in "${faults[@]}"; do
     name=$(basename "$source")${fault:+_${fault//[: ]/_}}
@@ -48,9 +51,10 @@ for source in "${sources[@]}"; do
       fi
       "$etalon" replay "$replayed" --out "$run" "$@" >"$out/$name.log" 2>&1 || [[ $? -eq 1 ]] || { cat "$out/$name.log" >&2; exit 1; }
       causal=$(errors "$run/trajectory.tum" "$replayed")
-      final='– | – | –'
-      if [[ -e $run/trajectory_final.tum ]]; then final=$(errors "$run/trajectory_final.tum" "$replayed"); fi
-      awk -v row="| $(basename "$source") | ${fault:-none} | $causal | $final |" '
+      smoothed=$(errors "$run/trajectory_smoothed.tum" "$replayed")
+      final=""
+      if [[ -n $final_column ]]; then final="$(errors "$run/trajectory_final.tum" "$replayed") | "; fi
+      awk -v row="| $(basename "$source") | ${fault:-none} | $causal | $smoothed | $final" '
         /"stereo_frames"/ { frames = $2 + 0 }
         /"frame_median_ms"/ { ms = $2 + 0 }
         /"state":/ { gsub(/[",]/, "", $2); states = states (states ? ", " : "") $2 }

@@ -45,7 +45,9 @@ TEST(Writers, AFullDiskIsNoticedAndLeavesWhatWasThere) {
   const std::string flight = simulated(folder), out = folder.path() + "/run";
   ASSERT_EQ(runEtalon({"replay", flight, "--out", out}).exit_code, 1);
   const auto written = fs::last_write_time(out + "/trajectory.tum");
-  const auto files = [&] { return std::distance(fs::directory_iterator(out), {}); };
+  const auto files = [&] {
+    return std::distance(fs::directory_iterator(out), fs::directory_iterator());
+  };
   const auto before = files();
   // No file longer than 16 blocks: trajectory.tum fits in, run.rawlog does not.
   const std::string full = "ulimit -f 16; ";
