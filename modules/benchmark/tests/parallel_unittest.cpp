@@ -44,7 +44,9 @@ TEST(InParallel, TheFirstExceptionEndsTheWork) {
     } catch (const std::runtime_error& e) {
       EXPECT_STREQ(e.what(), "item 3");
     }
-    if (jobs == 1) EXPECT_EQ(begun, 4);  // what others do meanwhile is a matter of time
+    if (jobs == 1) {
+      EXPECT_EQ(begun, 4);  // what others do meanwhile is a matter of time
+    }
   }
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 InitializationProblem::Data threeFrames() {
   InitializationProblem::Data data;
-  for (const TimeNs t : {0, 50'000'000, 100'000'000}) data.frames.push_back({t, {}});
+  for (const TimeNs t : {0, 50'000'000, 100'000'000}) data.frames.push_back({t, {}, {}});
   data.keyframe_indices = {0, 2};
   std::vector<ImuSample> samples;
   for (TimeNs t = 0; t <= 100'000'000; t += 5'000'000) {

@@ -29,7 +29,7 @@ Data goodData() {
     b.left = {30.0, 40.0};
     b.right = {25.0, 40.0};
     b.has_right = true;
-    data.frames.push_back({k * 100'000'000, {a, b}});
+    data.frames.push_back({k * 100'000'000, {a, b}, {}});
     data.keyframe_indices.push_back(k);
   }
   std::vector<ImuSample> samples;

@@ -82,7 +82,7 @@ TEST(PluginLoader, CatchesWhatAPluginThrowsAcrossTheLibraryBoundary) {
   initializer->declareParameters(parameters);
   parameters.read(IniFile::fromText("[good]\nanswer = data_error\n", "a.ini"));
   InitializationProblem::Data data;
-  data.frames = {{0, {}}, {5'000'000, {}}};
+  data.frames = {{0, {}, {}}, {5'000'000, {}, {}}};
   data.keyframe_indices = {0, 1};
   std::vector<ImuSample> samples(2);
   samples[1].t = 5'000'000;

@@ -69,7 +69,7 @@ class Flight {
     for (const SyntheticFrame& seen :
          simulateTracks(trajectory_, calibration_, at, landmarks_, options)) {
       window.keyframe_indices.push_back(static_cast<int>(window.frames.size()));
-      window.frames.push_back({seen.t, {}});
+      window.frames.push_back({seen.t, {}, {}});
       for (const SyntheticObservation& o : seen.observations)
         window.frames.back().observations.push_back(
             {static_cast<LandmarkId>(o.id), o.left, o.right, o.has_right});
