@@ -101,6 +101,8 @@ for folder in "${runs[@]}"; do
     case "$file" in
       *.png) meaning="picture: the trajectory from above, errors over time" ;;
       *.html) meaning="report: every attempt, its reason and its errors, for a browser" ;;
+      *_smoothed.tum) meaning="the same, each pose as it was last known" ;;
+      *.3Dscene) meaning="the flight in three dimensions (SceneViewer3D)" ;;
       *.tum) meaning="trajectory T_WB, TUM format" ;;
       *.json) meaning="every attempt: status, states, biases, errors" ;;
       *.rawlog) meaning="the run as MRPT observations (RawLogViewer)" ;;
