@@ -22,17 +22,6 @@ class PipelineLive : public ::testing::Test {
  protected:
   static const Flight& flight() { return Flight::instance(); }
 
-  static InitializationResult truth(const InitializationProblem& problem) {
-    Initialization result;
-    for (int k = 0; k < problem.keyframeCount(); ++k) {
-      const TimeNs t = problem.keyframe(k).t;
-      const auto state = flight().trajectory.at(t);
-      result.states.push_back({t, state.T_WB, state.v_WB});
-    }
-    result.covariance = Eigen::MatrixXd::Identity(11, 11) * 1e-6;
-    return result;
-  }
-
   static Pipeline pipeline(bool live, size_t history_frames = 0) {
     PipelineOptions options;
     options.keyframes = kWindow;
@@ -42,7 +31,7 @@ class PipelineLive : public ::testing::Test {
     options.history_frames = history_frames;
     PipelineInitializers initializers;
     initializers.name = "truth";
-    initializers.initializer = std::make_shared<Scripted>(truth);
+    initializers.initializer = std::make_shared<Scripted>(trueInitialization);
     return {flight().calibration, options, initializers};
   }
 

@@ -22,17 +22,6 @@ class PipelineStates : public ::testing::Test {
  protected:
   static const Flight& flight() { return Flight::instance(); }
 
-  static InitializationResult truth(const InitializationProblem& problem) {
-    Initialization result;
-    for (int k = 0; k < problem.keyframeCount(); ++k) {
-      const TimeNs t = problem.keyframe(k).t;
-      const auto state = flight().trajectory.at(t);
-      result.states.push_back({t, state.T_WB, state.v_WB});
-    }
-    result.covariance = Eigen::MatrixXd::Identity(11, 11) * 1e-6;
-    return result;
-  }
-
   static Pipeline pipeline(double max_dead_reckoning_s = 5.0, double sigma_px = 0.35) {
     PipelineOptions options;
     options.window.odometry.sigma_px = sigma_px;
@@ -42,7 +31,7 @@ class PipelineStates : public ::testing::Test {
     options.max_dead_reckoning_s = max_dead_reckoning_s;
     PipelineInitializers initializers;
     initializers.name = "truth";
-    initializers.initializer = std::make_shared<Scripted>(truth);
+    initializers.initializer = std::make_shared<Scripted>(trueInitialization);
     return {flight().calibration, options, initializers};
   }
 

@@ -39,4 +39,15 @@ const Flight& Flight::instance() {
   return flight;
 }
 
+InitializationResult trueInitialization(const InitializationProblem& problem) {
+  Initialization result;
+  for (int k = 0; k < problem.keyframeCount(); ++k) {
+    const TimeNs t = problem.keyframe(k).t;
+    const auto state = Flight::instance().trajectory.at(t);
+    result.states.push_back({t, state.T_WB, state.v_WB});
+  }
+  result.covariance = Eigen::MatrixXd::Identity(11, 11) * 1e-6;
+  return result;
+}
+
 }  // namespace etalon::pipeline_test

@@ -46,4 +46,7 @@ struct Flight {
   std::vector<ImuSample> imu;  ///< without noise
 };
 
+/** The truth of the flight, as a Script. */
+InitializationResult trueInitialization(const InitializationProblem& problem);
+
 }  // namespace etalon::pipeline_test
