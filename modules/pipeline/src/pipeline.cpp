@@ -47,7 +47,8 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
-  if (options.map.enabled) views_ = std::make_shared<ImageViews>();
+  if (options.map.enabled && options.odometry_kind != kStereoVisual)
+    views_ = std::make_shared<ImageViews>();
   front_bias_ = bias_;
   if (options.live) startThreads();
 }
