@@ -27,7 +27,7 @@ struct SimulatedFlightOptions {
   double right_ratio = 1.0;
   int tracks = 120;
   bool imu_noise = true, bias_walk = true;
-  double gyro_noise_factor = 2.0, accel_noise_factor = 6.0;  ///< as [imu_noise] has them
+  double gyro_noise_factor = 2.0, accel_noise_factor = 6.0;  ///< times the data sheet
   std::uint64_t seed = 1;
 };
 

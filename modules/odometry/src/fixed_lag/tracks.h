@@ -11,7 +11,7 @@
 namespace etalon::fixed_lag {
 
 struct TrackOptions {
-  double sigma_px = 0.35;
+  double sigma_px = 0.29;
   double chi2_gate = 25.0;
   double chi2_outlier = 16.0;
   double keyframe_survival = 0.7;
