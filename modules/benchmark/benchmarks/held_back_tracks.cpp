@@ -75,7 +75,7 @@ std::optional<std::array<std::vector<SE3>, kSets>> posesOf(const InitializationP
   *accepted = attempt.accepted();
   std::array<std::vector<SE3>, kSets> poses;
   poses[kOdometry] = problem.visualSolution()->T_VB;
-  for (const KeyframeState& state : attempt.init->states) poses[kBefore].push_back(state.T_WB);
+  for (const StampedState& state : attempt.init->states) poses[kBefore].push_back(state.T_WB);
   poses[kAfter] = attempt.poses();
   for (const TrackedFrame* frame : problem.keyframes())
     if (const auto state = truth.at(frame->t)) poses[kTruth].push_back(state->T_WB);

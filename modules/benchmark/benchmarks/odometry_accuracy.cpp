@@ -200,11 +200,7 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
     }
     velocity.push_back(
         (out.state.T_WB.R.transpose() * out.state.v_WB - R_BG * at->v_WB).squaredNorm());
-    NavState true_state;
-    true_state.T_WB = at->T_WB;
-    true_state.v_WB = at->v_WB;
-    true_state.bias = {at->b_g, at->b_a};
-    const Eigen::Matrix<double, 15, 1> d = out.state.minus(true_state);
+    const Eigen::Matrix<double, 15, 1> d = out.state.minus(*at);
     for (int b = 0; b < 5; ++b)
       nees[b] += d.segment<3>(3 * b).dot(out.covariance.block<3, 3>(3 * b, 3 * b).inverse() *
                                          d.segment<3>(3 * b)) /

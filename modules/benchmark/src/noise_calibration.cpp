@@ -79,8 +79,8 @@ class Fit {
     start_->landmarks = std::move(landmarks);
     double sum = 0.0;
     for (size_t k = 0; k < refined.states.size(); ++k) {
-      const VisualInertialState& s = refined.states[k];
-      start_->states.push_back({problem.keyframe(static_cast<int>(k)).t, s.T_WB, s.v_WB});
+      const NavState& s = refined.states[k];
+      start_->states.emplace_back(problem.keyframe(static_cast<int>(k)).t, s);
       sum += s.v_WB.squaredNorm();
     }
     speed_mps_ = std::sqrt(sum / static_cast<double>(refined.states.size()));

@@ -81,7 +81,7 @@ TEST(Summary, WithoutGroundTruthSuccessIsUnknownRefusedOrNot) {
 TEST(Summary, PosesAloneDoNotAllowToJudge) {
   BenchmarkRecord record = exampleBenchmark();
   for (WindowResult& result : record.results) {
-    for (GroundTruthState& state : result.truth) state.v_WB.setZero();
+    for (StampedState& state : result.truth) state.v_WB.setZero();
     for (StageRecord& stage : result.attempt.stages)
       if (stage.errors) stage.errors->velocity_mps = WindowErrors::kNone;
   }

@@ -299,7 +299,7 @@ InitializationProblem makeProblem(const SyntheticWindow& window,
                              window_options, window.frames, window.keyframe_indices, window.imu);
 }
 
-WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& bias,
+WindowErrors errorsOf(const std::vector<StampedState>& states, const ImuBias& bias,
                       const SyntheticWindow& window) {
   WindowErrors e;
   const size_t n = states.size();

@@ -53,7 +53,7 @@ TEST(SyntheticWindow, WithoutNoiseEverythingAgreesToRounding) {
     EXPECT_GT(errors.count, 10 * 100);
     EXPECT_LT(errors.largest, 1e-8);
     for (size_t k = 1; k < window.truth.size(); ++k) {
-      const KeyframeState &from = window.truth[k - 1], &to = window.truth[k];
+      const StampedState &from = window.truth[k - 1], &to = window.truth[k];
       const Preintegration p(window.imu.between(from.t, to.t), options.bias,
                              window.calibration.imu.noise);
       const double dt = secondsBetween(from.t, to.t);
@@ -94,7 +94,7 @@ TEST(SyntheticWindow, MotionsAreWhatTheirNamesSay) {
   EXPECT_GT(turn(turning), 0.2);
   const SyntheticWindow even = windowOf(Motion::kConstantVelocity);
   EXPECT_GT(path(even), 0.2);
-  for (const KeyframeState& s : even.truth) EXPECT_LT((s.v_WB - even.truth[0].v_WB).norm(), 1e-6);
+  for (const StampedState& s : even.truth) EXPECT_LT((s.v_WB - even.truth[0].v_WB).norm(), 1e-6);
   EXPECT_GT(path(windowOf(Motion::kAggressive)), path(windowOf(Motion::kGentle)));
   EXPECT_GT(turn(windowOf(Motion::kAggressive)), turn(windowOf(Motion::kGentle)));
 }
@@ -150,13 +150,13 @@ TEST(SyntheticWindow, AWorldThatIsTurnedAndMovedChangesNoMeasurement) {
 
 TEST(SyntheticWindow, ErrorsAreInTheUnitsThatTheyName) {
   const SyntheticWindow window = makeSyntheticWindow({});
-  std::vector<KeyframeState> states = window.truth;
+  std::vector<StampedState> states = window.truth;
   const Eigen::Matrix3d tilt = expSO3({M_PI / 180.0, 0, 0});
-  for (KeyframeState& s : states) s.T_WB.R = tilt * s.T_WB.R;
+  for (StampedState& s : states) s.T_WB.R = tilt * s.T_WB.R;
   EXPECT_NEAR(errorsOf(states, window.bias, window).gravity_deg, 1.0, 1e-6);
   EXPECT_LT(errorsOf(states, window.bias, window).rre_deg, 1e-5);  // a common turn is no RRE
   states = window.truth;
-  for (KeyframeState& s : states) s.v_WB += s.T_WB.R * Vector3d(0.3, 0.0, 0.4);
+  for (StampedState& s : states) s.v_WB += s.T_WB.R * Vector3d(0.3, 0.0, 0.4);
   EXPECT_NEAR(errorsOf(states, window.bias, window).velocity_mps, 0.5, 1e-9);
   ImuBias bias = window.bias;
   bias.gyro += Vector3d(0.0, 3e-3, 4e-3);

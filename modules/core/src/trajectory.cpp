@@ -15,19 +15,19 @@
 
 namespace etalon {
 
-std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) const {
+std::optional<StampedState> GroundTruth::at(TimeNs t, double max_gap_s) const {
   const auto after = std::lower_bound(states.begin(), states.end(), t,
-                                      [](const GroundTruthState& s, TimeNs v) { return s.t < v; });
+                                      [](const StampedState& s, TimeNs v) { return s.t < v; });
   if (after == states.end()) return std::nullopt;
   if (after->t == t) return *after;
   if (after == states.begin()) return std::nullopt;
-  const GroundTruthState& a = *(after - 1);
-  const GroundTruthState& b = *after;
+  const StampedState& a = *(after - 1);
+  const StampedState& b = *after;
   const double dt = secondsBetween(a.t, b.t);
   if (dt > max_gap_s) return std::nullopt;
   const double u = secondsBetween(a.t, t) / dt;
 
-  GroundTruthState s;
+  StampedState s;
   s.t = t;
   s.T_WB.R = a.T_WB.R * expSO3(u * logSO3(a.T_WB.R.transpose() * b.T_WB.R));
   if (has_velocity) {
@@ -38,8 +38,8 @@ std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) cons
     s.T_WB.t = a.T_WB.t + u * (b.T_WB.t - a.T_WB.t);
   }
   s.v_WB = a.v_WB + u * (b.v_WB - a.v_WB);
-  s.b_g = a.b_g + u * (b.b_g - a.b_g);
-  s.b_a = a.b_a + u * (b.b_a - a.b_a);
+  s.bias.gyro = a.bias.gyro + u * (b.bias.gyro - a.bias.gyro);
+  s.bias.accel = a.bias.accel + u * (b.bias.accel - a.bias.accel);
   return s;
 }
 

@@ -23,11 +23,11 @@ void moveToImu(const SE3& T_SB, GroundTruth* truth) {
   const bool lever_arm = T_SB.t.norm() > 1e-9;
   // With a lever arm the velocity would need the angular rate, which ground truth does not have.
   if (lever_arm) truth->has_velocity = false;
-  for (GroundTruthState& state : truth->states) {
+  for (StampedState& state : truth->states) {
     state.T_WB = state.T_WB * T_SB;
     if (lever_arm) state.v_WB.setZero();
-    state.b_g = T_SB.R.transpose() * state.b_g;
-    state.b_a = T_SB.R.transpose() * state.b_a;
+    state.bias.gyro = T_SB.R.transpose() * state.bias.gyro;
+    state.bias.accel = T_SB.R.transpose() * state.bias.accel;
   }
 }
 

@@ -28,12 +28,13 @@ GyroAgreement gyroAgreement(const GroundTruth& ground_truth, const std::vector<I
   std::vector<double> sizes;
   double squares = 0.0;
   for (size_t k = 1; k < ground_truth.states.size(); ++k) {
-    const GroundTruthState &begin = ground_truth.states[k - 1], &end = ground_truth.states[k];
+    const StampedState &begin = ground_truth.states[k - 1], &end = ground_truth.states[k];
     const double dt = secondsBetween(begin.t, end.t);
     if (dt > kMaxStepS || !buffer.covers(begin.t, end.t) ||
         buffer.longestGap(begin.t, end.t) > kMaxStepS)
       continue;
-    const ImuBias used = {ground_truth.has_biases ? begin.b_g : bias, Eigen::Vector3d::Zero()};
+    const ImuBias used = {ground_truth.has_biases ? begin.bias.gyro : bias,
+                          Eigen::Vector3d::Zero()};
     const Eigen::Matrix3d dR = Preintegration(buffer.between(begin.t, end.t), used, {}).deltas().dR;
     const Eigen::Vector3d difference =
         logSO3(dR.transpose() * begin.T_WB.R.transpose() * end.T_WB.R) /

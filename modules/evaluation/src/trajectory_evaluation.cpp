@@ -85,7 +85,7 @@ AssociatedTrajectories associate(const Trajectory& estimate, const Trajectory& r
 AssociatedTrajectories associate(const Trajectory& estimate, const GroundTruth& ground_truth) {
   AssociatedTrajectories result;
   for (const StampedPose& pose : estimate)
-    if (const std::optional<GroundTruthState> truth = ground_truth.at(pose.t)) {
+    if (const std::optional<StampedState> truth = ground_truth.at(pose.t)) {
       result.estimate.push_back(pose);
       result.reference.push_back({pose.t, truth->T_WB});
     }

@@ -92,7 +92,7 @@ std::string brokenPromise(const InitializationProblem& problem, const Initializa
            std::to_string(problem.keyframeCount()) + " keyframes";
   }
   for (int k = 0; k < problem.keyframeCount(); ++k) {
-    const KeyframeState& state = result.states[static_cast<size_t>(k)];
+    const StampedState& state = result.states[static_cast<size_t>(k)];
     const std::string where = " at keyframe " + std::to_string(k);
     if (state.t != problem.keyframe(k).t) return "another stamp than the keyframe's" + where;
     if (!state.T_WB.R.allFinite() || !state.T_WB.t.allFinite()) return "a T_WB not finite" + where;
@@ -123,13 +123,16 @@ InitializationResult checkedResult(const InitializationProblem& problem,
     return result;
   }
   const std::string broken = brokenPromise(problem, *result);
-  if (broken.empty()) return result;
+  if (broken.empty()) {
+    for (StampedState& state : result->states) state.bias = result->bias;
+    return result;
+  }
   return refuse(Status::kNotConverged, "the initializer reports success with ", broken);
 }
 
 }  // namespace
 
-inline namespace abi_v4 {
+inline namespace abi_v5 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (const auto check = checkProblem(problem); !check) return refuse(check.error());
@@ -144,7 +147,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v4
+}  // namespace abi_v5
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

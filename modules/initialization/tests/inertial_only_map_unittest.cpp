@@ -16,7 +16,7 @@ struct MapCase {
   explicit MapCase(const SyntheticWindowOptions& options)
       : window(testing::makeSyntheticWindow(options)) {
     T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
     g_V = T_VW.R * Vector3d(0, 0, -options.gravity_mps2);
   }
   std::vector<Preintegration> preintegrate(const ImuBias& bias) const {

@@ -23,7 +23,7 @@ struct Case {
   explicit Case(const SyntheticWindowOptions& options)
       : window(testing::makeSyntheticWindow(options)), bias(options.bias) {
     T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
     g_V = T_VW.R * Vector3d(0, 0, -kGravity);
     for (size_t k = 1; k < window.truth.size(); ++k)
       preintegrations.emplace_back(window.imu.between(window.truth[k - 1].t, window.truth[k].t),

@@ -126,7 +126,7 @@ TEST(MedianPositions, FollowTheTruthUnderTrueRotations) {
     const Case c(options);
     const SE3 T_VW = c.synthetic.truth[0].T_WB.inverse();
     std::vector<Matrix3d> rotations;
-    for (const KeyframeState& s : c.synthetic.truth) rotations.push_back(T_VW.R * s.T_WB.R);
+    for (const StampedState& s : c.synthetic.truth) rotations.push_back(T_VW.R * s.T_WB.R);
     const std::vector<SE3> T_VB = medianPositions(c.points, rotations);
     ASSERT_EQ(T_VB.size(), rotations.size());
     EXPECT_EQ(T_VB[0].t, Vector3d::Zero());

@@ -31,7 +31,7 @@ struct Case {
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), 0.5)),
         points(stereoPoints(window, kMaxChi2)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
     for (const LandmarkId id : window.landmark_ids)
       landmarks.push_back(T_VW * synthetic.landmarks[static_cast<size_t>(id)]);
   }

@@ -38,7 +38,7 @@ VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
     options.bias = {gyro, priors.sigma_accel_mps2 * drawn()};
     VisualInertialCase c(options, options.sigma_px);
     std::vector<SE3> T_WB;
-    for (const VisualInertialState& s : c.states) T_WB.push_back(s.T_WB);
+    for (const NavState& s : c.states) T_WB.push_back(s.T_WB);
     VisualInertialProblem problem{
         BundleProblem(c.window), c.preintegrations, c.states, options.bias, c.priors,
         options.gravity_mps2};

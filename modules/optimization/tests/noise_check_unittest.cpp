@@ -75,7 +75,7 @@ VisualInertialBaResult solve(const SyntheticWindowOptions& options, const Belief
   noise.gyro_random_walk = noise.accel_random_walk = 1e-12;
   noise.gyro_noise_density *= options.gyro_noise_factor * belief.gyro;
   noise.accel_noise_density *= options.accel_noise_factor * belief.accel;
-  for (const KeyframeState& s : synthetic.truth) problem.states.push_back({s.T_WB, s.v_WB});
+  for (const StampedState& s : synthetic.truth) problem.states.push_back(s);
   for (size_t k = 1; k < problem.states.size(); ++k)
     problem.preintegrations.emplace_back(
         synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias, noise);

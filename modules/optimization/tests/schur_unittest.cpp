@@ -23,7 +23,7 @@ TEST(NormalEquations, MovingAllTogetherChangesNothing) {
   VisualWindow window =
       buildVisualWindow(synthetic.calibration, synthetic.keyframes(), options.sigma_px);
   std::vector<SE3> T_WB;
-  for (const KeyframeState& s : synthetic.truth) T_WB.push_back(s.T_WB);
+  for (const StampedState& s : synthetic.truth) T_WB.push_back(s.T_WB);
   std::vector<InverseDepthLandmark> landmarks;
   for (const LandmarkId id : window.landmark_ids) {
     // About a point that no camera is at.

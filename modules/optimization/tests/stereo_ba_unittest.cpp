@@ -23,7 +23,7 @@ struct BaCase {
       : synthetic(testing::makeSyntheticWindow(options)),
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
     for (const Vector3d& p_W : synthetic.landmarks) landmarks.push_back(T_VW * p_W);
   }
   BundleProblem bundle() const { return BundleProblem(window, testing::knownLandmarks(landmarks)); }

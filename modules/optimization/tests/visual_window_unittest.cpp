@@ -15,7 +15,7 @@ using testing::SyntheticWindowOptions;
 
 std::vector<SE3> truePoses(const SyntheticWindow& window) {
   std::vector<SE3> T_WB;
-  for (const KeyframeState& s : window.truth) T_WB.push_back(s.T_WB);
+  for (const StampedState& s : window.truth) T_WB.push_back(s.T_WB);
   return T_WB;
 }
 

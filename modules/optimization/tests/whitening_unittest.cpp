@@ -61,7 +61,7 @@ TEST(Whitening, VisualInertialBaIsConsistentInAllItsStates) {
     const NoisyWindow w(options);
     VisualInertialProblem problem;
     problem.bundle = BundleProblem(w.visual(0.7), testing::knownLandmarks(w.synthetic.landmarks));
-    for (const KeyframeState& s : w.synthetic.truth) problem.states.push_back({s.T_WB, s.v_WB});
+    for (const StampedState& s : w.synthetic.truth) problem.states.push_back(s);
     problem.preintegrations = w.preintegrations;
     problem.bias = w.bias;
     // Biases known well enough for the tilt to be small: rotating the window by more than some
@@ -74,7 +74,7 @@ TEST(Whitening, VisualInertialBaIsConsistentInAllItsStates) {
     ba.iterations_per_round = 30;
     ba.chi2_pixel = ba.chi2_inertial = 1e6;  // plain least squares
     const VisualInertialBaResult result = solveVisualInertialBa(problem, ba);
-    const std::vector<VisualInertialState>& states = problem.states;
+    const std::vector<NavState>& states = problem.states;
     const Index n = static_cast<Index>(states.size());
     ASSERT_EQ(result.covariance.rows(), 9 * n + 6);
     VectorXd e(9 * n + 6);

@@ -117,7 +117,7 @@ TEST(Report, NotANumberIsNullAndAnEstimateAtInfinityIsNotDrawn) {
   StageRecord& stage = record.results[0].attempt.stages[0];
   stage.errors->ate_m = std::numeric_limits<double>::infinity();
   stage.errors->rre_deg = WindowErrors::kNone;
-  KeyframeState state;
+  StampedState state;
   state.T_WB.t.x() = WindowErrors::kNone;
   stage.states = {state};
   const json data = dataOf(benchmarkReportHtml(record));

@@ -30,7 +30,7 @@ class EurocFolder {
                         const std::string& comment) const;
   void writeImu(const std::vector<ImuSample>& samples) const;
   /** 17 columns. */
-  void writeGroundTruth(const std::vector<GroundTruthState>& states) const;
+  void writeGroundTruth(const std::vector<StampedState>& states) const;
   /** The files as they are, byte for byte. */
   void copyImu(const std::string& file) const;
   void copyGroundTruth(const std::string& file) const;

@@ -73,7 +73,7 @@ void SplineTrajectory::fit(const GroundTruth& recorded) {
   Eigen::Matrix<double, Eigen::Dynamic, 7> rhs =
       Eigen::Matrix<double, Eigen::Dynamic, 7>::Zero(count, 7);
   Eigen::Vector4d last_q = Eigen::Vector4d::Zero();
-  for (const GroundTruthState& state : recorded.states) {
+  for (const StampedState& state : recorded.states) {
     Eigen::Matrix<double, 1, 7> row;
     Eigen::Vector4d q = Eigen::Quaterniond(state.T_WB.R).coeffs();
     if (q.dot(last_q) < 0.0) q = -q;
@@ -140,7 +140,7 @@ InterpolatedTrajectory::InterpolatedTrajectory(GroundTruth recorded)
   end_ = recorded_.states.back().t;
 }
 
-GroundTruthState InterpolatedTrajectory::row(TimeNs t) const {
+StampedState InterpolatedTrajectory::row(TimeNs t) const {
   constexpr double kAnyGap = 1e9;  // s
   return recorded_.at(t, kAnyGap).value();
 }
@@ -148,9 +148,9 @@ GroundTruthState InterpolatedTrajectory::row(TimeNs t) const {
 TrajectoryState InterpolatedTrajectory::at(TimeNs t) const {
   constexpr TimeNs kHalfStep = 5'000'000;
   const TimeNs inside = std::clamp(t, start_, end_);
-  const GroundTruthState now = row(inside);
-  const GroundTruthState before = row(std::max(start_, inside - kHalfStep));
-  const GroundTruthState after = row(std::min(end_, inside + kHalfStep));
+  const StampedState now = row(inside);
+  const StampedState before = row(std::max(start_, inside - kHalfStep));
+  const StampedState after = row(std::min(end_, inside + kHalfStep));
   const double dt = secondsBetween(before.t, after.t);
   TrajectoryState state;
   state.t = t;

@@ -123,8 +123,7 @@ Flight recordedFlight(const SimulationOptions& options) {
     ImuSynthesisOptions imu = imuOptions(options);
     if (truth.has_biases && !options.noise_free) {
       imu.recorded_bias = [&truth](TimeNs t) {
-        const GroundTruthState state = truth.at(t, std::numeric_limits<double>::max()).value();
-        return ImuBias{state.b_g, state.b_a};
+        return truth.at(t, std::numeric_limits<double>::max()).value().bias;
       };
     }
     flight.imu = synthesizeImu(*flight.trajectory, imu_start, imu_end, imu);
@@ -159,12 +158,11 @@ Flight recordedFlight(const SimulationOptions& options) {
   return flight;
 }
 
-std::vector<GroundTruthState> truthOf(const Flight& flight) {
-  std::vector<GroundTruthState> states;
+std::vector<StampedState> truthOf(const Flight& flight) {
+  std::vector<StampedState> states;
   for (size_t k = 0; k < flight.imu.samples.size(); ++k) {
     const TrajectoryState state = flight.trajectory->at(flight.imu.samples[k].t);
-    states.push_back(
-        {state.t, state.T_WB, state.v_WB, flight.imu.biases[k].gyro, flight.imu.biases[k].accel});
+    states.emplace_back(state.t, state.T_WB, state.v_WB, flight.imu.biases[k]);
   }
   return states;
 }

@@ -130,10 +130,9 @@ void attempt(const testing::SyntheticWindow& window, const testing::SyntheticWin
     ++after->refused;
     return;
   }
-  std::vector<KeyframeState> states;
+  std::vector<StampedState> states;
   for (size_t k = 0; k < result.vi_ba.states.size(); ++k)
-    states.push_back(
-        {result.keyframes[k], result.vi_ba.states[k].T_WB, result.vi_ba.states[k].v_WB});
+    states.emplace_back(result.keyframes[k], result.vi_ba.states[k]);
   after->add(testing::errorsOf(states, result.vi_ba.bias, window));
 }
 

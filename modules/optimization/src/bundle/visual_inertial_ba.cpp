@@ -99,7 +99,7 @@ class VisualInertialSolver {
         options_(options),
         visual_(problem->bundle, poses(problem->states)),
         sigma_shared_rad_(M_PI / 180.0 * options.sigma_shared_deg) {
-    for (const VisualInertialState& s : problem->states) {
+    for (const NavState& s : problem->states) {
       bodies_.push_back(toBlock(s.T_WB));
       velocities_.push_back(s.v_WB);
     }
@@ -141,10 +141,8 @@ class VisualInertialSolver {
   }
 
   void store(VisualInertialBaResult* result) const {
-    for (size_t k = 0; k < bodies_.size(); ++k) {
-      result->states[k].T_WB = fromBlock(bodies_[k].data());
-      result->states[k].v_WB = velocities_[k];
-    }
+    for (size_t k = 0; k < bodies_.size(); ++k)
+      result->states[k] = {fromBlock(bodies_[k].data()), velocities_[k], bias()};
     result->bias = bias();
   }
 
@@ -195,9 +193,9 @@ class VisualInertialSolver {
     residuals_.add({std::make_unique<GaugeCost>(problem_.states[0].T_WB), {bodies_[0].data()}});
   }
 
-  static std::vector<SE3> poses(const std::vector<VisualInertialState>& states) {
+  static std::vector<SE3> poses(const std::vector<NavState>& states) {
     std::vector<SE3> T_WB;
-    for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
+    for (const NavState& s : states) T_WB.push_back(s.T_WB);
     return T_WB;
   }
 
@@ -251,7 +249,7 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
     return result;
   };
   std::vector<SE3> T_WB;
-  for (const VisualInertialState& s : problem.states) T_WB.push_back(s.T_WB);
+  for (const NavState& s : problem.states) T_WB.push_back(s.T_WB);
   // First round: all but gross outliers (30 sigma), the kernel does the rest.
   problem.bundle.relabel(T_WB, kGrossOutlier * kGrossOutlier);
   if (problem.bundle.inlierCount() == 0) {

@@ -31,7 +31,7 @@ struct Case {
     window = testing::makeSyntheticWindow(options);
     preintegrations = makeProblem(window, options).preintegrate(ImuBias());
     const SE3 T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& state : window.truth) {
+    for (const StampedState& state : window.truth) {
       R_VB.push_back(T_VW.R * state.T_WB.R);
       truth.p.push_back(T_VW * state.T_WB.t);
       truth.v.push_back(T_VW.R * state.v_WB);

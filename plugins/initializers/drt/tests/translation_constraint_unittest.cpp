@@ -27,7 +27,7 @@ struct Case {
   explicit Case(const SyntheticWindowOptions& window_options) : options(window_options) {
     window = testing::makeSyntheticWindow(options);
     const SE3 T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& state : window.truth) {
+    for (const StampedState& state : window.truth) {
       R_VB.push_back(T_VW.R * state.T_WB.R);
       p.push_back(T_VW * state.T_WB.t);
     }

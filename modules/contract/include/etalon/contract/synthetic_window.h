@@ -51,7 +51,7 @@ struct SyntheticWindow {
   std::vector<TrackedFrame> frames;
   std::vector<int> keyframe_indices;
   ImuBuffer imu;
-  std::vector<KeyframeState> truth;  ///< one a keyframe, in a gravity-aligned world
+  std::vector<StampedState> truth;  ///< one a keyframe, in a gravity-aligned world
   ImuBias bias;
   std::vector<Eigen::Vector3d> landmarks;  ///< p_W, index = LandmarkId
 
@@ -72,7 +72,7 @@ struct WindowErrors {
   double rre_deg = 0, ate_m = 0, gravity_deg = 0, velocity_mps = 0, gyro_bias_rps = 0,
          accel_bias_mps2 = 0;
 };
-WindowErrors errorsOf(const std::vector<KeyframeState>& states, const ImuBias& bias,
+WindowErrors errorsOf(const std::vector<StampedState>& states, const ImuBias& bias,
                       const SyntheticWindow& window);
 
 /** Estimate less the window's truth, see estimationError() in the initialization module. */

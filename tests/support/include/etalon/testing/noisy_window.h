@@ -18,7 +18,7 @@ struct NoisyWindow {
     noise = synthetic.calibration.imu.noise;
     noise.gyro_random_walk = noise.accel_random_walk = 1e-12;  // the synthetic noise is white
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) {
+    for (const StampedState& s : synthetic.truth) {
       T_VB.push_back(T_VW * s.T_WB);
       v_VB.emplace_back(T_VW.R * s.v_WB);
     }
