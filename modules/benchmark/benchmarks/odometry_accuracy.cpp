@@ -27,7 +27,7 @@
 
 #include "cut_tracks.h"
 #include "etalon/benchmark/content_hash.h"
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"

@@ -29,7 +29,7 @@
 #include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/core/tum_file.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/evaluation/alignment.h"
 #include "etalon/frontend/keyframe_selector.h"

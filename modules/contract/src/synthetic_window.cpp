@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_noise.h"
 #include "etalon/initialization/estimation_error.h"

@@ -11,7 +11,6 @@
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/so3.h"
-#include "etalon/core/tum_file.h"
 
 namespace etalon {
 
@@ -74,10 +73,6 @@ Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better) 
     T_WB.t = T_before.t + u * (T_WB.t - T_before.t);
   }
   return carried;
-}
-
-void writeTum(const std::string& path, const Trajectory& trajectory) {
-  writeTum(path, trajectory, "T_WB");
 }
 
 void writeTum(const std::string& path, const Trajectory& trajectory, const std::string& frames) {

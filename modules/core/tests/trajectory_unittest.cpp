@@ -9,7 +9,6 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/core/tum_file.h"
 
 namespace etalon {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 

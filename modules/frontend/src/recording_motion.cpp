@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/text.h"
 #include "etalon/frontend/time_offset.h"

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <map>
 
-#include "etalon/core/aligning_yaw.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
 #include "odometry_kinds.h"

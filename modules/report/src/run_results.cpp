@@ -4,12 +4,12 @@
 #include <cmath>
 #include <filesystem>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
-#include "etalon/core/tum_file.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/text.h"
 #include "etalon/imu/preintegration.h"
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "closed_form_motion.h"
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"

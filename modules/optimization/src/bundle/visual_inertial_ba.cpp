@@ -9,6 +9,7 @@
 #include "bundle/residual_list.h"
 #include "bundle/schur.h"
 #include "bundle/visual_problem.h"
+#include "etalon/core/angles.h"
 #include "residuals/bias_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/preintegration_cost.h"
@@ -98,7 +99,7 @@ class VisualInertialSolver {
       : problem_(*problem),
         options_(options),
         visual_(problem->bundle, poses(problem->states)),
-        sigma_shared_rad_(M_PI / 180.0 * options.sigma_shared_deg) {
+        sigma_shared_rad_(radians(options.sigma_shared_deg)) {
     for (const NavState& s : problem->states) {
       bodies_.push_back(toBlock(s.T_WB));
       velocities_.push_back(s.v_WB);

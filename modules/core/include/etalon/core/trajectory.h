@@ -43,9 +43,13 @@ struct GroundTruth {
  */
 Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better);
 
-/** Writes `t[s, 9 decimals] x y z qx qy qz qw` lines (TUM format, T_WB). Throws DataError if it
- * cannot. */
-void writeTum(const std::string& path, const Trajectory& trajectory);
+/**
+ * Writes lines `t[s, 9 decimals] x y z qx qy qz qw` (TUM format).
+ * @param frames which poses they are, one line; the file begins with it
+ * @throws DataError if the file cannot be written
+ */
+void writeTum(const std::string& path, const Trajectory& trajectory,
+              const std::string& frames = "T_WB");
 
 /** Reads a TUM file; comments start with '#'. Throws DataError naming file and line. */
 Trajectory readTum(const std::string& path);
