@@ -123,8 +123,7 @@ std::optional<Score> judgeWindow(const InitializationProblem& whole, const Groun
     if (!poses) return std::nullopt;
     const std::vector<TrackedFrame> others = halfOf(whole.frames(), 1 - half);
     std::vector<const TrackedFrame*> keyframes;
-    for (const int index : whole.keyframeIndices())
-      keyframes.push_back(&others[static_cast<size_t>(index)]);
+    for (const int index : whole.keyframeIndices()) keyframes.push_back(&others[index]);
     const Score part = judge(buildVisualWindow(whole.calibration(), keyframes, kSigmaPx), *poses);
     if (part.pixels == 0) return std::nullopt;
     for (size_t s = 0; s < kSets; ++s) {

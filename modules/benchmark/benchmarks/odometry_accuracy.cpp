@@ -161,7 +161,7 @@ Run runStereo(const SequenceTracks& tracks, const Beginning& beginning,
     OdometryOutput out;
     out.t = frame.t;
     out.keyframe = keyframe;
-    out.observations = static_cast<int>(frame.observations.size());
+    out.observations = frame.observations.size();
     out.used = pose.inliers;  // pixels of both cameras
     out.state.T_WB = beginning.start.state.T_WB * pose.T_VB;
     out.state.v_WB.setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -99,7 +99,7 @@ FigureSummary summaryOf(const std::vector<double>& values) {
   std::copy_if(values.begin(), values.end(), std::back_inserter(known),
                [](double v) { return !std::isnan(v); });
   FigureSummary summary;
-  summary.count = static_cast<int>(known.size());
+  summary.count = known.size();
   if (known.empty()) return summary;
   summary.mean =
       std::accumulate(known.begin(), known.end(), 0.0) / static_cast<double>(known.size());

@@ -92,7 +92,7 @@ std::vector<NoiseWindow> simulatedWindows(const Truth& truth, std::uint64_t seed
         observation.has_right = o.has_right;
         frame.observations.push_back(observation);
       }
-      keyframes.push_back(static_cast<int>(frames.size()));
+      keyframes.push_back(frames.size());
       frames.push_back(std::move(frame));
     }
     const ImuBuffer cut(samples.between(stamps.front(), stamps.back()));

@@ -177,7 +177,7 @@ ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
     return format("%.2f", *ratio);
   };
   for (const Block& block : kBlocks) {
-    std::vector<int> indices(static_cast<size_t>(block.size));
+    std::vector<int> indices(block.size);
     std::iota(indices.begin(), indices.end(), block.start);
     blocks += std::string(", ") + block.name + " ";
     if (nees.neverErrs(indices)) {
@@ -205,7 +205,7 @@ ContractCheck isConsistent(const Initializer& initializer, const ContractOptions
     names += (names.empty() ? "" : " and ") + std::string(toString(motion));
   Nees nees;
   for (int i = 0; i < options.monte_carlo_windows; ++i) {
-    const Motion motion = motions[static_cast<size_t>(i) % motions.size()];
+    const Motion motion = motions[i % motions.size()];
     const Trial trial = drawnTrial(motion, static_cast<unsigned>(i + 1));
     const InitializationResult result = initializer.initialize(trial.problem());
     if (!result || result->covariance.size() == 0) continue;

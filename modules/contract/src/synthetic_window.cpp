@@ -241,7 +241,7 @@ TrackedFrame observe(const SyntheticWindowOptions& options, const SyntheticWindo
 
 std::vector<const TrackedFrame*> SyntheticWindow::keyframes() const {
   std::vector<const TrackedFrame*> result;
-  for (const int i : keyframe_indices) result.push_back(&frames[static_cast<size_t>(i)]);
+  for (const int i : keyframe_indices) result.push_back(&frames[i]);
   return result;
 }
 
@@ -267,7 +267,7 @@ SyntheticWindow makeSyntheticWindow(const SyntheticWindowOptions& options) {
   std::vector<TimeNs> stamps{options.start};
   for (int i = 1; i < frame_count; ++i) {
     stamps.push_back(options.start + durationNs(i * frame_s));
-    const size_t j = static_cast<size_t>(i);
+    const size_t j = i;
     states.push_back(propagated(
         states.back(), Preintegration(exact.between(stamps[j - 1], stamps[j]), ImuBias(), noise),
         options.gravity_mps2));
@@ -278,7 +278,7 @@ SyntheticWindow makeSyntheticWindow(const SyntheticWindowOptions& options) {
   addNoise(options, noise, &rng, &samples);
   window.imu = ImuBuffer(samples);
   for (int i = 0; i < frame_count; ++i) {
-    const size_t j = static_cast<size_t>(i);
+    const size_t j = i;
     window.frames.push_back(observe(options, window, states[j], stamps[j], &rng));
     if (i % options.frames_per_keyframe != 0) continue;
     window.keyframe_indices.push_back(i);

@@ -24,7 +24,7 @@ PixelErrors pixelErrors(const SyntheticWindow& window) {
   for (size_t k = 0; k < window.keyframe_indices.size(); ++k) {
     const SE3& T_WB = window.truth[k].T_WB;
     for (const Observation& o : window.keyframes()[k]->observations) {
-      const Vector3d p_B = T_WB.inverse() * window.landmarks[static_cast<size_t>(o.id)];
+      const Vector3d p_B = T_WB.inverse() * window.landmarks[o.id];
       for (size_t c = 0; c < (o.has_right ? 2U : 1U); ++c) {
         const CameraCalibration& camera = window.calibration.cameras[c];
         const auto pixel = camera.model.project(camera.T_BC.inverse() * p_B);

@@ -202,10 +202,7 @@ void ParameterSet::add(const std::string& key, std::string* value,
                        const std::vector<std::string>& choices, const std::string& doc) {
   addChoice(
       key, choices, doc, [=](size_t i) { *value = choices[i]; },
-      [=] {
-        return static_cast<size_t>(std::find(choices.begin(), choices.end(), *value) -
-                                   choices.begin());
-      });
+      [=] { return std::find(choices.begin(), choices.end(), *value) - choices.begin(); });
 }
 
 void ParameterSet::addChoice(const std::string& key, const std::vector<std::string>& names,
@@ -222,7 +219,7 @@ void ParameterSet::addChoice(const std::string& key, const std::vector<std::stri
                         "one of " + joined(names, ", ") +
                             (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
             }
-            set(static_cast<size_t>(found - names.begin()));
+            set(found - names.begin());
           },
           [=] { return names[get()]; }});
 }

@@ -25,7 +25,7 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
   }
   const auto frames = framesOf(events);
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
-  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(frames[static_cast<size_t>(i)].t, frameStamp(i));
+  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(frames[i].t, frameStamp(i));
   const cv::Mat expected = cv::imread(leftImage(2).string(), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(cv::norm(frames[2].left, expected, cv::NORM_INF), 0);
   EXPECT_EQ(frames[2].left_path, leftImage(2).string());
@@ -40,7 +40,7 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
 }
 
 TEST_F(EurocSource, OpensMav0Itself) {
-  EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), kFrames);
 }
 
 TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {

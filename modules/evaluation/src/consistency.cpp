@@ -18,7 +18,7 @@ double neesOf(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
 }  // namespace
 
 Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
-  const auto n = static_cast<Eigen::Index>(result.states.size());
+  const Eigen::Index n = result.states.size();
   if (n == 0 || result.covariance.rows() != 9 * n + 6) return {};
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(11, 9 * n + 6);
   J.block<6, 6>(0, 9 * n).setIdentity();

@@ -80,7 +80,7 @@ WindowErrors evaluateWindow(const std::vector<StampedState>& states, const ImuBi
     true_bias.gyro += truths[k]->bias.gyro;
     true_bias.accel += truths[k]->bias.accel;
   }
-  errors.keyframes = static_cast<int>(p_G.size());
+  errors.keyframes = p_G.size();
   if (p_G.empty()) return errors;
 
   errors.rre_deg = rmsRelativeRotationDeg(states, truths);

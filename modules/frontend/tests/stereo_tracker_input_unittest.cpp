@@ -80,7 +80,7 @@ TEST(StereoTrackerInput, DropsWhatMovesOtherwise) {
   std::array<std::pair<cv::Mat, cv::Mat>, 2> pairs = {wall.pair(SE3()), wall.pair(T_WB)};
   for (int i = 0; i < 2; ++i) {
     const SE3 T_WO(Eigen::Matrix3d::Identity(), {0.0, i * 8.0 * 3.0 / 228.6, 0.0});
-    other.image(0, T_WO)(window).copyTo(pairs[static_cast<size_t>(i)].first(window));
+    other.image(0, T_WO)(window).copyTo(pairs[i].first(window));
   }
   StereoTracker tracker(rig, StereoTrackerOptions{});
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();

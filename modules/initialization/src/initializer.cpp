@@ -92,7 +92,7 @@ std::string brokenPromise(const InitializationProblem& problem, const Initializa
            std::to_string(problem.keyframeCount()) + " keyframes";
   }
   for (int k = 0; k < problem.keyframeCount(); ++k) {
-    const StampedState& state = result.states[static_cast<size_t>(k)];
+    const StampedState& state = result.states[k];
     const std::string where = " at keyframe " + std::to_string(k);
     if (state.t != problem.keyframe(k).t) return "another stamp than the keyframe's" + where;
     if (!state.T_WB.R.allFinite() || !state.T_WB.t.allFinite()) return "a T_WB not finite" + where;

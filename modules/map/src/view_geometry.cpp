@@ -31,7 +31,7 @@ std::optional<Eigen::Matrix2d> warp(const CameraModel& camera, const SE3& T_VcNc
       const auto projected =
           camera.project(T_VcNc * (*ray * (p_Nc.squaredNorm() / p_Nc.dot(*ray))));
       if (!projected) return std::nullopt;
-      ends[static_cast<size_t>(side)] = *projected;
+      ends[side] = *projected;
     }
     A.col(i) = (ends[1] - ends[0]) / (2.0 * kStepPx);
   }

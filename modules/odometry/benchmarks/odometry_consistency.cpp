@@ -35,7 +35,7 @@ void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, co
     const OdometryOutput out =
         i == 0 ? odometry.start(flight.startAt(0, start * startSigma(), seed), flight.frames[0])
                : odometry.process(flight.frames[i], flight.between(i - 1, i));
-    Sums& sums = (*bins)[static_cast<int>(i / 200)];
+    Sums& sums = (*bins)[i / 200];
     const Eigen::Matrix<double, 15, 1> d = out.state.minus(flight.truth[i]);
     sums.nees += neesOf(out, flight.truth[i]);
     sums.pose += d.head<6>().dot(out.covariance.topLeftCorner<6, 6>().llt().solve(d.head<6>())) / 6;

@@ -54,9 +54,9 @@ void turnKeyframes(double sigma_deg, unsigned seed, VisualWindow* window) {
     turn.push_back(expSO3(scale * sum));
   }
   for (VisualMeasurement& m : window->measurements) {
-    const Eigen::Matrix3d& R_CB = window->T_CB[static_cast<size_t>(m.camera)].R;
-    const Eigen::Vector3d f = R_CB * turn[static_cast<size_t>(m.keyframe)] * R_CB.transpose() *
-                              m.measurement.xy.homogeneous();
+    const Eigen::Matrix3d& R_CB = window->T_CB[m.camera].R;
+    const Eigen::Vector3d f =
+        R_CB * turn[m.keyframe] * R_CB.transpose() * m.measurement.xy.homogeneous();
     m.measurement.xy = f.hnormalized();
   }
 }

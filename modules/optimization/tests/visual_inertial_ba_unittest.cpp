@@ -68,7 +68,7 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
     c.priors.sigma_accel_mps2 = c.priors.sigma_gyro_rps = 10.0;
     const VisualInertialBaResult result = c.solve(ba);
     ASSERT_GT(result.covariance.rows(), 0);
-    const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
+    const Eigen::Index n = result.states.size();
     Eigen::Matrix<double, 12, 1> e;
     e << logSO3(c.states[0].T_WB.R.transpose() * result.states[0].T_WB.R),
         result.states.back().v_WB - c.states.back().v_WB, result.bias.gyro, result.bias.accel;
@@ -78,8 +78,7 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
     for (int i = 0; i < 6; ++i) index.push_back(9 * n + i);
     Eigen::Matrix<double, 12, 12> P;
     for (Eigen::Index i = 0; i < 12; ++i)
-      for (Eigen::Index j = 0; j < 12; ++j)
-        P(i, j) = result.covariance(index[static_cast<size_t>(i)], index[static_cast<size_t>(j)]);
+      for (Eigen::Index j = 0; j < 12; ++j) P(i, j) = result.covariance(index[i], index[j]);
     // The yaw of the first keyframe is fixed; its (tiny) gauge variance stands in P.
     nees += e.dot(P.ldlt().solve(e));
   }
@@ -207,11 +206,10 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
 
 /** Longest way of a state between two results, in the first one's standard deviations. */
 double sigmasBetween(const VisualInertialBaResult& a, const VisualInertialBaResult& b) {
-  const Eigen::Index n = 9 * static_cast<Eigen::Index>(a.states.size());
+  const Eigen::Index n = 9 * a.states.size();
   Eigen::VectorXd e(n + 6);
   for (size_t k = 0; k < a.states.size(); ++k)
-    e.segment<9>(9 * static_cast<Eigen::Index>(k))
-        << logSO3(a.states[k].T_WB.R.transpose() * b.states[k].T_WB.R),
+    e.segment<9>(9 * k) << logSO3(a.states[k].T_WB.R.transpose() * b.states[k].T_WB.R),
         b.states[k].T_WB.t - a.states[k].T_WB.t, b.states[k].v_WB - a.states[k].v_WB;
   e.tail<6>() << b.bias.gyro - a.bias.gyro, b.bias.accel - a.bias.accel;
   return std::sqrt(e.dot(a.covariance.ldlt().solve(e)));

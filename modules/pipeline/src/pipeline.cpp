@@ -116,7 +116,7 @@ void Pipeline::noticeMissingImages(TimeNs until) {
 void Pipeline::forgetOld() {
   const size_t keep = options_.history_frames;
   if (keep == 0 || estimates_.size() < 2 * keep) return;
-  const auto old = static_cast<std::ptrdiff_t>(estimates_.size() - keep);
+  const std::ptrdiff_t old = estimates_.size() - keep;
   trajectory_.erase(trajectory_.begin(), trajectory_.begin() + old);
   estimates_.erase(estimates_.begin(), estimates_.begin() + old);
   timings_.erase(timings_.begin(), timings_.begin() + old);

@@ -41,8 +41,7 @@ class PipelineWithAuto : public ::testing::Test {
     const SE3 T_AV = T_AW * flight().truth(problem.keyframe(0).t) * visual.T_VB[0].inverse();
     Initialization result;
     for (int k = 0; k < problem.keyframeCount(); ++k)
-      result.states.push_back(
-          {problem.keyframe(k).t, T_AV * visual.T_VB[static_cast<size_t>(k)], Vector3d::Zero()});
+      result.states.push_back({problem.keyframe(k).t, T_AV * visual.T_VB[k], Vector3d::Zero()});
     for (const auto& [id, p_V] : visual.landmarks) result.landmarks[id] = T_AV * p_V + shift;
     result.bias = bias;
     result.covariance = Eigen::MatrixXd::Identity(11, 11) * kSigmaBias * kSigmaBias;

@@ -131,7 +131,7 @@ class ResultData {
   size_t shapeOf(const WindowResult& result) {
     const Json shape = {result.keyframes, rounded(result.rate_hz)};
     const auto place = std::find(shapes_.begin(), shapes_.end(), shape);
-    const auto index = static_cast<size_t>(place - shapes_.begin());
+    const size_t index = place - shapes_.begin();
     if (place == shapes_.end()) shapes_.push_back(shape);
     return index;
   }

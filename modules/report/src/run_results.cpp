@@ -40,7 +40,7 @@ StageTimes timesOf(const std::string& stage, const std::vector<FrameTiming>& tim
     times.max_ms = std::max(times.max_ms, t.*member);
     times.total_s += 1e-3 * t.*member;
   }
-  times.frames = static_cast<int>(ms.size());
+  times.frames = ms.size();
   times.median_ms = quantile(ms, 0.5);
   times.p99_ms = quantile(std::move(ms), 0.99);
   return times;
@@ -95,7 +95,7 @@ FinalBaRecord recordOf(const TrajectoryBaResult& ba, double wall_s) {
   FinalBaRecord record;
   record.keyframes = ba.bundle.window.keyframe_count;
   record.landmarks = ba.bundle.window.landmarkCount();
-  record.pixels = static_cast<int>(ba.bundle.window.measurements.size());
+  record.pixels = ba.bundle.window.measurements.size();
   record.inlier_pixels = ba.bundle.inlierCount();
   record.noise_factor = ba.noise_factor;
   record.iterations = ba.summary.iterations;

@@ -51,7 +51,7 @@ class Maker {
     }
     if (!with_errors) return stage;
     WindowErrors errors;
-    errors.keyframes = static_cast<int>(truth.size());
+    errors.keyframes = truth.size();
     errors.rre_deg = about(0.03 * size);
     errors.ate_m = about(0.008 * size);
     errors.ate_yaw_m = 1.2 * errors.ate_m;
@@ -115,7 +115,7 @@ constexpr std::array<const char*, 7> kSequences = {
 
 BenchmarkSequence sequenceOf(int s, const ReportExampleSize& size) {
   BenchmarkSequence sequence;
-  sequence.name = kSequences[static_cast<size_t>(s) % kSequences.size()];
+  sequence.name = kSequences[s % kSequences.size()];
   sequence.source = "/recordings/" + sequence.name;
   sequence.source_kind = "euroc";
   sequence.first_image = kFirstImage;
@@ -143,7 +143,7 @@ BenchmarkRecord reportExample(const ReportExampleSize& size) {
   record.config = "[pipeline]\nkeyframes = 10 ; of a window\n";
   for (int i = 0; i < size.initializers; ++i) {
     BenchmarkInitializer initializer;
-    initializer.name = kInitializers[static_cast<size_t>(i)];
+    initializer.name = kInitializers[i];
     initializer.version = "1." + std::to_string(i);
     initializer.config = "[" + initializer.name + "]\n";
     record.initializers.push_back(initializer);
@@ -162,7 +162,7 @@ BenchmarkRecord reportExample(const ReportExampleSize& size) {
             result.window = window;
             result.keyframes = keyframes;
             result.rate_hz = rate_hz;
-            result.initializer = record.initializers[static_cast<size_t>(i)].name;
+            result.initializer = record.initializers[i].name;
             const auto truth = windowAt(2.5 * window, keyframes, rate_hz, s);
             result.t0 = truth.front().t;
             const double short_window = 1.0 + 1.0 / (keyframes / rate_hz);

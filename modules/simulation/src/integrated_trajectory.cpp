@@ -52,7 +52,7 @@ TrajectoryState IntegratedTrajectory::at(TimeNs t) const {
   const TimeNs inside = std::clamp(t, start_, end_);
   const auto after = std::upper_bound(samples_.begin(), samples_.end(), inside,
                                       [](TimeNs a, const ImuSample& b) { return a < b.t; });
-  const size_t k = static_cast<size_t>(after - samples_.begin()) - 1;
+  const size_t k = after - samples_.begin() - 1;
   TrajectoryState state = states_[k];
   if (samples_[k].t != inside) {
     const ImuSample &a = samples_[k], &b = samples_[k + 1];

@@ -24,9 +24,9 @@ Basis basisAt(double u, int degree) {
   n[0] = 1.0;
   for (int d = 1; d <= degree; ++d) {
     for (int j = d; j >= 0; --j) {
-      const double left = j > 0 ? n[static_cast<size_t>(j - 1)] : 0.0;
-      const double right = j < d ? n[static_cast<size_t>(j)] : 0.0;
-      n[static_cast<size_t>(j)] = ((u + d - j) * left + (1.0 - u + j) * right) / d;
+      const double left = j > 0 ? n[j - 1] : 0.0;
+      const double right = j < d ? n[j] : 0.0;
+      n[j] = ((u + d - j) * left + (1.0 - u + j) * right) / d;
     }
   }
   return n;
@@ -82,10 +82,10 @@ void SplineTrajectory::fit(const GroundTruth& recorded) {
     const Local local = locate(state.t);
     const Basis w = derivativeWeights(local.u, 0);
     for (Eigen::Index i = 0; i < kOrder; ++i) {
-      rhs.row(local.first + i) += w[static_cast<size_t>(i)] * row;
+      rhs.row(local.first + i) += w[i] * row;
       for (Eigen::Index j = 0; j < kOrder; ++j) {
         triplets.emplace_back(static_cast<int>(local.first + i), static_cast<int>(local.first + j),
-                              w[static_cast<size_t>(i)] * w[static_cast<size_t>(j)]);
+                              w[i] * w[j]);
       }
     }
   }
@@ -113,9 +113,9 @@ TrajectoryState SplineTrajectory::at(TimeNs t) const {
     const Basis w = derivativeWeights(local.u, d);
     Eigen::Matrix<double, 1, 7> sum = Eigen::Matrix<double, 1, 7>::Zero();
     for (Eigen::Index i = 0; i < kOrder; ++i) {
-      sum += w[static_cast<size_t>(i)] * control_.row(local.first + i);
+      sum += w[i] * control_.row(local.first + i);
     }
-    value[static_cast<size_t>(d)] = sum / std::pow(knot_s_, d);
+    value[d] = sum / std::pow(knot_s_, d);
   }
   const auto quaternion = [](const Eigen::Matrix<double, 1, 7>& row) {
     return Eigen::Quaterniond(row[6], row[3], row[4], row[5]);

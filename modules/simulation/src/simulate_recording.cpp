@@ -94,7 +94,7 @@ Flight profileFlight(const SimulationOptions& options) {
   }
   flight.imu = synthesizeImu(*flight.trajectory, flight.trajectory->start(),
                              flight.trajectory->end(), imuOptions(options));
-  flight.imu_samples = static_cast<int>(flight.imu.samples.size());
+  flight.imu_samples = flight.imu.samples.size();
   return flight;
 }
 
@@ -127,12 +127,12 @@ Flight recordedFlight(const SimulationOptions& options) {
       };
     }
     flight.imu = synthesizeImu(*flight.trajectory, imu_start, imu_end, imu);
-    flight.imu_samples = static_cast<int>(flight.imu.samples.size());
+    flight.imu_samples = flight.imu.samples.size();
     imu_end = flight.imu.samples.back().t;
   } else {
     flight.trajectory = std::make_unique<InterpolatedTrajectory>(truth);
     const std::vector<ImuSample> samples = readImuCsv(options.imu_file);
-    flight.imu_samples = static_cast<int>(samples.size());
+    flight.imu_samples = samples.size();
     imu_start = samples.front().t;
     imu_end = samples.back().t;
   }
@@ -187,7 +187,7 @@ void renderAll(const Flight& flight, const StereoRenderer& renderer, const Euroc
         }
         const std::lock_guard<std::mutex> lock(mutex);
         ++done;
-        if (options.progress) options.progress(done, static_cast<int>(count));
+        if (options.progress) options.progress(done, count);
       }
     } catch (...) {
       next = count;
@@ -236,7 +236,7 @@ SimulationSummary simulateRecording(const SimulationOptions& options) {
   folder.complete();
 
   SimulationSummary summary;
-  summary.stereo_frames = static_cast<int>(flight.image_stamps.size());
+  summary.stereo_frames = flight.image_stamps.size();
   summary.imu_samples = flight.imu_samples;
   summary.skipped_stamps = flight.skipped_stamps;
   for (int k = 0; k < 3; ++k) summary.room_size_m[k] = room.high[k] - room.low[k];

@@ -68,7 +68,7 @@ std::vector<SyntheticFrame> simulateTracks(const SimulatedTrajectory& trajectory
                                            const std::vector<Vector3d>& landmarks,
                                            const TrackSynthesisOptions& options) {
   Random random(options.seed, kTrackStream);
-  const size_t max_tracks = static_cast<size_t>(std::max(0, options.max_tracks));
+  const size_t max_tracks = std::max(0, options.max_tracks);
   std::vector<char> tracked(landmarks.size(), 0);
   std::vector<SyntheticFrame> frames;
   for (TimeNs t : stamps) {

@@ -137,7 +137,7 @@ std::optional<size_t> findExact(TimeNs t, const Elements& exact, Stamp stamp) {
   const auto found = std::lower_bound(exact.begin(), exact.end(), t,
                                       [&](const auto& e, TimeNs v) { return stamp(e) < v; });
   if (found == exact.end() || truncateToMrptTick(stamp(*found)) != t) return std::nullopt;
-  return static_cast<size_t>(found - exact.begin());
+  return found - exact.begin();
 }
 
 template <typename Elements>

@@ -11,7 +11,7 @@ Initialization alignWithGravity(const InitializationProblem& problem,
   Initialization result;
   result.bias = estimate.bias;
   for (size_t k = 0; k < estimate.T_VB.size(); ++k) {
-    result.states.emplace_back(problem.keyframe(static_cast<int>(k)).t, T_WV * estimate.T_VB[k],
+    result.states.emplace_back(problem.keyframe(k).t, T_WV * estimate.T_VB[k],
                                R_WV * estimate.v_VB[k]);
   }
   if (estimate.errors)

@@ -220,8 +220,7 @@ std::map<LandmarkId, Eigen::Vector3d> FixedLagOdometry::landmarks() const {
   std::map<LandmarkId, Eigen::Vector3d> landmarks;
   const fixed_lag::Window& window = impl_->window();
   for (const auto& [id, landmark] : window.landmarks)
-    landmarks[id] =
-        window.states[static_cast<size_t>(landmark.host)].now.T_WB * landmark.in_host.position();
+    landmarks[id] = window.states[landmark.host].now.T_WB * landmark.in_host.position();
   return landmarks;
 }
 

@@ -45,8 +45,7 @@ std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
     if (!landmark.seenIn(newest.serial) || landmark.observations.size() < kMinObservations ||
         !(landmark.in_host.parameters.z() > 1e-3))
       continue;
-    const SE3 T_NH =
-        relativePose(newest.now.T_WB, window.states[static_cast<size_t>(landmark.host)].now.T_WB);
+    const SE3 T_NH = relativePose(newest.now.T_WB, window.states[landmark.host].now.T_WB);
     seen.push_back(
         {o.id, o.left, T_NH * landmark.in_host.position(), covarianceInNewest(landmark, T_NH.R)});
   }
@@ -80,8 +79,7 @@ int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const Window
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.seen.size() > b.seen.size(); });
-  if (candidates.size() > static_cast<size_t>(options_.views))
-    candidates.resize(static_cast<size_t>(options_.views));
+  if (candidates.size() > static_cast<size_t>(options_.views)) candidates.resize(options_.views);
   if (candidates.empty()) return 0;
 
   std::vector<Eigen::Index> unknowns;
@@ -99,7 +97,7 @@ int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const Window
     Eigen::Matrix<double, 6, 12> both;
     both << J.by_host, J.by_target;
     Eigen::Matrix<double, 12, 12> P;
-    const Eigen::Index at = 6 + 6 * static_cast<Eigen::Index>(k);
+    const Eigen::Index at = 6 + 6 * k;
     P << joint.topLeftCorner<6, 6>(), joint.block<6, 6>(0, at), joint.block<6, 6>(at, 0),
         joint.block<6, 6>(at, at);
     candidate.view.covariance = both * P * both.transpose();

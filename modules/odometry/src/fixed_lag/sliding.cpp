@@ -30,9 +30,9 @@ std::vector<Landmark*> endedLandmarks(Window* window, size_t oldest_full) {
 /** Gives a landmark whose host leaves the next keyframe that sees it as host; false if there is
  * none. */
 bool moveHost(const Window& window, Landmark* landmark) {
-  const SE3& T_WH = window.states[static_cast<size_t>(landmark->host)].now.T_WB;
+  const SE3& T_WH = window.states[landmark->host].now.T_WB;
   for (const LandmarkObservation& o : landmark->observations) {
-    const WindowState& state = window.states[static_cast<size_t>(o.state)];
+    const WindowState& state = window.states[o.state];
     if (o.state == landmark->host || !state.keyframe || state.retained) continue;
     const SE3 T_NH = relativePose(state.now.T_WB, T_WH);
     const Eigen::Vector3d camera_N = window.T_CB[0].inverse().t;
@@ -102,7 +102,7 @@ LinearRows without(const LinearRows& rows, const std::vector<Eigen::Index>& leav
   LinearRows ordered;
   ordered.A = rows.A(Eigen::all, order);
   ordered.b = rows.b;
-  return compressed(marginalizeFirst(ordered, static_cast<Eigen::Index>(leaving.size())));
+  return compressed(marginalizeFirst(ordered, leaving.size()));
 }
 
 }  // namespace
@@ -131,8 +131,8 @@ size_t dispensableKeyframe(const Window& window) {
   for (const auto& [id, landmark] : window.landmarks)
     for (const LandmarkObservation& o : landmark.observations)
       if (static_cast<size_t>(o.state) < count) {
-        ++hosted[static_cast<size_t>(o.state)];
-        alive[static_cast<size_t>(o.state)] += landmark.seenIn(newest);
+        ++hosted[o.state];
+        alive[o.state] += landmark.seenIn(newest);
       }
   // The newest two stay, so that there is always someone to take over.
   for (size_t i = 0; i + 2 < count; ++i)

@@ -56,7 +56,7 @@ double VisualInertialBaResult::sigmaTilt() const {
 
 double VisualInertialBaResult::sigmaVelocity() const {
   if (covariance.size() == 0) return std::numeric_limits<double>::infinity();
-  const Eigen::Index v = 9 * (static_cast<Eigen::Index>(states.size()) - 1) + 6;
+  const Eigen::Index v = 9 * (states.size() - 1) + 6;
   return std::sqrt(std::max(0.0, covariance.diagonal().segment<3>(v).maxCoeff()));
 }
 
@@ -158,7 +158,7 @@ class VisualInertialSolver {
     for (size_t l = 0; l < bundle.landmarks.size(); ++l)
       if (bundle.landmarks[l].valid) landmark_unknowns += visual_.held()[l] ? 2 : 3;
     result->inlier_measurements = bundle.inlierCount();
-    result->measurements = static_cast<int>(bundle.window.measurements.size());
+    result->measurements = bundle.window.measurements.size();
     result->dof_visual = 2 * result->inlier_measurements - landmark_unknowns;
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
