@@ -160,7 +160,7 @@ TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   EXPECT_EQ(pipeline.bias().accel, biasInMotion().accel);
 
   // Poses before, the current one with them, stay as they were.
-  const Trajectory& after = pipeline.trajectory();
+  const Trajectory after = pipeline.trajectory();
   ASSERT_EQ(after.size(), before.size() + 1);
   for (size_t k = 0; k < before.size(); ++k) {
     EXPECT_EQ(after[k].T_WB.R, before[k].T_WB.R);
@@ -192,7 +192,7 @@ TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   add(&pipeline, kWindow + 1, kWindow + 2);
   const SE3 moved = flight().truth(now).inverse() * flight().truth(flight().frames[kWindow + 1].t);
   const SE3 expected = T_WB * moved;
-  const SE3& next = pipeline.trajectory().back().T_WB;
+  const SE3 next = pipeline.trajectory().back().T_WB;
   EXPECT_LT((next.t - expected.t).norm(), 0.01);
   EXPECT_LT(logSO3(next.R.transpose() * expected.R).norm(), 0.2 * kDegree);
   EXPECT_EQ(pipeline.framesNotLocated(), 0);

@@ -148,7 +148,7 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   record.statistics = statisticsOf(run);
   record.warnings = warningsOf(run);
   if (run.final_flight) record.final_ba = recordOf(run.final_flight->ba, run.final_ba_s);
-  const Trajectory& trajectory = run.pipeline.trajectory();
+  const Trajectory trajectory = run.pipeline.trajectory();
   if (ground_truth.empty() || trajectory.empty()) return record;
   record.ground_truth = GroundTruthUse{static_cast<int>(trajectory.size()),
                                        static_cast<int>(coveredPoses(trajectory, ground_truth))};
@@ -173,7 +173,7 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
     files.push_back((fs::path(folder) / name).string());
     return output.path(name);
   };
-  const Trajectory& trajectory = run.pipeline.trajectory();
+  const Trajectory trajectory = run.pipeline.trajectory();
   const std::string frames = record.initialized_at ? "T_WB" : kTumFramesNeverInitialised;
   writeTum(file("trajectory.tum"), trajectory, frames);
   const Trajectory smoothed = run.pipeline.smoothedTrajectory();
@@ -186,7 +186,6 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   log.record = record;
   log.calibration = run.source.calibration();
   log.images = run.images;
-  log.odometry = trajectory;
   log.estimates = run.pipeline.estimates();
   log.ground_truth = run.source.groundTruth();
   writeRunLog(file(kRunLogName), log);

@@ -93,7 +93,10 @@ RunLog exampleLog() {
     const SE3 T_WB(expSO3(Eigen::Vector3d(0.01 * i, 0, 0)), Eigen::Vector3d(0.1 * i, 0, 1));
     const std::string name = std::to_string(t) + ".png";
     log.images.push_back({t, "/data/cam0/" + name, "/data/cam1/" + name});
-    log.odometry.push_back({t, T_WB});
+    FrameEstimate estimate;
+    estimate.t = t;
+    estimate.nav.T_WB = T_WB;
+    log.estimates.push_back(estimate);
   }
   log.images[5].left_path.clear();  // as if embedded: cannot be referenced
   for (int i = -3; i < 15; ++i) {   // reaches beyond the run at both ends
