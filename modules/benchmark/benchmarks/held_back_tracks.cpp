@@ -28,8 +28,8 @@
 #include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/run_configuration.h"
+#include "etalon/testing/program.h"
 #include "prediction_error.h"
-#include "program.h"
 
 namespace {
 
@@ -205,7 +205,7 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
   Arguments arguments;
-  IniOptions ini;
+  testing::IniOptions ini;
   CLI::App app("Judges an initializer's windows by tracks that were held back", "held_back_tracks");
   app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
   app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
@@ -216,7 +216,7 @@ int main(int argc, char** argv) {
   app.add_option("--tracks", arguments.tracks, "Folder of the cached tracks");
   app.add_option("--initializer", arguments.initializer, "Plugin")->capture_default_str();
   ini.addTo(&app);
-  return runProgram(&app, argc, argv, [&] {
+  return testing::runProgram(&app, argc, argv, [&] {
     arguments.ini = ini.ini();
     run(arguments);
   });

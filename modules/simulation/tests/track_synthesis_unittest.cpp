@@ -15,10 +15,9 @@ class TrackSynthesis : public testing::Test {
  protected:
   TrackSynthesis() : trajectory_(options()), rig_(eurocCalibration()) {
     landmarks_ = scatterLandmarks(trajectory_, 3000, 7);
-    for (int k = 0; k < 40; ++k) {
-      const TimeNs t = stampAtRate(trajectory_.start(), 20.0, 100 + k);
-      poses_.push_back({t, trajectory_.at(t).T_WB});
-    }
+    std::vector<TimeNs> stamps;
+    for (int k = 0; k < 40; ++k) stamps.push_back(stampAtRate(trajectory_.start(), 20.0, 100 + k));
+    poses_ = posesAt(trajectory_, stamps);
   }
   static ProfileOptions options() {
     ProfileOptions o;
