@@ -9,7 +9,7 @@ namespace etalon {
 
 namespace {
 
-/** NaN has no place in an order. */
+/** NaN cannot be sorted. */
 bool haveAnOrder(const std::vector<double>& values) {
   return !values.empty() &&
          std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });

@@ -43,7 +43,7 @@ std::optional<StampedState> GroundTruth::at(TimeNs t, double max_gap_s) const {
 }
 
 Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better) {
-  // A pose that became better, and where it is in the trajectory.
+  // An improved pose and its index in the trajectory.
   struct Anchor {
     size_t index;
     const SE3* T_WB;

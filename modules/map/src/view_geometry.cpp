@@ -38,7 +38,7 @@ std::optional<Eigen::Matrix2d> warp(const CameraModel& camera, const SE3& T_VcNc
   return A;
 }
 
-/** A found pixel against the landmark, with the covariance that the landmark gives it. */
+/** The residual of a found pixel, and the covariance that pixel and landmark give it. */
 struct Residual {
   Eigen::Vector2d r;              ///< whitened
   Eigen::Matrix<double, 2, 6> J;  ///< by T_NV
@@ -123,7 +123,7 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
     }
     if (agrees) gated.push_back(f);
   }
-  // Where the others have the view: Gauss-Newton with the Cauchy loss from the prediction.
+  // The view's pose by the other matches: Gauss-Newton with the Cauchy loss from the prediction.
   const Matrix6d information = view.covariance.llt().solve(Matrix6d::Identity());
   Vector6d d = Vector6d::Zero();
   constexpr int kIterations = 8;

@@ -8,8 +8,8 @@ namespace etalon {
 
 namespace {
 
-/** A platform at rest makes no keyframes: after this many samples (10 s) one is taken all the same,
- * so that no more has to be kept between two. */
+/** A platform at rest makes no keyframes. One is taken all the same after this many samples (10 s),
+ * so that the samples kept between two keyframes stay few. */
 constexpr size_t kMostSamples = 2000;
 
 }  // namespace

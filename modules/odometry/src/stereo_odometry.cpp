@@ -118,7 +118,7 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
   StereoBaResult result = solveStereoBa(std::move(bundle), poses, options);
   for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
   T_VB_ = keyframes_.back().T_VB;
-  // Keep the landmarks of the window only: what it no longer sees cannot be observed again.
+  // Keep the landmarks of the window only: what it no longer sees will not be observed again.
   std::map<LandmarkId, Eigen::Vector3d> kept = result.bundle.validLandmarks();
   for (const Observation& o : keyframes_.back().frame.observations) {
     const auto known = landmarks_.find(o.id);

@@ -38,7 +38,7 @@ class EurocFolder {
   void writeImageLists(const std::vector<TimeNs>& stamps) const;
   /** One PNG. May be called from several threads, for different images. */
   void writeImage(size_t camera, TimeNs t, const cv::Mat& image) const;
-  /** Puts everything in place; without, nothing of it is left. */
+  /** Puts everything in place. Without this call nothing of it is left. */
   void complete() { output_->putInPlace(); }
 
  private:

@@ -15,7 +15,7 @@ using Eigen::Vector3f;
 
 constexpr size_t kTextures = 4;
 
-/** The direction with components that may be divided by. */
+/** The direction, with components that are safe to divide by. */
 Vector3f withoutZeros(Vector3f d) {
   constexpr float kTiny = 1e-12f;
   for (int k = 0; k < 3; ++k) {
@@ -99,7 +99,7 @@ float RenderedRoom::shade(const Coat& coat, float u, float v, float du, float dv
 float RenderedRoom::trace(const Vector3f& o, const std::vector<PlacedSolid>& candidates,
                           const Vector3f& direction, float spread, float length) const {
   const Vector3f d = withoutZeros(direction);
-  // Out of the room, whose walls are met from inside.
+  // The ray leaves the room: its walls are hit from inside.
   const float sx = (std::copysign(half_room_.x(), d.x()) - o.x()) / d.x();
   const float sy = (std::copysign(half_room_.y(), d.y()) - o.y()) / d.y();
   const float sz = (std::copysign(half_room_.z(), d.z()) - o.z()) / d.z();

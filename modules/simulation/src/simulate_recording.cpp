@@ -27,7 +27,7 @@ constexpr double kLongestDuration = 86400.0;  // s
 constexpr double kImuLead = 0.1;              // s of IMU before the first image
 constexpr double kImuTail = 0.05;             // s of IMU after the last image
 
-/** Everything that is to be written but the images. */
+/** Everything that is written except the images. */
 struct Flight {
   std::unique_ptr<SimulatedTrajectory> trajectory;
   std::vector<TimeNs> image_stamps;
@@ -98,7 +98,7 @@ Flight profileFlight(const SimulationOptions& options) {
   return flight;
 }
 
-/** Stamps of the file, or at the camera's rate. */
+/** The stamps in the file, or stamps at the camera's rate. */
 std::vector<TimeNs> wantedStamps(const SimulationOptions& options, TimeNs start, TimeNs end) {
   if (!options.stamps_file.empty()) return readStamps(options.stamps_file);
   std::vector<TimeNs> stamps;
@@ -199,7 +199,7 @@ void renderAll(const Flight& flight, const StereoRenderer& renderer, const Euroc
   try {
     pool.reserve(threads);
     for (size_t i = 1; i < threads; ++i) pool.emplace_back(work);
-  } catch (const std::exception&) {  // no more threads, or no memory for them: these must do
+  } catch (const std::exception&) {  // no more threads can be made: these must do
   }
   work();
   for (std::thread& thread : pool) thread.join();

@@ -113,7 +113,7 @@ std::vector<StereoRenderer::Impl::Pass> StereoRenderer::Impl::passesOf(
   return passes;
 }
 
-/** Those solids whose enclosing sphere meets the cone around the tile's rays. */
+/** The solids whose enclosing sphere meets the cone around the tile's rays. */
 void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, int x0, int y0,
                                         int x1, int y1, std::vector<PlacedSolid>* found) const {
   found->clear();
@@ -125,7 +125,7 @@ void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, 
                                            direction(x0, y1 - 1, 2), direction(x1 - 1, y1 - 1, 3)};
   const bool dark =
       std::any_of(corners.begin(), corners.end(), [](const Vector3f& c) { return c.isZero(); });
-  if (dark) {  // at the edge of the lens: whatever there is
+  if (dark) {  // at the edge of the lens: every solid
     *found = pass.placed;
     return;
   }

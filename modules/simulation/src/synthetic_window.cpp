@@ -97,7 +97,7 @@ std::vector<ImuSample> exactImu(const SyntheticWindowOptions& options, const Mot
   std::vector<ImuSample> samples;
   Matrix3d R_WB = R_WB0;
   const Vector3d g_W(0, 0, -options.gravity_mps2);
-  // To the end or just beyond it; what is off by rounding alone is no further sample.
+  // To the end or just beyond it; rounding alone adds no sample.
   const int count = static_cast<int>(std::ceil(duration_s * options.imu_rate_hz - 1e-6)) + 1;
   for (int i = 0; i < count; ++i) {
     const double t = i / options.imu_rate_hz;
@@ -112,7 +112,7 @@ std::vector<ImuSample> exactImu(const SyntheticWindowOptions& options, const Mot
   return samples;
 }
 
-/** On a sphere around the middle of the path. */
+/** Landmarks on a sphere around the middle of the path. */
 std::vector<Vector3d> landmarksOnSphere(const Eigen::AlignedBox3d& path, int count,
                                         double distance_m, std::mt19937* rng) {
   std::normal_distribution<double> normal;
@@ -125,7 +125,7 @@ std::vector<Vector3d> landmarksOnSphere(const Eigen::AlignedBox3d& path, int cou
   return points;
 }
 
-/** Dense enough that a frame sees about the number wanted. */
+/** Landmarks dense enough that a frame sees about the number wanted. */
 std::vector<Vector3d> makeLandmarks(const std::vector<StampedState>& states,
                                     const SyntheticWindowOptions& options, std::mt19937* rng) {
   const int count = 12 * options.landmarks;  // the camera sees about a twelfth of the walls

@@ -102,7 +102,7 @@ int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const Window
         joint.block<6, 6>(at, at);
     candidate.view.covariance = both * P * both.transpose();
     candidate.view.covariance.diagonal().array() += 1e-10;
-    // Of too many, every so-manieth: neighbouring ids began at the same time, all over the image.
+    // Of too many every n-th is taken: neighbouring ids began together, all over the image.
     const size_t most = std::min(candidate.seen.size(), static_cast<size_t>(options_.landmarks));
     std::vector<size_t> asked;
     for (size_t i = 0; i < most; ++i) {
@@ -143,7 +143,7 @@ int Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& 
     addObservation({state.serial, static_cast<int>(candidate.state), f.has_right, f.measurements},
                    &landmark);
   }
-  // Where the view was found, those that were not are not sought there again.
+  // Once the view is found, no landmark is looked for there a second time.
   if (!believed.empty())
     for (const size_t l : candidate.seen)
       window->landmarks.at(seen[l].id).sought.push_back(state.serial);

@@ -10,8 +10,8 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** Squared residual of the track against the landmark, both cameras, relative to what it should be
- * at most; above 1 is too far. */
+/** Squared residual of the track against the landmark in both cameras, divided by its bound: the
+ * track is too far away where it exceeds 1. */
 double distance(const Window& window, const Landmark& landmark, const MeasuredFrame::Track& track,
                 const Eigen::Matrix<double, 6, 6>& pose_covariance, double gate) {
   const WindowState& host = window.states[landmark.host];
@@ -33,7 +33,7 @@ double distance(const Window& window, const Landmark& landmark, const MeasuredFr
   return worst;
 }
 
-/** In the axes of the body, of the left camera, or of the right one where that alone sees it. */
+/** The ray in the body's axes: the left camera's, or the right one's where that alone sees it. */
 Eigen::Vector3d rayInBody(const MeasuredFrame::Track& track, const Window& window) {
   const size_t camera = track.has_left ? 0 : 1;
   return window.T_CB[camera].R.transpose() * track.measurements[camera].ray();
@@ -93,7 +93,7 @@ Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
   }
   rejected_ = std::move(still_rejected);
   Counts counts;
-  // Where most tracks disagree with the prediction, it is the prediction that is wrong.
+  // If most tracks disagree with the prediction, the prediction is wrong.
   if (others.size() > agreeing.size()) {
     agreeing.insert(agreeing.end(), others.begin(), others.end());
     others.clear();
@@ -237,7 +237,7 @@ void Tracks::dropOutliers(Window* window) {
       landmark.strikes = 0;
     else if (seen)
       ++landmark.strikes;
-    // What does not fit its own host, or again and again, is no landmark.
+    // A landmark goes that misses its observations repeatedly, or most of them at once.
     const bool lost =
         observations.empty() || landmark.strikes >= 2 || 2 * observations.size() < before;
     if (lost) rejected_.insert(landmark.id);

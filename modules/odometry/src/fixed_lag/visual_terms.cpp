@@ -9,7 +9,7 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** What a landmark behind a camera costs: as much as a pixel that is off by so many sigma. */
+/** A landmark behind a camera costs as much as a pixel that is off by this many sigma. */
 constexpr double kBehindCamera = 30.0;
 
 }  // namespace
@@ -73,7 +73,7 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
                   &V, &e.g_l);
   }
   e.last = targets_.size();
-  // At infinity, and wanted farther: its distance is no unknown.
+  // At infinity, and the residuals want it farther: its distance is no unknown.
   const bool held = !(landmark->in_host.parameters.z() > 0.0) && e.g_l.z() >= 0.0;
   if (held) {
     V.row(2).setZero();

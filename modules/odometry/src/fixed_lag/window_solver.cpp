@@ -8,7 +8,7 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** What a step may have to be taken back to. */
+/** The values that a rejected step goes back to. */
 struct Saved {
   std::vector<NavState> states;
   std::vector<Eigen::Vector3d> landmarks;
@@ -114,7 +114,7 @@ double WindowSolver::costOf(const Window& window) const {
   return cost;
 }
 
-/** What stays the same over the steps. */
+/** Prepares what stays the same over the steps. */
 void WindowSolver::begin(Window* window, bool same_prior) {
   landmarks_.clear();
   for (auto& [id, landmark] : window->landmarks)
@@ -149,7 +149,7 @@ void WindowSolver::eliminateUntouched(const Window& window) {
   follows_ = untouched_factor_.solve(untouched_rest_);
 }
 
-/** Of what is left when the untouched unknowns are eliminated. */
+/** Factorizes the equations that remain when the untouched unknowns are eliminated. */
 bool WindowSolver::factorize(const NormalEquations& equations, double damping) {
   Eigen::MatrixXd H;
   if (!untouched_.empty()) {
