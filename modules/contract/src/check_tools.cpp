@@ -27,7 +27,7 @@ ContractCheck notApplicable(std::string detail) {
 
 namespace {
 
-/** Is asked when a plugin refused: did the host refuse before asking it? */
+/** Stands in for a plugin that refused, to see whether the host had refused before it was asked. */
 class Probe : public Initializer {
   DEFINE_MRPT_OBJECT(Probe, etalon::contract)
 
@@ -48,7 +48,7 @@ bool hostAsksThePlugin(const InitializationProblem& problem) {
   return Probe().initialize(problem).error().reason == Probe::kReached;
 }
 
-/** Shows solve(), to call it without the host's net under it. */
+/** Makes solve() accessible, to call it without the checks of initialize(). */
 struct WithoutNet : Initializer {
   using Initializer::solve;
 };

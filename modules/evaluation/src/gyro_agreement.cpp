@@ -10,10 +10,10 @@
 namespace etalon {
 namespace {
 
-/** Longer steps of the ground truth or of the IMU do not show the white noise apart from the bias
- * and the vibration between samples, s. */
+/** Over longer steps of the ground truth or the IMU, s, the white noise cannot be told from the bias
+ * and from vibration between the samples. */
 constexpr double kMaxStepS = 0.03;
-/** Fewer steps say nothing of a recording. */
+/** Fewer steps say nothing about a recording. */
 constexpr size_t kMinSteps = 100;
 /** Median of the absolute value of a standard normal variable. */
 constexpr double kMedianOfNormal = 0.6744897501960817;

@@ -33,7 +33,7 @@ Expected<void> checkFrames(const InitializationProblem& problem) {
   return {};
 }
 
-/** Seconds of [t0, t1] at its ends that the samples leave out; the whole if there are none. */
+/** Seconds at the ends of [t0, t1] that the samples do not cover; all of it without samples. */
 double secondsNotCovered(const ImuBuffer& imu, TimeNs t0, TimeNs t1) {
   if (imu.empty()) return secondsBetween(t0, t1);
   return std::max(0.0, secondsBetween(t0, imu.samples().front().t)) +
@@ -78,14 +78,14 @@ Expected<void> checkProblem(const InitializationProblem& problem) {
   return checkImu(problem);
 }
 
-/** A rotation within what a long product of rotations in double precision loses. */
+/** Whether R is a rotation, within the rounding errors of a long product of rotations. */
 bool isRotation(const Eigen::Matrix3d& R) {
   constexpr double kTolerance = 1e-6;
   return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
          R.determinant() > 0.0;
 }
 
-/** Empty if a success keeps what a success promises. */
+/** What is wrong with a reported success, in words; empty if nothing. */
 std::string brokenPromise(const InitializationProblem& problem, const Initialization& result) {
   if (static_cast<int>(result.states.size()) != problem.keyframeCount()) {
     return std::to_string(result.states.size()) + " states for " +

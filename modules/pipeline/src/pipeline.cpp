@@ -153,7 +153,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
                                 const std::optional<TrackedFrame>& tracked) {
   // Not what the front end cut out for the frame: live, frames between may have been dropped.
   std::vector<ImuSample> imu = imu_.between(before, t);
-  // How long a jump of the clock took is not known: as long as the step between the frames before.
+  // The true time across a jump of the clock is unknown: the step of the frames before is taken.
   if (clock_jumped_)
     clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
   else

@@ -22,7 +22,7 @@ constexpr double kTukeyWidth = 4.685;      // likewise
 constexpr double kInlier = 4.0;            // standard deviations
 constexpr double kConverged = 2e-5;        // rad/s, a fifth of what the gyro's noise allows in 2 s
 
-/** From the median; outliers inflate it: once more without those that it shows. */
+/** Robust, from the median. Outliers inflate it, so it is taken again without those it shows. */
 double robustSigma(std::vector<double> sizes) {
   if (sizes.empty()) return 0.0;
   const double limit = 3.0 * kMedianToSigma * median(sizes);

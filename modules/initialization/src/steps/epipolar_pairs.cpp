@@ -37,7 +37,7 @@ std::vector<EpipolarMatch> matchesOf(const std::vector<Bearing>& a, const std::v
   return matches;
 }
 
-/** Keeps at most `count`, evenly among them. */
+/** Thins the matches evenly to at most `count`. */
 void thin(size_t count, std::vector<EpipolarMatch>* matches) {
   if (matches->size() <= count) return;
   for (size_t k = 0; k < count; ++k) (*matches)[k] = (*matches)[k * matches->size() / count];

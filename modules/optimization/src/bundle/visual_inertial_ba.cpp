@@ -69,15 +69,15 @@ namespace {
  */
 class StepWatch : public ceres::IterationCallback {
  public:
-  /** Inverse of the damping relative to the diagonal: where it is larger even the direction known
-   * worst, gravity against b_a, is not held back. */
+  /** Inverse of the damping relative to the diagonal. Above this value not even the weakest
+   * direction, gravity against b_a, is held back. */
   static constexpr double kUndamped = 1e7;
 
   explicit StepWatch(double converged_sigmas) : converged_sigmas_(converged_sigmas) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (summary.iteration == 0 || !summary.step_is_successful) return ceres::SOLVER_CONTINUE;
-    // relative_decrease is what the step brought over what it promised.
+    // relative_decrease is the ratio of the actual to the promised decrease.
     last_step_sigmas_ = std::sqrt(2.0 * std::max(0.0, summary.cost_change) /
                                   std::max(1e-12, summary.relative_decrease));
     const bool enough =
@@ -94,7 +94,7 @@ class StepWatch : public ceres::IterationCallback {
 /** State, residuals and solution of one visual-inertial BA. */
 class VisualInertialSolver {
  public:
-  /** @param problem and options outlive this; its inliers and landmarks are kept up to date */
+  /** Problem and options must outlive this; it keeps the inliers and landmarks up to date. */
   VisualInertialSolver(VisualInertialProblem* problem, const VisualInertialBaOptions& options)
       : problem_(*problem),
         options_(options),
@@ -130,7 +130,7 @@ class VisualInertialSolver {
     solver.initial_trust_region_radius = 10.0 * StepWatch::kUndamped;
     ceres::Solver::Summary run;
     ceres::Solve(solver, problem.get(), &run);
-    // CONVERGENCE is left to what is exact to rounding: a gradient or a step of zero.
+    // Ceres reports CONVERGENCE only where gradient or step are zero to rounding.
     addRun(run, &result->summary);
     result->last_step_sigmas = watch.lastStepSigmas();
   }
@@ -200,7 +200,7 @@ class VisualInertialSolver {
     return T_WB;
   }
 
-  /** Of the state, landmarks and shared errors eliminated. */
+  /** Normal equations of the state, with landmarks and shared errors eliminated. */
   NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals) const {
     const Eigen::Index n = visual_.poseCount();
     NormalEquations equations(state_.columns()), seen(6 * n);
@@ -258,7 +258,7 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
     return finish();
   }
   VisualInertialSolver solver(&problem, options);
-  // Before outliers are relabelled the minimum is not the last one.
+  // Outliers are relabelled after these rounds, so their minimum need not be exact.
   const double first_rounds = std::max(1.0, options.converged_sigmas);
   for (int round = 0; round < options.rounds; ++round) {
     const bool last = round + 1 == options.rounds;
