@@ -133,7 +133,7 @@ class Nees {
   std::vector<MatrixXd> covariances_;
 };
 
-/** A ratio against what so many windows let it be. */
+/** A ratio and the bounds that this number of windows sets it. */
 struct Judgement {
   double ratio = 1.0, low = 0.0, high = 0.0;
   const char* verdict() const {
@@ -161,8 +161,8 @@ std::vector<Motion> motionsWithCovariance(const Initializer& initializer) {
   return motions;
 }
 
-/** All that err together, then block by block: what is too small in one must not be paid for by
- * what is too large in another. */
+/** All errors jointly, then block by block: a block that is too large must not make up for another
+ * that is too small. */
 ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
   std::vector<int> all;
   std::string blocks, complaints;
@@ -211,7 +211,7 @@ ContractCheck isConsistent(const Initializer& initializer, const ContractOptions
     if (!result || result->covariance.size() == 0) continue;
     nees.add(testing::estimationError(*result, trial.window), result->covariance);
   }
-  // Who answers only where it is easy would look more consistent than it is.
+  // A method that answers only where it is easy would look more consistent than it is.
   if (2 * nees.windows() < options.monte_carlo_windows)
     return failed(format("%s: gives a covariance for only %d of %d windows", names.c_str(),
                          nees.windows(), options.monte_carlo_windows),

@@ -75,7 +75,7 @@ class BadWindows {
   std::string last_refusal_;
 };
 
-/** Windows with and without motion: methods for either get to see what they believe in. */
+/** Windows with and without motion, so that methods for either are asked. */
 constexpr Motion kMovingAndStill[] = {Motion::kGentle, Motion::kStandstill};
 
 /** Keeps the first `count` keyframes and the frames up to the last of them. */

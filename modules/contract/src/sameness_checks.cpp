@@ -70,7 +70,7 @@ ContractCheck isDeterministic(const Initializer& initializer, const ContractOpti
   int answered = 0;
   for (const Motion motion : testing::kAllMotions) {
     bool has_answered = false;
-    // Who refuses outliers is asked without them.
+    // A method that refuses outliers is asked without them.
     for (const double outlier_share : {0.1, 0.0}) {
       SyntheticWindowOptions options = noisyOptions(motion, 7);
       options.outlier_share = outlier_share;

@@ -126,7 +126,7 @@ void EurocReader::useCamchain(Recording* recording,
   const std::string path = camchain().string();
   const KalibrCamchain chain = readKalibrCamchain(path);
   append(&recording->warnings, chain.warnings);
-  // One shift for both, so that pairs stay pairs.
+  // Both cameras are shifted alike, so that pairs stay pairs.
   const auto [shift_s, other_s] = chain.timeshift_s;
   constexpr double kSameShift = 5e-4;  // s
   if (std::abs(shift_s - other_s) > kSameShift)

@@ -68,7 +68,7 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
         key.initializer = initializer;
         const SummaryRow& row = rowOf(summary, key);
         table.setNumber(cellKey(initializer, stage), value(row));
-        // Who answers only where it is easy is not the best.
+        // A method that answers only where it is easy is not the best.
         if (row.estimates >= kShareForBest * row.count)
           cells.push_back(cellKey(initializer, stage));
         more(&table, row);

@@ -147,7 +147,7 @@ double measuredRate(const Elements& elements, double fallback) {
          secondsBetween(elements.front().t, elements.back().t);
 }
 
-/** What is not usable as a calibration, whoever wrote the log. */
+/** Throws if the log has no usable calibration, whoever wrote it. */
 void checkCalibration(const StereoInertialCalibration& calibration, const std::string& path) {
   const auto require = [&path](bool condition, const std::string& expected) {
     if (!condition)
