@@ -89,7 +89,7 @@ class Replay {
   }
 
   void report(bool last) {
-    if (!pipeline_.trajectory().empty()) state_.processed = pipeline_.trajectory().back().t;
+    if (!pipeline_.estimates().empty()) state_.processed = pipeline_.estimates().back().t;
     if (died_) return;
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <map>
 
-#include "etalon/core/aligning_yaw.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
 #include "odometry_kinds.h"
@@ -27,6 +27,13 @@ std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
 }
 
 }  // namespace
+
+Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates) {
+  Trajectory trajectory;
+  for (const FrameEstimate& estimate : estimates)
+    trajectory.push_back({estimate.t, estimate.nav.T_WB});
+  return trajectory;
+}
 
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
@@ -116,11 +123,10 @@ void Pipeline::noticeMissingImages(TimeNs until) {
 void Pipeline::forgetOld() {
   const size_t keep = options_.history_frames;
   if (keep == 0 || estimates_.size() < 2 * keep) return;
-  const auto old = static_cast<std::ptrdiff_t>(estimates_.size() - keep);
-  trajectory_.erase(trajectory_.begin(), trajectory_.begin() + old);
+  const std::ptrdiff_t old = estimates_.size() - keep;
   estimates_.erase(estimates_.begin(), estimates_.begin() + old);
   timings_.erase(timings_.begin(), timings_.begin() + old);
-  record_.forgetBefore(trajectory_.front().t);
+  record_.forgetBefore(estimates_.front().t);
 }
 
 /** Stereo odometry. */
@@ -139,15 +145,15 @@ void Pipeline::follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
   }
   if (!located) ++frames_not_located_;
   estimate.state = state_;
-  trajectory_.push_back({t, estimate.nav.T_WB});
   estimates_.push_back(estimate);
 }
 
 /** Fixed-lag odometry. */
 void Pipeline::followInertially(TimeNs t, TimeNs before,
                                 const std::optional<TrackedFrame>& tracked) {
+  // Not what the front end cut out for the frame: live, frames between may have been dropped.
   std::vector<ImuSample> imu = imu_.between(before, t);
-  // How long a jump of the clock took is not known: as long as the step between the frames before.
+  // The true time across a jump of the clock is unknown: the step of the frames before is taken.
   if (clock_jumped_)
     clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
   else
@@ -182,10 +188,9 @@ void Pipeline::keep(const OdometryOutput& output) {
   estimate.t = output.t;
   estimate.state = state_;
   estimate.nav = output.state;
-  estimate.sigma = output.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
+  estimate.motion_variance = output.covariance.diagonal().tail<9>();
   bias_ = output.state.bias;
-  trajectory_.push_back({output.t, output.state.T_WB});
   estimates_.push_back(estimate);
 }
 
@@ -230,7 +235,6 @@ void Pipeline::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
   const SE3 T_WV = T_WB * odometry_.pose().inverse();
-  for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
   if (inertial)
     replaceLast(*inertial);
@@ -239,11 +243,11 @@ void Pipeline::start(const InitializationAttempt& attempt) {
 }
 
 void Pipeline::startAgain(const InitializationAttempt& attempt) {
-  const SE3 before = trajectory_.back().T_WB;
+  const SE3 before = estimates_.back().nav.T_WB;
   replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
                               keepingYawAndPosition(attempt)));
   PoseJump jump;
-  jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
+  jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
   jump.covariance = lost_covariance_;
   events_.back().jump = jump;
 }
@@ -292,13 +296,12 @@ void Pipeline::showWindowImage(TimeNs t) {
 
 /** The last pose is the fixed-lag odometry's first. */
 void Pipeline::replaceLast(const OdometryOutput& output) {
-  trajectory_.pop_back();
   estimates_.pop_back();
   keep(output);
 }
 
 Trajectory Pipeline::smoothedTrajectory() const {
-  return carriedAlong(trajectory_, record_.smoothed());
+  return carriedAlong(trajectory(), record_.smoothed());
 }
 
 FinalFlight Pipeline::finalBa() const {

@@ -86,7 +86,7 @@ TEST_F(PipelineLive, WhatIsBrokenIsCountedAndWhatIsUnknownIgnored) {
   pipeline.process(image);  // empty
   image.image = mrpt::img::CImage(cv::Mat(480, 752, CV_8UC1, cv::Scalar(7)), mrpt::img::DEEP_COPY);
   for (int k = 0; k < 3; ++k) {  // the right camera is missing
-    image.timestamp = toMrptTime(flight().frames[static_cast<size_t>(k)].t);
+    image.timestamp = toMrptTime(flight().frames[k].t);
     pipeline.process(image);
   }
   image.sensorLabel = "thermal";

@@ -98,8 +98,8 @@ class Pipeline {
   /** Stamp of the frame at which the first attempt was accepted. */
   const std::optional<TimeNs>& initializedAt() const { return initialized_at_; }
   /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
-  const Trajectory& trajectory() const { return trajectory_; }
-  /** One a pose of trajectory(). */
+  Trajectory trajectory() const { return trajectoryOf(estimates_); }
+  /** One a frame; their poses are trajectory(). */
   const std::vector<FrameEstimate>& estimates() const { return estimates_; }
   /** trajectory() with hindsight: of every keyframe the last estimate before it left the fixed-lag
    * odometry's window, what is between follows (carriedAlong()). */
@@ -206,7 +206,6 @@ class Pipeline {
   ImuBias bias_;
   /** Of the last pose of the fixed-lag odometry, when it was lost. */
   Eigen::Matrix<double, 6, 6> lost_covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
-  Trajectory trajectory_;
   std::vector<FrameEstimate> estimates_;
   std::vector<FrameTiming> timings_;
   int frames_not_located_ = 0;
