@@ -87,7 +87,7 @@ TEST_F(PipelineInput, BadMeasurementsChangeNothingButTheCounts) {
     other.t = frame.t - 50'000'000;
     if (k > 0) spoilt.add(other);
   }
-  const auto n = static_cast<int>(next);
+  const int n = next;
   EXPECT_EQ(count(spoilt, InputFault::kImuRepeatedStamp), n);
   EXPECT_EQ(count(spoilt, InputFault::kImuNotFinite), n);
   EXPECT_EQ(count(spoilt, InputFault::kImuTooLarge), n);

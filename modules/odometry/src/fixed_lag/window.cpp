@@ -24,7 +24,7 @@ void Window::reindex() {
   }
   const auto indexOf = [this](int serial) {
     for (size_t i = 0; i < states.size(); ++i)
-      if (states[i].serial == serial) return static_cast<int>(i);
+      if (states[i].serial == serial) return i;
     return -1;
   };
   for (auto it = landmarks.begin(); it != landmarks.end();) {
