@@ -99,7 +99,7 @@ class Replay {
     }
     for (; events_reported_ < pipeline_.events().size(); ++events_reported_) {
       const PipelineEvent& event = pipeline_.events()[events_reported_];
-      if (event.state == PipelineState::kVisual) continue;
+      if (event.state == PipelineState::kVisual && !event.remark) continue;
       progress_.interrupt();
       printEvent(event, images_.front().t);
     }

@@ -48,6 +48,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
+      missing_(calibration),
       window_(options.keyframes, options.keyframe_rate_hz),
       starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
       bias_(options.window.priors.mean) {
@@ -66,7 +67,8 @@ void Pipeline::estimate(const EstimatorInput& input) {
   std::visit([this](const auto& what) { estimate(what); }, input);
 }
 
-void Pipeline::estimate(const ClockJump& /*jump*/) {
+void Pipeline::estimate(const ClockJump& jump) {
+  remark(jump.to, {missing_.clockJumped(jump.from, jump.to)});
   imu_ = ImuBuffer();
   odometry_.forgetVelocity();
   window_.restart();
@@ -75,6 +77,8 @@ void Pipeline::estimate(const ClockJump& /*jump*/) {
 
 void Pipeline::estimate(const ImuSample& sample) {
   imu_.add(sample);
+  missing_.sample(sample.t);
+  if (options_.live) noticeMissingImages(sample.t);
   // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
   const TimeNs needed =
       sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
@@ -86,7 +90,10 @@ void Pipeline::estimate(const FrontFrame& frame) {
   timing.frontend_ms = frame.ms;
   Stopwatch watch;
   noticeMissingImages(frame.t);
+  const bool said = state_ == PipelineState::kDeadReckoning;
   const TimeNs before = last_frame_.value_or(frame.t);
+  const bool imu = before == frame.t || imu_.covers(before, frame.t);
+  const int not_located = frames_not_located_;
   last_frame_ = frame.t;
   if (frame.after_gap) window_.restart();
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
@@ -95,6 +102,9 @@ void Pipeline::estimate(const FrontFrame& frame) {
     followInertially(frame.t, before, frame.tracked);
   else
     follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
+  const bool located = state_ != PipelineState::kVisual || not_located == frames_not_located_;
+  remark(frame.t,
+         missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located, said}));
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (frame.tracked && collecting()) {
@@ -108,16 +118,6 @@ void Pipeline::estimate(const FrontFrame& frame) {
   timings_.push_back(timing);
   publish(estimates_.back());
   forgetOld();
-}
-
-/** From the last frame to `until`: there, the IMU alone carried the pose. */
-void Pipeline::noticeMissingImages(TimeNs until) {
-  if (state_ != PipelineState::kInertial || clock_jumped_ ||
-      secondsBetween(*last_frame_, until) <= kNoImageS)
-    return;
-  char text[80];
-  std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
-  enter(PipelineState::kDeadReckoning, *last_frame_ + durationNs(kNoImageS), text);
 }
 
 void Pipeline::forgetOld() {
@@ -197,7 +197,12 @@ void Pipeline::keep(const OdometryOutput& output) {
 void Pipeline::enter(PipelineState state, TimeNs t, const std::string& reason) {
   if (state == state_) return;
   state_ = state;
-  events_.push_back({t, state, reason, std::nullopt});
+  events_.push_back({t, state, reason, false, std::nullopt});
+}
+
+void Pipeline::remark(TimeNs t, const std::vector<std::string>& reasons) {
+  for (const std::string& reason : reasons)
+    events_.push_back({t, state_, reason, true, std::nullopt});
 }
 
 /** Stereo odometry begins anew, at the predicted pose, until a start is accepted. */

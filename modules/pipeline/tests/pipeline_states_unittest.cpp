@@ -157,7 +157,10 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
   }
   pipeline.finish();
   EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
-  EXPECT_EQ(pipeline.events().size(), 2U);
+  ASSERT_EQ(pipeline.events().size(), 3U);
+  EXPECT_TRUE(pipeline.events()[2].remark);
+  EXPECT_THAT(pipeline.events()[2].reason, HasSubstr("jump by 5.0"));
+  EXPECT_GT(pipeline.events()[2].t, stamp(middle));
   ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
   for (size_t k = 0; k < flight().frames.size(); ++k) {
     FrameEstimate estimate = pipeline.estimates()[k];

@@ -71,7 +71,7 @@ RunStatistics statisticsOf(const FinishedRun& run) {
 }
 
 EventRecord recordOf(const PipelineEvent& event) {
-  EventRecord record{event.t, toString(event.state), event.reason, {}};
+  EventRecord record{event.t, toString(event.state), event.reason, event.remark, {}};
   if (!event.jump) return record;
   const Eigen::Matrix<double, 6, 1> variance = event.jump->covariance.diagonal().cwiseMax(0.0);
   record.jump = {event.jump->T_before_after.t.norm(),

@@ -91,6 +91,7 @@ template <typename Archive>
 void members(Archive& json, Member<Archive, EventRecord>& event) {
   json("t_ns", event.t);
   json("state", event.state);
+  json.added("remark", event.remark);
   json("reason", event.reason);
   json("jump", event.jump);
 }

@@ -92,11 +92,12 @@ struct RunStatistics {
   std::vector<StageTimes> stages;
 };
 
-/** A change of the pipeline's state (PipelineEvent). */
+/** A change of the pipeline's state, or a remark (PipelineEvent). */
 struct EventRecord {
   TimeNs t = 0;
-  std::string state;   ///< toString(PipelineState): the new one
-  std::string reason;  ///< a clause
+  std::string state;    ///< toString(PipelineState): the new one
+  std::string reason;   ///< a clause
+  bool remark = false;  ///< the state is as before
   /** Of a start in flight: by how much the pose jumped, and the standard deviation of how far off
    * position and yaw may be; m and deg. */
   struct Jump {
