@@ -7,7 +7,7 @@ namespace etalon::fixed_lag {
 size_t Window::firstFull() const {
   size_t i = 0;
   while (i < states.size() && !states[i].full) ++i;
-  return i;
+  return static_cast<int>(i);
 }
 
 size_t Window::retainedCount() const {
