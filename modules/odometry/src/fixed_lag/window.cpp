@@ -7,7 +7,7 @@ namespace etalon::fixed_lag {
 size_t Window::firstFull() const {
   size_t i = 0;
   while (i < states.size() && !states[i].full) ++i;
-  return static_cast<int>(i);
+  return i;
 }
 
 size_t Window::retainedCount() const {
@@ -24,7 +24,7 @@ void Window::reindex() {
   }
   const auto indexOf = [this](int serial) {
     for (size_t i = 0; i < states.size(); ++i)
-      if (states[i].serial == serial) return i;
+      if (states[i].serial == serial) return static_cast<int>(i);
     return -1;
   };
   for (auto it = landmarks.begin(); it != landmarks.end();) {
