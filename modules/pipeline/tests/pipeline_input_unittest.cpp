@@ -158,7 +158,7 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
       [](const InitializationProblem& problem) {
         Initialization truth;
         for (const TrackedFrame* keyframe : problem.keyframes())
-          truth.states.push_back({keyframe->t, flight().truth(keyframe->t), {}});
+          truth.states.push_back({keyframe->t, flight().truth(keyframe->t)});
         return truth;
       },
       hard_to_please);
