@@ -117,6 +117,7 @@ void Pipeline::estimate(const FrontFrame& frame) {
   }
   timings_.push_back(timing);
   publish(estimates_.back());
+  if (on_tracks_) on_tracks_(frame);
   forgetOld();
 }
 

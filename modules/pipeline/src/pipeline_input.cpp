@@ -140,6 +140,10 @@ void Pipeline::onFrame(std::function<void(const FrameEstimate&)> listener) {
   on_frame_ = std::move(listener);
 }
 
+void Pipeline::onTracks(std::function<void(const FrontFrame&)> listener) {
+  on_tracks_ = std::move(listener);
+}
+
 void Pipeline::onImuState(std::function<void(const ImuRateState&)> listener) {
   on_imu_state_ = std::move(listener);
 }
