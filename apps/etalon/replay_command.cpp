@@ -191,6 +191,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
 int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
+  if (arguments.gui) FlightWindow::requireDisplay();
   const auto run = [&arguments](const RunEnd* died) {
     return runSupervised(arguments.time_limit_s, [&arguments, died](RunState& state) {
       return replayHere(arguments, &state, died);

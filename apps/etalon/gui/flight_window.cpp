@@ -60,7 +60,9 @@ struct FlightWindow::Impl {
       view->setImageView(mrpt::img::CImage(image, mrpt::img::DEEP_COPY));
     }
     window.get3DSceneAndLock() = scene;
-    window.addTextMessage(0.01, 0.02, text(), 0);
+    mrpt::opengl::TFontParams font;
+    font.color = {0.0F, 0.0F, 0.0F};
+    window.addTextMessage(0.01, 0.02, text(), 0, font);
     window.unlockAccess3DScene();
     if (!flight.trajectory.empty()) {
       const Eigen::Vector3f p = flight.trajectory.back().T_WB.t.cast<float>();
@@ -71,10 +73,9 @@ struct FlightWindow::Impl {
 
   std::string text() const {
     char line[128];
-    const double seconds =
-        flight.trajectory.empty()
-            ? 0.0
-            : secondsBetween(flight.trajectory.front().t, flight.trajectory.back().t);
+    const double seconds = flight.trajectory.empty() ? 0.0
+                                                     : secondsBetween(flight.trajectory.front().t,
+                                                                      flight.trajectory.back().t);
     std::snprintf(line, sizeof line, "%.1f s  %s  %zu landmarks", seconds,
                   toString(pipeline.state()), flight.landmarks.size());
     return line;
@@ -87,19 +88,16 @@ struct FlightWindow::Impl {
   Clock::time_point drawn_at, map_at;
 };
 
-bool FlightWindow::available() { return true; }
-
-FlightWindow::FlightWindow(Pipeline* pipeline) {
+void FlightWindow::requireDisplay() {
   if (std::getenv("DISPLAY") == nullptr)
     throw ConfigError(
         "--gui: there is no display: DISPLAY is not set; run it in a desktop session, or without "
         "--gui and open flight.3Dscene later");
-  impl_ = std::make_unique<Impl>(pipeline);
 }
 
-FlightWindow::~FlightWindow() {
-  if (impl_) impl_->pipeline.onTracks(nullptr);
-}
+FlightWindow::FlightWindow(Pipeline* pipeline) : impl_(std::make_unique<Impl>(pipeline)) {}
+
+FlightWindow::~FlightWindow() { impl_->pipeline.onTracks(nullptr); }
 
 void FlightWindow::update() {
   const auto now = Clock::now();

@@ -12,11 +12,11 @@ namespace etalon::app {
  */
 class FlightWindow {
  public:
-  /** Whether this build has a window at all (MRPT's gui library was there). */
-  static bool available();
+  /** @throws ConfigError if the build has no window (MRPT's gui library was missing), or if there is
+   * no display */
+  static void requireDisplay();
 
-  /** Opens the window and listens to `pipeline`, which outlives it.
-   * @throws ConfigError if the build has no window or there is no display */
+  /** Opens the window and listens to `pipeline`, which outlives it. */
   explicit FlightWindow(Pipeline* pipeline);
   ~FlightWindow();
 

@@ -6,13 +6,12 @@ namespace etalon::app {
 
 struct FlightWindow::Impl {};
 
-bool FlightWindow::available() { return false; }
-
-FlightWindow::FlightWindow(Pipeline* /*pipeline*/) {
+void FlightWindow::requireDisplay() {
   throw ConfigError(
       "--gui: this build has no window: install libmrpt-gui-dev, then configure and build again");
 }
 
+FlightWindow::FlightWindow(Pipeline* /*pipeline*/) {}
 FlightWindow::~FlightWindow() = default;
 void FlightWindow::update() {}
 void FlightWindow::waitUntilClosed() {}

@@ -37,6 +37,7 @@ mrpt::opengl::CSetOfLines::Ptr lineOf(const Trajectory& trajectory, float width,
 mrpt::opengl::COpenGLScene::Ptr sceneOf(const FlightScene& flight) {
   auto scene_ptr = mrpt::opengl::COpenGLScene::Create();
   mrpt::opengl::COpenGLScene& scene = *scene_ptr;
+  scene.getViewport()->setCustomBackgroundColor({1.0F, 1.0F, 1.0F});
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
   for (const StampedPose& pose : flight.trajectory) {
     low = low.cwiseMin(pose.T_WB.t);
