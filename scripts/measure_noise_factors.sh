@@ -3,7 +3,7 @@
 # as large as its errors (medians of the NEES a degree of freedom), and chi2/dof of gyro, accelerometer and pixels.
 #
 #   scripts/measure_noise_factors.sh OUT SRC...        -- OUT keeps tracks and results; EVERY=1 for a window a second
-#   BELIEFS="0.012,0.35,2,6,3 0.001,0.5,1.5,6"         -- sigma_shared_deg,sigma_px,gyro factor,accelerometer factor[,its least]
+#   BELIEFS="0.015,0.29,2.2,6,3 0.001,0.5,1.5,6"         -- sigma_shared_deg,sigma_px,gyro factor,accelerometer factor[,its least]
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 [[ $# -ge 2 ]] || { sed -n '2,6p' "$0"; exit 2; }
@@ -13,7 +13,7 @@ shift
 mkdir -p "$out"
 printf '%-22s %-18s %7s %8s %7s %9s %8s %6s %6s   %s\n' "shared,px,gyro,accel" recording success "RRE deg" "ATE mm" "v m/s" gravity \
   tilt velocity "chi2/dof gyro, accelerometer, vision"
-for belief in ${BELIEFS:-0.001,0.5,1.5,6 0.012,0.4,2,6 0.012,0.35,2,3.3 0.012,0.35,2,6 0.012,0.35,2,6,3}; do
+for belief in ${BELIEFS:-0.001,0.5,1.5,6 0.012,0.35,2,6,3 0.017,0.29,2,6,3 0.015,0.29,2.2,3.3 0.015,0.29,2.2,6 0.015,0.29,2.2,6,3}; do
   IFS=, read -r shared px gyro accel least <<<"$belief"
   "$etalon" bench "$@" --initializers eta --every "${EVERY:-2.5}" --tracks "$out/tracks" --out "$out/$belief" --overwrite --format csv \
     --set "vi_ba.sigma_shared_deg=$shared" --set "odometry.sigma_px=$px" --set "imu_noise.gyro_noise_factor=$gyro" \

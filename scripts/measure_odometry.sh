@@ -57,8 +57,14 @@ for source in "${sources[@]}"; do
       awk -v row="| $(basename "$source") | ${fault:-none} | $causal | $smoothed | $final" '
         /"stereo_frames"/ { frames = $2 + 0 }
         /"frame_median_ms"/ { ms = $2 + 0 }
-        /"state":/ { gsub(/[",]/, "", $2); states = states (states ? ", " : "") $2 }
-        END { sub(/^(waiting, )?visual, inertial(, )?/, "", states); printf "%s %d | %.1f | %s |\n", row, frames, ms, states ? states : "inertial" }
+        /"state":/ { gsub(/[",]/, "", $2); state = $2 }
+        /"remark": false/ { states = states (states ? ", " : "") state }
+        /"reason":/ && remarked { sub(/^ *"reason": "/, ""); sub(/",?$/, ""); remarks = remarks "; " $0 }
+        { remarked = /"remark": true/ }
+        END {
+          sub(/^(waiting, )?visual, inertial(, )?/, "", states)
+          printf "%s %d | %.1f | %s%s |\n", row, frames, ms, states ? states : "inertial", remarks
+        }
       ' "$run/initialization.json" >"$run/row"
       [[ $replayed == "$source" ]] || rm -rf "$replayed"
     fi

@@ -89,7 +89,7 @@ class Replay {
   }
 
   void report(bool last) {
-    if (!pipeline_.trajectory().empty()) state_.processed = pipeline_.trajectory().back().t;
+    if (!pipeline_.estimates().empty()) state_.processed = pipeline_.estimates().back().t;
     if (died_) return;
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();
@@ -99,7 +99,7 @@ class Replay {
     }
     for (; events_reported_ < pipeline_.events().size(); ++events_reported_) {
       const PipelineEvent& event = pipeline_.events()[events_reported_];
-      if (event.state == PipelineState::kVisual) continue;
+      if (event.state == PipelineState::kVisual && !event.remark) continue;
       progress_.interrupt();
       printEvent(event, images_.front().t);
     }

@@ -19,6 +19,7 @@ using Vector5d = Eigen::Matrix<double, 5, 1>;
 FixedLagOptions optionsFor(const SimulatedFlight& flight) {
   FixedLagOptions options;
   options.imu_noise = flight.imu_noise;
+  options.sigma_px = SimulatedFlightOptions().sigma_px;
   return options;
 }
 

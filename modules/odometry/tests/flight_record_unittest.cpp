@@ -21,6 +21,7 @@ struct Recorded {
   static FlightRecordOptions recordOptions(const SimulatedFlight& flight, size_t max_keyframes) {
     FlightRecordOptions options;
     options.imu_noise = flight.imu_noise;
+    options.sigma_px = SimulatedFlightOptions().sigma_px;
     options.max_keyframes = max_keyframes;
     return options;
   }
@@ -32,6 +33,7 @@ struct Recorded {
         record(flight.calibration, recordOptions(flight, max_keyframes)) {
     FixedLagOptions odometry_options;
     odometry_options.imu_noise = flight.imu_noise;
+    odometry_options.sigma_px = SimulatedFlightOptions().sigma_px;
     FixedLagOdometry odometry(flight.calibration, odometry_options);
     for (size_t k = 0; k < flight.frames.size(); ++k) {
       std::vector<ImuSample> imu;

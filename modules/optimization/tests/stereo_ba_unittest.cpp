@@ -23,7 +23,7 @@ struct BaCase {
       : synthetic(testing::makeSyntheticWindow(options)),
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
     for (const Vector3d& p_W : synthetic.landmarks) landmarks.push_back(T_VW * p_W);
   }
   BundleProblem bundle() const { return BundleProblem(window, testing::knownLandmarks(landmarks)); }
@@ -35,9 +35,9 @@ struct BaCase {
 
 /** [rotation, position] errors of keyframes 1.. in the order of the covariance. */
 Eigen::VectorXd poseErrors(const std::vector<SE3>& estimate, const std::vector<SE3>& truth) {
-  Eigen::VectorXd e(6 * (static_cast<Eigen::Index>(truth.size()) - 1));
+  Eigen::VectorXd e(6 * (truth.size() - 1));
   for (size_t k = 1; k < truth.size(); ++k) {
-    const Eigen::Index i = 6 * (static_cast<Eigen::Index>(k) - 1);
+    const Eigen::Index i = 6 * (k - 1);
     e.segment<3>(i) = logSO3(truth[k].R.transpose() * estimate[k].R);
     e.segment<3>(i + 3) = estimate[k].t - truth[k].t;
   }
@@ -150,8 +150,7 @@ TEST(PoseOnly, FindsThePoseDespiteOutliersAndAWrongStart) {
   for (const VisualMeasurement& m : c.window.measurements)
     if (m.keyframe == 3)
       measurements.push_back(
-          {c.landmarks[static_cast<size_t>(c.window.landmark_ids[static_cast<size_t>(m.landmark)])],
-           m.camera, m.measurement});
+          {c.landmarks[c.window.landmark_ids[m.landmark]], m.camera, m.measurement});
   SE3 start = c.T_VB[3];
   start.R = start.R * expSO3(Vector3d(0.02, 0.02, -0.03));
   start.t += Vector3d(0.05, -0.05, 0.05);

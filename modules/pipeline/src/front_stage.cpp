@@ -26,9 +26,15 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBias& bias) {
   result.images = frame;
   const TimeNs before = last_frame_.value_or(frame.t), tracked_at = tracked_at_.value_or(frame.t);
   last_frame_ = frame.t;
+  const std::vector<ImuSample> since_last = imu_.between(before, frame.t);
+  const bool last_was_tracked = before == tracked_at;
   if (tracked_at < frame.t && imu_.covers(tracked_at, frame.t))
-    result.R_prev_cur = Preintegration(imu_.between(tracked_at, frame.t), bias, noise_).deltas().dR;
-  if (!repeated_images_.isRepeated(frame.left, frame.right, imu_.between(before, frame.t))) {
+    result.R_prev_cur =
+        Preintegration(last_was_tracked ? since_last : imu_.between(tracked_at, frame.t), bias,
+                       noise_)
+            .deltas()
+            .dR;
+  if (!repeated_images_.isRepeated(frame.left, frame.right, since_last)) {
     result.after_gap = secondsBetween(tracked_at, frame.t) > max_gap_s_;
     tracked_at_ = frame.t;
     result.tracked = tracker_.track(frame.t, frame.left, frame.right, result.R_prev_cur);

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <map>
 
-#include "etalon/core/aligning_yaw.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
 #include "odometry_kinds.h"
@@ -28,6 +28,13 @@ std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
 
 }  // namespace
 
+Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates) {
+  Trajectory trajectory;
+  for (const FrameEstimate& estimate : estimates)
+    trajectory.push_back({estimate.t, estimate.nav.T_WB});
+  return trajectory;
+}
+
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
     : calibration_(calibration),
@@ -41,6 +48,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
+      missing_(calibration),
       window_(options.keyframes, options.keyframe_rate_hz),
       starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
       bias_(options.window.priors.mean) {
@@ -59,7 +67,8 @@ void Pipeline::estimate(const EstimatorInput& input) {
   std::visit([this](const auto& what) { estimate(what); }, input);
 }
 
-void Pipeline::estimate(const ClockJump& /*jump*/) {
+void Pipeline::estimate(const ClockJump& jump) {
+  remark(jump.to, {missing_.clockJumped(jump.from, jump.to)});
   imu_ = ImuBuffer();
   odometry_.forgetVelocity();
   window_.restart();
@@ -68,6 +77,8 @@ void Pipeline::estimate(const ClockJump& /*jump*/) {
 
 void Pipeline::estimate(const ImuSample& sample) {
   imu_.add(sample);
+  missing_.sample(sample.t);
+  if (options_.live) noticeMissingImages(sample.t);
   // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
   const TimeNs needed =
       sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
@@ -79,7 +90,10 @@ void Pipeline::estimate(const FrontFrame& frame) {
   timing.frontend_ms = frame.ms;
   Stopwatch watch;
   noticeMissingImages(frame.t);
+  const bool said = state_ == PipelineState::kDeadReckoning;
   const TimeNs before = last_frame_.value_or(frame.t);
+  const bool imu = before == frame.t || imu_.covers(before, frame.t);
+  const int not_located = frames_not_located_;
   last_frame_ = frame.t;
   if (frame.after_gap) window_.restart();
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
@@ -88,6 +102,9 @@ void Pipeline::estimate(const FrontFrame& frame) {
     followInertially(frame.t, before, frame.tracked);
   else
     follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
+  const bool located = state_ != PipelineState::kVisual || not_located == frames_not_located_;
+  remark(frame.t,
+         missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located, said}));
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (frame.tracked && collecting()) {
@@ -103,24 +120,13 @@ void Pipeline::estimate(const FrontFrame& frame) {
   forgetOld();
 }
 
-/** From the last frame to `until`: there, the IMU alone carried the pose. */
-void Pipeline::noticeMissingImages(TimeNs until) {
-  if (state_ != PipelineState::kInertial || clock_jumped_ ||
-      secondsBetween(*last_frame_, until) <= kNoImageS)
-    return;
-  char text[80];
-  std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
-  enter(PipelineState::kDeadReckoning, *last_frame_ + durationNs(kNoImageS), text);
-}
-
 void Pipeline::forgetOld() {
   const size_t keep = options_.history_frames;
   if (keep == 0 || estimates_.size() < 2 * keep) return;
-  const auto old = static_cast<std::ptrdiff_t>(estimates_.size() - keep);
-  trajectory_.erase(trajectory_.begin(), trajectory_.begin() + old);
+  const std::ptrdiff_t old = estimates_.size() - keep;
   estimates_.erase(estimates_.begin(), estimates_.begin() + old);
   timings_.erase(timings_.begin(), timings_.begin() + old);
-  record_.forgetBefore(trajectory_.front().t);
+  record_.forgetBefore(estimates_.front().t);
 }
 
 /** Stereo odometry. */
@@ -139,15 +145,15 @@ void Pipeline::follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
   }
   if (!located) ++frames_not_located_;
   estimate.state = state_;
-  trajectory_.push_back({t, estimate.nav.T_WB});
   estimates_.push_back(estimate);
 }
 
 /** Fixed-lag odometry. */
 void Pipeline::followInertially(TimeNs t, TimeNs before,
                                 const std::optional<TrackedFrame>& tracked) {
+  // Not what the front end cut out for the frame: live, frames between may have been dropped.
   std::vector<ImuSample> imu = imu_.between(before, t);
-  // How long a jump of the clock took is not known: as long as the step between the frames before.
+  // The true time across a jump of the clock is unknown: the step of the frames before is taken.
   if (clock_jumped_)
     clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
   else
@@ -182,17 +188,21 @@ void Pipeline::keep(const OdometryOutput& output) {
   estimate.t = output.t;
   estimate.state = state_;
   estimate.nav = output.state;
-  estimate.sigma = output.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
+  estimate.motion_variance = output.covariance.diagonal().tail<9>();
   bias_ = output.state.bias;
-  trajectory_.push_back({output.t, output.state.T_WB});
   estimates_.push_back(estimate);
 }
 
 void Pipeline::enter(PipelineState state, TimeNs t, const std::string& reason) {
   if (state == state_) return;
   state_ = state;
-  events_.push_back({t, state, reason, std::nullopt});
+  events_.push_back({t, state, reason, false, std::nullopt});
+}
+
+void Pipeline::remark(TimeNs t, const std::vector<std::string>& reasons) {
+  for (const std::string& reason : reasons)
+    events_.push_back({t, state_, reason, true, std::nullopt});
 }
 
 /** Stereo odometry begins anew, at the predicted pose, until a start is accepted. */
@@ -230,7 +240,6 @@ void Pipeline::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
   const SE3 T_WV = T_WB * odometry_.pose().inverse();
-  for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
   if (inertial)
     replaceLast(*inertial);
@@ -239,11 +248,11 @@ void Pipeline::start(const InitializationAttempt& attempt) {
 }
 
 void Pipeline::startAgain(const InitializationAttempt& attempt) {
-  const SE3 before = trajectory_.back().T_WB;
+  const SE3 before = estimates_.back().nav.T_WB;
   replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
                               keepingYawAndPosition(attempt)));
   PoseJump jump;
-  jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
+  jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
   jump.covariance = lost_covariance_;
   events_.back().jump = jump;
 }
@@ -292,13 +301,12 @@ void Pipeline::showWindowImage(TimeNs t) {
 
 /** The last pose is the fixed-lag odometry's first. */
 void Pipeline::replaceLast(const OdometryOutput& output) {
-  trajectory_.pop_back();
   estimates_.pop_back();
   keep(output);
 }
 
 Trajectory Pipeline::smoothedTrajectory() const {
-  return carriedAlong(trajectory_, record_.smoothed());
+  return carriedAlong(trajectory(), record_.smoothed());
 }
 
 FinalFlight Pipeline::finalBa() const {

@@ -1,5 +1,7 @@
 // Pipeline: from whoever delivers measurements to the estimator, on one thread or three.
 
+#include <cstdio>
+
 #include "etalon/pipeline/pipeline.h"
 
 namespace etalon {
@@ -49,7 +51,22 @@ void Pipeline::finish() {
     processAdmitted();
   }
   joinThreads();
-  if (!imu_.empty()) noticeMissingImages(imu_.samples().back().t);
+  if (!last_frame_) return;
+  // Where the IMU goes on a little longer the last image is just the end of the recording.
+  if (!imu_.empty() &&
+      secondsBetween(*last_frame_, imu_.samples().back().t) > options_.input.max_gap_s)
+    noticeMissingImages(imu_.samples().back().t);
+  remark(*last_frame_, missing_.finish());
+}
+
+/** From the last frame to `until`: there, the IMU alone carried the pose. */
+void Pipeline::noticeMissingImages(TimeNs until) {
+  if (state_ != PipelineState::kInertial || clock_jumped_ ||
+      secondsBetween(*last_frame_, until) <= kNoImageS)
+    return;
+  char text[80];
+  std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
+  enter(PipelineState::kDeadReckoning, *last_frame_ + durationNs(kNoImageS), text);
 }
 
 void Pipeline::processAdmitted() {

@@ -86,7 +86,7 @@ TEST_F(PipelineLive, WhatIsBrokenIsCountedAndWhatIsUnknownIgnored) {
   pipeline.process(image);  // empty
   image.image = mrpt::img::CImage(cv::Mat(480, 752, CV_8UC1, cv::Scalar(7)), mrpt::img::DEEP_COPY);
   for (int k = 0; k < 3; ++k) {  // the right camera is missing
-    image.timestamp = toMrptTime(flight().frames[static_cast<size_t>(k)].t);
+    image.timestamp = toMrptTime(flight().frames[k].t);
     pipeline.process(image);
   }
   image.sensorLabel = "thermal";
@@ -184,18 +184,51 @@ TEST_F(PipelineLive, AHistoryWithoutEndIsCut) {
   EXPECT_EQ(pipeline.smoothedTrajectory().size(), pipeline.trajectory().size());
 }
 
+/** The flight, and the IMU alone for longer. */
+void flyAndGoOn(double seconds, Pipeline* pipeline) {
+  const Flight& flight = Flight::instance();
+  for (const ImuSample& sample : flight.imu) pipeline->add(sample);
+  for (const StereoFrame& frame : flight.frames) pipeline->add(frame);
+  ImuSample still = flight.imu.back();
+  for (int k = 0; k < 200 * seconds; ++k) {
+    still.t += durationNs(0.005);
+    pipeline->add(still);
+  }
+  pipeline->finish();
+}
+
 TEST_F(PipelineLive, ImagesThatStopAreSaid) {
   Pipeline pipeline = this->pipeline(false);
-  for (const ImuSample& sample : flight().imu) pipeline.add(sample);
-  ImuSample still = flight().imu.back();
-  for (int k = 0; k < 200; ++k) {
+  flyAndGoOn(2.5, &pipeline);
+  EXPECT_EQ(pipeline.state(), PipelineState::kDeadReckoning);
+  EXPECT_THAT(pipeline.events().back().reason, ::testing::HasSubstr("no image came for"));
+  EXPECT_EQ(pipeline.events().back().t, flight().frames.back().t + durationNs(Pipeline::kNoImageS));
+}
+
+TEST_F(PipelineLive, TheLastImageOfARecordingIsNoFault) {
+  Pipeline pipeline = this->pipeline(false);
+  flyAndGoOn(1.5, &pipeline);
+  EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
+  EXPECT_EQ(pipeline.events().size(), 2U);
+}
+
+TEST_F(PipelineLive, LiveImagesThatStopAreSaidAtOnce) {
+  Pipeline pipeline = this->pipeline(true);
+  std::atomic<TimeNs> last{0};
+  pipeline.onFrame([&](const FrameEstimate& estimate) { last = estimate.t; });
+  auto sample = flight().imu.begin();
+  for (const StereoFrame& frame : flight().frames) {
+    for (; sample != flight().imu.end() && sample->t <= frame.t; ++sample) pipeline.add(*sample);
+    pipeline.add(frame);
+    while (last < frame.t) std::this_thread::yield();
+  }
+  ImuSample still = *std::prev(sample);
+  for (int k = 0; k < 150; ++k) {  // 0.75 s: less than what ends a recording
     still.t += durationNs(0.005);
     pipeline.add(still);
   }
-  for (const StereoFrame& frame : flight().frames) pipeline.add(frame);
   pipeline.finish();
   EXPECT_EQ(pipeline.state(), PipelineState::kDeadReckoning);
-  EXPECT_THAT(pipeline.events().back().reason, ::testing::HasSubstr("no image came for"));
   EXPECT_EQ(pipeline.events().back().t, flight().frames.back().t + durationNs(Pipeline::kNoImageS));
 }
 
@@ -209,6 +242,11 @@ TEST_F(PipelineLive, AnImuThatEndsIsSaidAndTheImagesGoOn) {
   ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
   const InputFaultCounts faults = pipeline.inputFaults();
   EXPECT_EQ(faults.at(InputFault::kFrameWithoutImu).count, static_cast<int>(kFrames - kWindow - 1));
+  ASSERT_EQ(pipeline.events().size(), 4U);
+  EXPECT_THAT(pipeline.events()[2].reason, ::testing::HasSubstr("no IMU"));
+  EXPECT_TRUE(pipeline.events()[2].remark);
+  EXPECT_EQ(pipeline.events()[2].t, flight().frames[kWindow + 1].t);
+  EXPECT_EQ(pipeline.events()[2].state, PipelineState::kInertial);
   for (const FrameEstimate& estimate : pipeline.estimates())
     EXPECT_LT((estimate.nav.T_WB.t - flight().truth(estimate.t).t).norm(), 0.05);
 }

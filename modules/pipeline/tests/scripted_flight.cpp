@@ -21,6 +21,7 @@ ProfileOptions options() {
 }  // namespace
 
 Flight::Flight() : trajectory(options()), calibration(eurocCalibration()) {
+  for (CameraCalibration& camera : calibration.cameras) camera.rate_hz = kFrameRateHz;
   const StereoRenderer renderer(makeRoom(trajectory), calibration);
   for (int k = 0; k < kFrames; ++k) {
     StereoFrame frame;

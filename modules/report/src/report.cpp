@@ -68,8 +68,7 @@ std::string sequenceText(const BenchmarkSequence& s, size_t attempts, const std:
     return text + "<span class=\"bad\">could not be used: " + escaped(s.error) + "</span>";
   text += counted(attempts, noun) + ", " + number(s.duration_s) + " s";
   if (!s.has_ground_truth) text += ", no ground truth";
-  if (s.unreadable_images > 0)
-    text += ", " + counted(static_cast<size_t>(s.unreadable_images), "unreadable image");
+  if (s.unreadable_images > 0) text += ", " + counted(s.unreadable_images, "unreadable image");
   for (const std::string& warning : s.warnings)
     text += "<br><span class=\"note\">" + escaped(warning) + "</span>";
   return text;

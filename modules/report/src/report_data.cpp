@@ -53,8 +53,8 @@ void appendPosition(const Eigen::Vector3d& p, Json* flat) {
   for (int i = 0; i < 3; ++i) flat->push_back(std::llround(p[i] / kPositionUnit));
 }
 
-bool canBeDrawn(const std::vector<KeyframeState>& states) {
-  return !states.empty() && std::all_of(states.begin(), states.end(), [](const KeyframeState& s) {
+bool canBeDrawn(const std::vector<StampedState>& states) {
+  return !states.empty() && std::all_of(states.begin(), states.end(), [](const StampedState& s) {
     return s.T_WB.t.allFinite() && s.T_WB.t.norm() < kLargestPosition;
   });
 }
@@ -62,13 +62,13 @@ bool canBeDrawn(const std::vector<KeyframeState>& states) {
 /** The keyframes that an estimate is aligned with: ground truth; without it the last stage. */
 std::map<TimeNs, Eigen::Vector3d> referenceOf(const WindowResult& result) {
   std::map<TimeNs, Eigen::Vector3d> reference;
-  for (const GroundTruthState& state : result.truth)
+  for (const StampedState& state : result.truth)
     if (state.T_WB.t.allFinite()) reference.emplace(state.t, state.T_WB.t);
   if (!reference.empty()) return reference;
   for (auto stage = result.attempt.stages.rbegin(); stage != result.attempt.stages.rend();
        ++stage) {
     if (!canBeDrawn(stage->states)) continue;
-    for (const KeyframeState& state : stage->states) reference.emplace(state.t, state.T_WB.t);
+    for (const StampedState& state : stage->states) reference.emplace(state.t, state.T_WB.t);
     return reference;
   }
   return reference;
@@ -78,7 +78,7 @@ std::map<TimeNs, Eigen::Vector3d> referenceOf(const WindowResult& result) {
 Json positionsOf(const StageRecord& stage, const std::map<TimeNs, Eigen::Vector3d>& reference) {
   if (!canBeDrawn(stage.states)) return nullptr;
   std::vector<Eigen::Vector3d> p_G, p_W;
-  for (const KeyframeState& state : stage.states) {
+  for (const StampedState& state : stage.states) {
     const auto match = reference.find(state.t);
     if (match == reference.end()) continue;
     p_G.push_back(match->second);
@@ -87,7 +87,7 @@ Json positionsOf(const StageRecord& stage, const std::map<TimeNs, Eigen::Vector3
   if (p_G.empty()) return nullptr;
   const Alignment alignment = alignPoints(p_G, p_W, AlignmentType::kYawPosition);
   Json flat = Json::array();
-  for (const KeyframeState& state : stage.states)
+  for (const StampedState& state : stage.states)
     appendPosition(alignment * state.T_WB.t - reference.begin()->second, &flat);
   return flat;
 }
@@ -131,7 +131,7 @@ class ResultData {
   size_t shapeOf(const WindowResult& result) {
     const Json shape = {result.keyframes, rounded(result.rate_hz)};
     const auto place = std::find(shapes_.begin(), shapes_.end(), shape);
-    const auto index = static_cast<size_t>(place - shapes_.begin());
+    const size_t index = place - shapes_.begin();
     if (place == shapes_.end()) shapes_.push_back(shape);
     return index;
   }
@@ -145,7 +145,7 @@ class ResultData {
     const std::vector<TimeNs>& stamps = result.attempt.keyframes;
     if (!frame[0].empty() || stamps.empty()) return place->second;
     std::map<TimeNs, Eigen::Vector3d> truth;
-    for (const GroundTruthState& state : result.truth)
+    for (const StampedState& state : result.truth)
       if (state.T_WB.t.allFinite()) truth.emplace(state.t, state.T_WB.t);
     Json positions = Json::array();
     for (const TimeNs t : stamps) {

@@ -75,7 +75,7 @@ struct Flight {
       const SE3 T_WB(expSO3({0.1 * std::sin(s), 0.0, 0.3 * s}),
                      {std::cos(0.2 * s), std::sin(0.2 * s), 0.1 * s});
       odometry.push_back({t, T_WB});
-      GroundTruthState state;
+      StampedState state;
       state.t = t;
       state.T_WB = T_GW * T_WB;
       truth.states.push_back(state);

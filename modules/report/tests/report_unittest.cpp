@@ -86,7 +86,7 @@ TEST(Report, PositionsAreAlignedWithGroundTruthAndCountFromItsFirstKeyframe) {
     EXPECT_EQ(truth[0], 0);
     const Eigen::Vector3d step = result.truth[9].T_WB.t - result.truth[0].T_WB.t;
     for (size_t d = 0; d < 3; ++d) {
-      EXPECT_NEAR(truth[27 + d].get<double>() * 1e-5, step[static_cast<Eigen::Index>(d)], 1e-5);
+      EXPECT_NEAR(truth[27 + d].get<double>() * 1e-5, step[d], 1e-5);
       // The example's estimates are up to 0.4 * 0.01 * 18 m off (1 sigma), in a world of their own
       // that is metres away.
       EXPECT_NEAR(vi_ba[1][27 + d].get<double>(), truth[27 + d].get<double>(), 0.5e5);
@@ -117,7 +117,7 @@ TEST(Report, NotANumberIsNullAndAnEstimateAtInfinityIsNotDrawn) {
   StageRecord& stage = record.results[0].attempt.stages[0];
   stage.errors->ate_m = std::numeric_limits<double>::infinity();
   stage.errors->rre_deg = WindowErrors::kNone;
-  KeyframeState state;
+  StampedState state;
   state.T_WB.t.x() = WindowErrors::kNone;
   stage.states = {state};
   const json data = dataOf(benchmarkReportHtml(record));

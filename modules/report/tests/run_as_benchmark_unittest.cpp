@@ -13,7 +13,7 @@ using testing::kFirstImage;
 GroundTruth groundTruth() {
   GroundTruth truth;
   for (int i = -20; i < 40; ++i) {
-    GroundTruthState state;
+    StampedState state;
     state.t = kFirstImage + 50'000'000LL * i;
     state.T_WB.t.x() = 0.1 * i;
     truth.states.push_back(state);

@@ -91,6 +91,7 @@ template <typename Archive>
 void members(Archive& json, Member<Archive, EventRecord>& event) {
   json("t_ns", event.t);
   json("state", event.state);
+  json.added("remark", event.remark);
   json("reason", event.reason);
   json("jump", event.jump);
 }
@@ -158,7 +159,7 @@ RunRecord recordFromJson(const JsonReader& json) {
 
 }  // namespace
 
-StageRecord StageRecord::fromStates(const std::string& stage, std::vector<KeyframeState> states,
+StageRecord StageRecord::fromStates(const std::string& stage, std::vector<StampedState> states,
                                     const ImuBias& bias, double gravity_mps2) {
   StageRecord record;
   record.stage = stage;

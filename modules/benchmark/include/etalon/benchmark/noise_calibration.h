@@ -14,7 +14,7 @@ namespace etalon {
 /** What is believed of the noise: factors on the data sheet's white-noise densities, and pixels. */
 struct NoiseFactors {
   double gyro = 1.0, accel = 1.0;
-  double sigma_px = 0.35;
+  double sigma_px = 0.29;
 };
 
 /**

@@ -24,7 +24,7 @@ double shownAccelNoiseDensity(const std::vector<ImuSample>& samples);
  * measurements behind the defaults).
  */
 struct ImuNoiseOptions {
-  double gyro_noise_factor = 2.0;
+  double gyro_noise_factor = 2.2;
   double accel_noise_factor = 6.0;      ///< of a platform that vibrates
   double min_accel_noise_factor = 3.0;  ///< of one that does not
 

@@ -14,7 +14,7 @@ namespace etalon {
 struct FlightRecordOptions {
   ImuNoiseDensities imu_noise;
   double gravity_mps2 = 9.81;
-  double sigma_px = 0.35;
+  double sigma_px = 0.29;
   /** For finalBa(); of a longer flight the newest ones. 0: nothing is kept for it. */
   size_t max_keyframes = 0;
 };

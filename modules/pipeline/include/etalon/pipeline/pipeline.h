@@ -21,6 +21,7 @@
 #include "etalon/pipeline/front_stage.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/live_queue.h"
+#include "etalon/pipeline/missing_input.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/pipeline_state.h"
 #include "etalon/pipeline/starter.h"
@@ -50,7 +51,8 @@ struct FrameTiming {
  * for the start at rest, the one that takes over brings its biases, landmarks, roll and pitch,
  * turned and moved so that yaw and position of the current pose stay. Poses before keep theirs.
  *
- * A frame that repeats an image of the one before while the platform moves is not tracked.
+ * A frame that repeats an image of the one before while the platform moves is not tracked. Where
+ * images, IMU samples or one of the cameras are missing and the state stays, an event says so.
  *
  * Threads. process(), add() and finish() may be called from any thread, and so may latest(),
  * stateAt() and inputFaults(). By default the work is done in the thread that delivers the
@@ -93,13 +95,13 @@ class Pipeline {
   std::optional<ImuRateState> stateAt(TimeNs t) const;
 
   PipelineState state() const { return state_; }
-  /** When the state changed, and why. */
+  /** When the state changed, and why; and what was missing where it did not (MissingInput). */
   const std::vector<PipelineEvent>& events() const { return events_; }
   /** Stamp of the frame at which the first attempt was accepted. */
   const std::optional<TimeNs>& initializedAt() const { return initialized_at_; }
   /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
-  const Trajectory& trajectory() const { return trajectory_; }
-  /** One a pose of trajectory(). */
+  Trajectory trajectory() const { return trajectoryOf(estimates_); }
+  /** One a frame; their poses are trajectory(). */
   const std::vector<FrameEstimate>& estimates() const { return estimates_; }
   /** trajectory() with hindsight: of every keyframe the last estimate before it left the fixed-lag
    * odometry's window, what is between follows (carriedAlong()). */
@@ -153,6 +155,7 @@ class Pipeline {
   void followInertially(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
   void keep(const OdometryOutput& output);
   void enter(PipelineState state, TimeNs t, const std::string& reason);
+  void remark(TimeNs t, const std::vector<std::string>& reasons);
   void lose(const OdometryOutput& output, const std::string& reason);
   bool collecting() const {
     return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
@@ -194,6 +197,7 @@ class Pipeline {
   std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
   bool clock_jumped_ = false;                    ///< since the last frame
   FlightRecord record_;
+  MissingInput missing_;
   TimeNs clock_shift_ = 0;  ///< stamps less those that inertial_ is given
   TimeNs frame_step_ = 0;   ///< between the last two frames
   ImuBuffer imu_;
@@ -206,7 +210,6 @@ class Pipeline {
   ImuBias bias_;
   /** Of the last pose of the fixed-lag odometry, when it was lost. */
   Eigen::Matrix<double, 6, 6> lost_covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
-  Trajectory trajectory_;
   std::vector<FrameEstimate> estimates_;
   std::vector<FrameTiming> timings_;
   int frames_not_located_ = 0;

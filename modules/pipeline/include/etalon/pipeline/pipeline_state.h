@@ -28,11 +28,12 @@ struct PoseJump {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-/** The state changed. */
+/** The state changed, or the pipeline goes on in it although something is missing. */
 struct PipelineEvent {
-  TimeNs t = 0;  ///< stamp of the first frame in the new state
+  TimeNs t = 0;  ///< stamp of the first frame in the new state, or after which it was noticed
   PipelineState state = PipelineState::kWaiting;
   std::string reason;            ///< a clause: "because ..."
+  bool remark = false;           ///< the state is as before
   std::optional<PoseJump> jump;  ///< of a start in flight
 };
 

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "etalon/core/calibration.h"
+#include "etalon/core/tracked_frame.h"
+
+namespace etalon {
+
+/**
+ * Notices what the input lacks although the pipeline goes on in its state: images, IMU samples, one
+ * of the two cameras, anything to be seen before the start. A lack is said when it begins, once
+ * however long it lasts, and when it has been over for a while, with how much was missing.
+ */
+class MissingInput {
+ public:
+  /** A longer step between two IMU samples is a gap, s. */
+  static constexpr double kLongestImuStepS = 0.03;
+  /** A camera, or the IMU, is whole again after this long, s. */
+  static constexpr double kAgainS = 1.0;
+  /** So are the images: where one of ten is lost at random, 100 in a row hardly ever come. */
+  static constexpr double kImagesAgainS = 5.0;
+
+  /** A frame, as front end and pipeline know it. */
+  struct Frame {
+    TimeNs t = 0;
+    const TrackedFrame* tracked = nullptr;  ///< null: it repeats the one before
+    bool imu = true;                        ///< the IMU reaches from the frame before to this one
+    bool located = true;  ///< images say where the platform is, or the state says that they do not
+    bool said = false;    ///< so it was when the frame came
+  };
+
+  /** @param calibration whose cam0 has the number of images a second */
+  explicit MissingInput(const StereoInertialCalibration& calibration)
+      : image_rate_hz_(calibration.cameras[0].rate_hz) {}
+
+  /** An IMU sample, in time order. */
+  void sample(TimeNs t);
+  /** Between these stamps nothing is missing. @return what is to be said of it */
+  std::string clockJumped(TimeNs from, TimeNs to);
+  /** @return what is to be said of it: clauses; most often none */
+  std::vector<std::string> frame(const Frame& frame);
+  /** @return what was missing to the end */
+  std::vector<std::string> finish();
+
+ private:
+  /** Something that is missing. */
+  struct Lack {
+    bool on = false;
+    TimeNs last = 0;       ///< when it was seen last
+    int count = 0;         ///< gaps, frames or images since it began
+    double seconds = 0.0;  ///< their time
+  };
+  using Said = std::vector<std::string>;
+
+  void watchCameras(const TrackedFrame& tracked, double step_s, Said* said);
+  void watchImu(const Frame& frame, Said* said);
+  void watchImages(const Frame& frame, double step_s, Said* said);
+  void watchPose(const Frame& frame, Said* said);
+  /** Ends what is over by `t`, or everything. */
+  void endLacks(TimeNs t, bool all, Said* said);
+
+  double image_rate_hz_;
+  TimeNs last_frame_ = 0, last_sample_ = 0;  ///< 0: none yet
+  std::array<Lack, 2> blind_;                ///< by camera
+  Lack gaps_, no_imu_, images_, unlocated_;
+  bool clock_jumped_ = false;  ///< since the last frame
+  double new_gap_s_ = 0.0;     ///< since the last frame; 0: none
+  std::deque<int> away_;       ///< images that were missing before the last frames
+  int images_since_ = 0;       ///< that should have come since images_ began
+};
+
+}  // namespace etalon
