@@ -36,7 +36,8 @@ mrpt::opengl::CSetOfLines::Ptr lineOf(const Trajectory& trajectory, float width,
 
 void writeScene(const std::string& path, const FlightScene& flight) {
   mrpt::opengl::COpenGLScene scene;
-  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
+  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = low;
+  if (!flight.trajectory.empty()) low = high = flight.trajectory.front().T_WB.t;
   for (const StampedPose& pose : flight.trajectory) {
     low = low.cwiseMin(pose.T_WB.t);
     high = high.cwiseMax(pose.T_WB.t);
