@@ -149,7 +149,7 @@ void step(const Eigen::MatrixXd& J, const Fit& base, std::vector<RigParameter>* 
   const Eigen::VectorXd left = base.residuals + J * x;
   std::map<int, Eigen::VectorXd> by_landmark;
   for (size_t i = 0; i < base.landmark.size(); ++i) {
-    const auto row = 2 * i;
+    const Eigen::Index row = 2 * i;
     Eigen::VectorXd& sum =
         by_landmark.emplace(base.landmark[i], Eigen::VectorXd::Zero(n)).first->second;
     sum += J.middleRows<2>(row).transpose() * left.segment<2>(row);

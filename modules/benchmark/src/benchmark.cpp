@@ -99,7 +99,7 @@ class Benchmark {
         sequence.first_image = stamps.front();
         sequence.last_image = stamps.back();
         sequence.duration_s = secondsBetween(sequence.first_image, sequence.last_image);
-        sequence.stereo_frames = static_cast<int>(recording->imageStamps().size());
+        sequence.stereo_frames = recording->imageStamps().size();
         sequence.has_ground_truth = !recording->groundTruth().empty();
         sequence.warnings = recording->statistics().warnings;
         for (std::string& warning : requireSoundRecording(source))

@@ -106,7 +106,7 @@ class Nees {
     errors_.emplace_back(error);
     covariances_.push_back(P);
   }
-  int windows() const { return static_cast<int>(errors_.size()); }
+  int windows() const { return errors_.size(); }
 
   /** Average over its expectation, 1 is consistent; nothing if a covariance is singular. */
   std::optional<double> ratio(const std::vector<int>& indices) const {

@@ -73,9 +73,8 @@ void RecordedSource::selectRange() {
 
 void RecordedSource::countUnpaired() {
   const auto count = [&](const std::vector<TimeNs>& stamps) {
-    return static_cast<int>(std::count_if(stamps.begin(), stamps.end(), [&](TimeNs t) {
-      return range_begin_ <= t && t <= range_end_;
-    }));
+    return std::count_if(stamps.begin(), stamps.end(),
+                         [&](TimeNs t) { return range_begin_ <= t && t <= range_end_; });
   };
   statistics_.unpaired_left = count(recording_.unpaired_left);
   statistics_.unpaired_right = count(recording_.unpaired_right);

@@ -153,7 +153,7 @@ TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
   const std::vector<Vector3d> l = tracks.landmarks();
   ASSERT_GT(tracks.validCount(), 10);
 
-  const auto poses = 6 * (T.size() - 1);
+  const Index poses = 6 * (T.size() - 1);
   const VectorXd r = residuals(c, tracks, T, l);
   MatrixXd J(r.size(), poses);
   constexpr double kStep = 1e-5;

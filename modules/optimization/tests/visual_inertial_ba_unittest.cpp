@@ -225,7 +225,7 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
     options.gyro_noise_factor = options.accel_noise_factor = 1.0;
     VisualInertialCase c = unaware(options, {{0.02, -0.06, 0.04}, {0.05, -0.04, 0.03}});
     const Eigen::Matrix3d tilt = expSO3(Vector3d(0.15, -0.12, 0.0));  // 11 deg
-    for (NavState& s : c.states) s = {SE3(tilt, Vector3d::Zero()) * s.T_WB, s.v_WB};
+    for (NavState& s : c.states) s.T_WB = SE3(tilt, Vector3d::Zero()) * s.T_WB;
     for (Vector3d& p_W : c.landmarks) p_W = tilt * p_W;
     VisualInertialBaOptions ba;
     ba.rounds = 1;

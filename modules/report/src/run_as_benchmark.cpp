@@ -31,7 +31,7 @@ BenchmarkRecord benchmarkOfRun(const RunRecord& record, const GroundTruth& groun
   result.sequence = sequence.name;
   result.initializer = initializer.name;
   for (const AttemptRecord& attempt : record.attempts) {
-    const int keyframes = static_cast<int>(attempt.keyframes.size());
+    const int keyframes = attempt.keyframes.size();
     if (keyframes <= result.keyframes || keyframes < 2) continue;
     result.keyframes = keyframes;
     const double span_s = secondsBetween(attempt.keyframes.front(), attempt.keyframes.back());

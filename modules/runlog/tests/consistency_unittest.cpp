@@ -35,7 +35,7 @@ struct Example {
       const Eigen::Vector3d dv = k == 2 ? kVelocityError : Eigen::Vector3d(5.0, 5.0, 5.0);
       attempt.keyframes.push_back(state.t);
       attempt.vi_ba.states.push_back(
-          {{expSO3(kTilt) * kYaw * state.T_WB.R, state.T_WB.t}, kYaw * state.v_WB + dv});
+          {{expSO3(kTilt) * kYaw * state.T_WB.R, state.T_WB.t}, kYaw * state.v_WB + dv, {}});
       attempt.init->states.emplace_back(state.t, attempt.vi_ba.states.back());
     }
     attempt.init->bias.gyro = attempt.vi_ba.bias.gyro = {0.012, 0.0, 0.001};

@@ -106,8 +106,8 @@ double TranslationConstraint::depth(const Landmark& landmark, const std::vector<
 }
 
 int TranslationConstraint::landmarks() const {
-  return static_cast<int>(std::count_if(landmarks_.begin(), landmarks_.end(),
-                                        [](const Landmark& l) { return l.hasBase(); }));
+  return std::count_if(landmarks_.begin(), landmarks_.end(),
+                       [](const Landmark& l) { return l.hasBase(); });
 }
 
 int TranslationConstraint::fewestViews() const {

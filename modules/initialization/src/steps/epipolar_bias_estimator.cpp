@@ -233,7 +233,7 @@ void EpipolarBiasEstimator::describe(NormalEpipolarBias* result) const {
   result->summary = summary_;
   int inliers = 0;
   for (const EpipolarPair& pair : pairs_) {
-    result->matches += static_cast<int>(pair.matches.size());
+    result->matches += pair.matches.size();
     for (const EpipolarMatch& match : pair.matches)
       inliers += std::abs(match.residual) < kInlier * std::max(1.0, pair.sigma);
   }

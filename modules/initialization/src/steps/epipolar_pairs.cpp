@@ -49,7 +49,7 @@ void thin(size_t count, std::vector<EpipolarMatch>* matches) {
 EpipolarPairs collectEpipolarPairs(const StereoInertialCalibration& calibration,
                                    const std::vector<const TrackedFrame*>& keyframes,
                                    const NormalEpipolarBiasOptions& options) {
-  const int n = static_cast<int>(keyframes.size());
+  const int n = keyframes.size();
   EpipolarPairs found;
   std::vector<int> neighbours(keyframes.size() - 1, 0);
   for (int camera = 0; camera < (options.both_cameras ? 2 : 1); ++camera) {

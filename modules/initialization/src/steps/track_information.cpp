@@ -189,9 +189,7 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
   }
 }
 
-int TrackInformation::validCount() const {
-  return static_cast<int>(std::count(valid_.begin(), valid_.end(), 1));
-}
+int TrackInformation::validCount() const { return std::count(valid_.begin(), valid_.end(), 1); }
 
 double TrackInformation::inlierShare(double max_chi2) const {
   int inliers = 0, all = 0;

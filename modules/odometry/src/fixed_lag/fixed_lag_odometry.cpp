@@ -74,7 +74,7 @@ class FixedLagOdometry::Impl {
     out.state = start.state;
     out.covariance = covariance_ = start.covariance;
     out.keyframe = true;
-    out.observations = static_cast<int>(frame.observations.size() + frame.right_only.size());
+    out.observations = frame.observations.size() + frame.right_only.size();
     return out;
   }
 
@@ -118,7 +118,7 @@ class FixedLagOdometry::Impl {
     out.state = newest.now;
     out.covariance = covariance_;
     out.keyframe = newest.keyframe;
-    out.observations = static_cast<int>(frame.observations.size() + frame.right_only.size());
+    out.observations = frame.observations.size() + frame.right_only.size();
     out.used = counts.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);

@@ -147,7 +147,7 @@ int Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& 
   if (!believed.empty())
     for (const size_t l : candidate.seen)
       window->landmarks.at(seen[l].id).sought.push_back(state.serial);
-  return static_cast<int>(believed.size());
+  return believed.size();
 }
 
 }  // namespace etalon::fixed_lag

@@ -145,7 +145,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
     for (LandmarkObservation& o : pending_[track.id])
       for (size_t i = 0; i < window->states.size(); ++i)
         if (window->states[i].serial == o.serial) {
-          o.state = static_cast<int>(i);
+          o.state = i;
           all.push_back(o);
         }
     all.push_back(

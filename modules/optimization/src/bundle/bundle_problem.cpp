@@ -45,8 +45,8 @@ double BundleProblem::relabel(const std::vector<SE3>& T_WB, double chi2_threshol
 }
 
 int BundleProblem::inlierCount() const {
-  return static_cast<int>(std::count_if(window.measurements.begin(), window.measurements.end(),
-                                        [](const VisualMeasurement& m) { return m.inlier; }));
+  return std::count_if(window.measurements.begin(), window.measurements.end(),
+                       [](const VisualMeasurement& m) { return m.inlier; });
 }
 
 std::map<LandmarkId, Eigen::Vector3d> BundleProblem::validLandmarks() const {

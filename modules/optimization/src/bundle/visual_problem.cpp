@@ -99,7 +99,7 @@ std::vector<SE3> VisualProblem::poses() const {
 
 void addRun(const ceres::Solver::Summary& run, SolverSummary* summary) {
   if (summary->iterations == 0) summary->initial_cost = run.initial_cost;
-  summary->iterations += static_cast<int>(run.iterations.size());
+  summary->iterations += run.iterations.size();
   summary->final_cost = run.final_cost;
   summary->message.clear();
   switch (run.termination_type) {

@@ -52,7 +52,7 @@ SyntheticWindowOptions small() {
 /** The positions after one linear solution from `p`, the first as it is. */
 std::vector<Vector3d> solved(const TranslationConstraint& constraint,
                              const std::vector<Vector3d>& p) {
-  const auto n = 3 * p.size();
+  const Index n = 3 * p.size();
   MatrixXd H = MatrixXd::Zero(n, n);
   VectorXd g = VectorXd::Zero(n);
   constraint.addTo(p, &H, &g);
@@ -146,7 +146,7 @@ TEST(DrtTranslationConstraint, HessianAndGradientAreThoseOfTheRowsByNumericalDer
   constraint.reweight(c.p, false);
   constraint.chooseWidestBases();
   constraint.reweight(c.p, false);
-  const auto n = 3 * c.p.size();
+  const Index n = 3 * c.p.size();
   std::vector<Vector3d> p = c.p;  // away from the minimum, so that the gradient is not zero
   for (size_t k = 0; k < p.size(); ++k) p[k] += 0.1 * static_cast<double>(k) * Vector3d(1, -2, 1.5);
   MatrixXd H = MatrixXd::Zero(n, n);

@@ -106,7 +106,7 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
   const Case c;
   const std::vector<Preintegration> preintegrations = c.preintegrations(c.bias);
   const ClosedFormMotion motion = composeMotion(preintegrations);
-  const auto n = 9 * (motion.nodes.size() - 1);
+  const Index n = 9 * (motion.nodes.size() - 1);
   ASSERT_EQ(motion.covariance.rows(), n);
   EXPECT_LT((motion.covariance - motion.covariance.transpose()).norm(),
             1e-12 * motion.covariance.norm());

@@ -35,11 +35,11 @@ struct GroundTruth {
 };
 
 /**
- * A trajectory after some of its poses became better ones: what is between two of them follows
- * both, by the time that it is away from each; what is before the first or after the last follows
- * that one.
- * @param better in increasing order of time; those whose stamp `trajectory` does not have are left
- *        out
+ * The trajectory after some of its poses were improved. A pose between two improved ones is carried
+ * along with both, weighted by the time to each; a pose before the first or after the last improved
+ * one is carried along with that one.
+ * @param better the improved poses in increasing order of time; those whose stamp `trajectory` does
+ *        not have are left out
  */
 Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better);
 

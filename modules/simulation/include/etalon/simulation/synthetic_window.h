@@ -10,7 +10,7 @@
 
 namespace etalon::testing {
 
-/** Motions of a window; seeded where they are not said in full by their names. */
+/** The motion of a window. What the name leaves open is drawn from the seed. */
 enum class Motion { kGentle, kAggressive, kCircle, kPureRotation, kConstantVelocity, kStandstill };
 
 const char* toString(Motion motion);
@@ -26,7 +26,7 @@ struct SyntheticWindowOptions {
   int frames_per_keyframe = 5;
   double imu_rate_hz = 200.0;
   int landmarks = 250;  ///< seen per frame, about
-  /** Of all landmarks from the middle of the path, m; zero: the walls of a room, 3 m away. */
+  /** Distance of all landmarks from the middle of the path, m; 0: they lie on walls 3 m away. */
   double landmark_distance_m = 0.0;
   ImuBias bias;  ///< added to the measurements
   /** Noise; zero means none. The IMU's are factors on the calibration's densities. */
