@@ -11,9 +11,10 @@ namespace {
 
 constexpr TimeNs kMostBetween = kNanosecondsPerSecond;
 
+/** Rounded down: 99.9 % are not all. What is off a whole number by rounding alone is that number. */
 std::string percent(double share) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.0f %%", std::floor(100.0 * share));
+  std::snprintf(text, sizeof text, "%.0f %%", std::floor(100.0 * share + 1e-9));
   return text;
 }
 

@@ -38,7 +38,8 @@ mrpt::opengl::COpenGLScene::Ptr sceneOf(const FlightScene& flight) {
   auto scene_ptr = mrpt::opengl::COpenGLScene::Create();
   mrpt::opengl::COpenGLScene& scene = *scene_ptr;
   scene.getViewport()->setCustomBackgroundColor({1.0F, 1.0F, 1.0F});
-  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
+  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = low;
+  if (!flight.trajectory.empty()) low = high = flight.trajectory.front().T_WB.t;
   for (const StampedPose& pose : flight.trajectory) {
     low = low.cwiseMin(pose.T_WB.t);
     high = high.cwiseMax(pose.T_WB.t);
