@@ -136,6 +136,8 @@ class Pipeline {
   // At the border (pipeline_input.cpp).
   void admit(StereoFrame frame);
   void processAdmitted();
+  void keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
+                  ImuBuffer* imu) const;
   void runFrontEnd(AdmittedInput input);
   void deliver(EstimatorInput input);
   void startThreads();
@@ -181,6 +183,7 @@ class Pipeline {
   ObservationInput observation_input_;
   InputBorder border_;
   FrontStage front_;
+  ImuBuffer front_imu_;
   std::unique_ptr<LiveQueue<AdmittedInput, StereoFrame>> front_queue_;  ///< live
   std::unique_ptr<LiveQueue<EstimatorInput, FrontFrame>> estimator_queue_;
   std::thread front_thread_, estimator_thread_;
