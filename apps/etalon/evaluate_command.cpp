@@ -58,7 +58,7 @@ GroundTruth readReference(const std::string& path) {
   if (hasCommas(path)) return readGroundTruthCsv(path, 2);
   GroundTruth truth;
   for (const StampedPose& pose : readTum(path)) {
-    GroundTruthState state;
+    StampedState state;
     state.t = pose.t;
     state.T_WB = pose.T_WB;
     truth.states.push_back(state);
@@ -69,7 +69,7 @@ GroundTruth readReference(const std::string& path) {
 AssociatedTrajectories associated(const Arguments& arguments, const Trajectory& estimate,
                                   const GroundTruth& truth) {
   Trajectory reference;
-  for (const GroundTruthState& state : truth.states) reference.push_back({state.t, state.T_WB});
+  for (const StampedState& state : truth.states) reference.push_back({state.t, state.T_WB});
   AssociatedTrajectories pair = associate(estimate, reference, arguments.max_time_difference_s);
   const size_t covered = coveredPoses(estimate, pair);
   if (!pair.estimate.empty() && !coversEnough(covered, estimate.size(), arguments.min_coverage)) {

@@ -138,8 +138,7 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
                 s.unpaired_right);
   if (s.frames_not_located > 0)
     std::printf(
-        "%s could not be located: %s\n",
-        counted(static_cast<size_t>(s.frames_not_located), "frame").c_str(),
+        "%s could not be located: %s\n", counted(s.frames_not_located, "frame").c_str(),
         s.frames_not_located == 1 ? "its pose is a prediction" : "their poses are predictions");
   printReadProblems(s.unreadable_images, record.warnings);
   std::printf("written:\n");

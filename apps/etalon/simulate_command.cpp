@@ -59,6 +59,25 @@ int runSimulate(SimulateArguments arguments, bool has_duration) {
   return kOk;
 }
 
+void addImageOptions(CLI::App* command, RenderOptions* render) {
+  command
+      ->add_option("--blur", render->blur_samples,
+                   "Motion blur: instants averaged over the exposure; 0: none")
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  command->add_option("--exposure-ms", render->exposure_ms, "Exposure of the motion blur")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  command
+      ->add_option("--image-noise", render->noise_gray,
+                   "Standard deviation in the dark, gray levels")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command->add_option("--vignetting", render->vignetting, "Share of light lost in the corners")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void addSimulateCommand(CLI::App& app, int* exit_code) {
@@ -101,22 +120,7 @@ void addSimulateCommand(CLI::App& app, int* exit_code) {
       ->add_option("--from", o.from_s,
                    "Images from this many seconds after the recorded flight's start")
       ->needs(trajectory);
-  command
-      ->add_option("--blur", o.render.blur_samples,
-                   "Motion blur: instants averaged over the exposure; 0: none")
-      ->check(CLI::Range(0, 256))
-      ->capture_default_str();
-  command->add_option("--exposure-ms", o.render.exposure_ms, "Exposure of the motion blur")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
-  command
-      ->add_option("--image-noise", o.render.noise_gray,
-                   "Standard deviation in the dark, gray levels")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  command->add_option("--vignetting", o.render.vignetting, "Share of light lost in the corners")
-      ->check(CLI::Range(0.0, 0.9))
-      ->capture_default_str();
+  addImageOptions(command, &o.render);
   command->add_flag("--noise-free", o.noise_free, "No noise and no biases, in IMU and images");
   command->add_option("--threads", o.threads, "That render; 0: all. Does not change the result")
       ->check(CLI::Range(0, 256))

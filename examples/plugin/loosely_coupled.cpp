@@ -37,7 +37,7 @@ class LooselyCoupled : public etalon::Initializer {
   etalon::InitializationResult solve(const etalon::InitializationProblem& problem) const override {
     const etalon::Expected<etalon::VisualSolution>& visual = problem.visualSolution();
     if (!visual) return refuse(visual.error());
-    const int landmarks = static_cast<int>(visual->landmarks.size());
+    const int landmarks = visual->landmarks.size();
     if (landmarks < min_landmarks_)
       return refuse(Status::kTooFewTracks, Value(landmarks), " landmarks in the window, at least ",
                     Bound(min_landmarks_), " are wanted");
@@ -96,13 +96,13 @@ class LooselyCoupled : public etalon::Initializer {
     //   v_k + g dt/2     = (p_k+1 - p_k - R_k dp) / dt
     //   v_k+1 - v_k - g dt = R_k dv
     const auto preintegrations = problem.preintegrate(estimate->bias);
-    const auto n = static_cast<Eigen::Index>(estimate->T_VB.size());
+    const Eigen::Index n = estimate->T_VB.size();
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6 * (n - 1), 3 * n + 3);
     Eigen::VectorXd b(6 * (n - 1));
     for (Eigen::Index k = 0; k + 1 < n; ++k) {
-      const etalon::SE3& T_k = estimate->T_VB[static_cast<size_t>(k)];
-      const etalon::SE3& T_next = estimate->T_VB[static_cast<size_t>(k) + 1];
-      const etalon::Preintegration& p = preintegrations[static_cast<size_t>(k)];
+      const etalon::SE3& T_k = estimate->T_VB[k];
+      const etalon::SE3& T_next = estimate->T_VB[k + 1];
+      const etalon::Preintegration& p = preintegrations[k];
       const double dt = p.dt();
       A.block<3, 3>(6 * k, 3 * k).setIdentity();
       A.block<3, 3>(6 * k, 3 * n) = 0.5 * dt * Matrix3d::Identity();

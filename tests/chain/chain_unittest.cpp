@@ -36,9 +36,7 @@ std::vector<TumLine> replayed(const std::string& source, const std::string& init
   return readTum(out + "/trajectory.tum");
 }
 
-size_t countLines(const std::string& text) {
-  return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
-}
+size_t countLines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
 TEST(Chain, InfoDescribesTheFlight) {
   const CommandResult text = runEtalon({"info", kFlight});
@@ -157,7 +155,7 @@ TEST(Chain, StampsAreTheSensorsToTheNanosecond) {
   ASSERT_EQ(runEtalon({"convert", copy.path(), log}).exit_code, 0);
   const std::vector<TumLine> trajectory = replayed(copy.path(), "eta", run);
   std::vector<std::string> stamps = stampsOf(copy.file("cam0/data.csv"));
-  stamps.erase(stamps.begin(), stamps.end() - static_cast<std::ptrdiff_t>(trajectory.size()));
+  stamps.erase(stamps.begin(), stamps.end() - trajectory.size());
   for (size_t i = 0; i < trajectory.size(); ++i)
     EXPECT_EQ(nanoseconds(trajectory[i].stamp), stamps[i]);
   const json record = readJson(run + "/initialization.json");

@@ -23,7 +23,7 @@ void printStageErrors(const StageRecord& stage) {
   add("gravity", e.gravity_deg, 2, "deg");
   add("b_g", e.gyro_bias_rps, 5, "rad/s");
   add("b_a", e.accel_bias_mps2, 3, "m/s^2");
-  const auto keyframes = static_cast<int>(stage.states.size());
+  const int keyframes = stage.states.size();
   if (text.empty()) text = "errors are not known";
   if (e.keyframes < keyframes)
     text += " (ground truth at " + std::to_string(e.keyframes) + " of " +

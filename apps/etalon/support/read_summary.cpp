@@ -20,7 +20,7 @@ void printReadProblems(int unreadable_pairs, const std::vector<std::string>& war
     const std::string partly =
         named < unreadable_pairs ? " (first " + std::to_string(named) + " named)" : "";
     std::printf("%s could not be read and %s skipped%s\n",
-                counted(static_cast<size_t>(unreadable_pairs), "stereo pair").c_str(),
+                counted(unreadable_pairs, "stereo pair").c_str(),
                 unreadable_pairs == 1 ? "was" : "were", partly.c_str());
     std::fflush(stdout);
   }

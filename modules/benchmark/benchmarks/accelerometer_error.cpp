@@ -44,9 +44,9 @@ using Sums = std::map<std::pair<double, bool>, Sum>;  ///< by length and vibrati
 Eigen::Vector3d biasAbout(const GroundTruth& truth, TimeNs t) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
-  for (const GroundTruthState& state : truth.states)
+  for (const StampedState& state : truth.states)
     if (std::abs(secondsBetween(t, state.t)) <= kBiasWithin_s) {
-      sum += state.b_a;
+      sum += state.bias.accel;
       ++count;
     }
   return sum / std::max(1, count);
@@ -60,8 +60,8 @@ void addInterval(const RecordedSource& recording, const ImuBuffer& imu, TimeNs t
   if (!start || !middle || !end || !imu.covers(t0, t1)) return;
   if (middle->v_WB.norm() < kMinSpeed_mps) return;
   const ImuNoiseDensities& sheet = recording.calibration().imu.noise;
-  const Preintegration integral(imu.between(t0, t1), {middle->b_g, biasAbout(truth, middle->t)},
-                                sheet);
+  const Preintegration integral(imu.between(t0, t1),
+                                {middle->bias.gyro, biasAbout(truth, middle->t)}, sheet);
   const Eigen::Vector3d gravity(0.0, 0.0, -kGravity_mps2);
   const Eigen::Vector3d error =
       end->v_WB - start->v_WB - gravity * length_s - start->T_WB.R * integral.deltas().dv;

@@ -28,8 +28,8 @@
 #include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/run_configuration.h"
+#include "etalon/testing/program.h"
 #include "prediction_error.h"
-#include "program.h"
 
 namespace {
 
@@ -75,7 +75,7 @@ std::optional<std::array<std::vector<SE3>, kSets>> posesOf(const InitializationP
   *accepted = attempt.accepted();
   std::array<std::vector<SE3>, kSets> poses;
   poses[kOdometry] = problem.visualSolution()->T_VB;
-  for (const KeyframeState& state : attempt.init->states) poses[kBefore].push_back(state.T_WB);
+  for (const StampedState& state : attempt.init->states) poses[kBefore].push_back(state.T_WB);
   poses[kAfter] = attempt.poses();
   for (const TrackedFrame* frame : problem.keyframes())
     if (const auto state = truth.at(frame->t)) poses[kTruth].push_back(state->T_WB);
@@ -123,8 +123,7 @@ std::optional<Score> judgeWindow(const InitializationProblem& whole, const Groun
     if (!poses) return std::nullopt;
     const std::vector<TrackedFrame> others = halfOf(whole.frames(), 1 - half);
     std::vector<const TrackedFrame*> keyframes;
-    for (const int index : whole.keyframeIndices())
-      keyframes.push_back(&others[static_cast<size_t>(index)]);
+    for (const int index : whole.keyframeIndices()) keyframes.push_back(&others[index]);
     const Score part = judge(buildVisualWindow(whole.calibration(), keyframes, kSigmaPx), *poses);
     if (part.pixels == 0) return std::nullopt;
     for (size_t s = 0; s < kSets; ++s) {
@@ -206,7 +205,7 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
   Arguments arguments;
-  IniOptions ini;
+  testing::IniOptions ini;
   CLI::App app("Judges an initializer's windows by tracks that were held back", "held_back_tracks");
   app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
   app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
@@ -217,7 +216,7 @@ int main(int argc, char** argv) {
   app.add_option("--tracks", arguments.tracks, "Folder of the cached tracks");
   app.add_option("--initializer", arguments.initializer, "Plugin")->capture_default_str();
   ini.addTo(&app);
-  return runProgram(&app, argc, argv, [&] {
+  return testing::runProgram(&app, argc, argv, [&] {
     arguments.ini = ini.ini();
     run(arguments);
   });

@@ -1,21 +1,17 @@
-// odometry_accuracy SRC [--tracks FOLDER | --tracks-file FILE] [--from S] [--to S] [--start
-// truth|NAME]
-//                   [--fault black|right|drop|imu --at S --for S] [--seed N] [--stereo yes|no]
-//                   [--map yes|no] [--trajectory FILE] [-c INI] [--set section.key=value]...
+// odometry_accuracy SRC [options]; --help lists them.
 //
-// How good is the odometry, asked without the front end? SRC is a recording (EuRoC folder or .rawlog) with
-// ground truth; its tracks come from the front end or from a cache (--tracks keeps them in FOLDER;
-// --tracks-file takes FILE as it is, whatever it was made from). --map: old keyframes are found
-// again, in the recording's images. Both odometries run from S to S
-// after the first image: from the ground truth's state with seeded errors, or from what the
-// initializer NAME finds in the first window that is accepted. --fault: from S after the first of
-// those frames on, for S seconds, no frame has observations and afterwards every track is a new
-// one, or the right camera sees nothing, or there are no frames, or there is no IMU. Prints a line
-// for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE over 100
-// frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth and against
-// it turned to where the recording's accelerometer has gravity; RMSE of the velocity; scale; CPU
-// time a frame; mean NEES a degree of freedom of the fixed-lag odometry's rotation, position,
-// velocity, b_g and b_a.
+// Measures the odometry without the front end. SRC is a recording with ground truth. Its tracks come
+// from the front end or from a cache. Both odometries run from --from to --to: from the ground
+// truth's state with seeded errors, or from what an initializer finds in the first window that is
+// accepted. The map finds old keyframes in the recording's images. --fault black: for a while no
+// frame has observations, and afterwards every track is a new one; right: the right camera sees
+// nothing; drop: there are no frames; imu: there is no IMU.
+//
+// Prints a line for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE
+// over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth and
+// against the ground truth turned to where the recording's accelerometer has gravity; RMSE of the
+// velocity; scale; CPU time of a frame; mean NEES per degree of freedom of the fixed-lag odometry's
+// rotation, position, velocity, b_g and b_a.
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -27,7 +23,7 @@
 
 #include "cut_tracks.h"
 #include "etalon/benchmark/content_hash.h"
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
@@ -37,6 +33,7 @@
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/odometry/flight_record.h"
 #include "etalon/pipeline/run_configuration.h"
+#include "etalon/testing/program.h"
 #include "odometry_beginning.h"
 #include "recorded_views.h"
 
@@ -49,11 +46,9 @@ struct Arguments {
   std::string source, tracks, tracks_file, start = "truth", trajectory;
   OdometryFault fault;
   bool stereo = true, final_ba = false;
-  TrajectoryBaOptions ba;
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
   IniFile ini;
-  IniFile fixed_lag;  ///< sections [fixed_lag] and [map] alone
   bool map = false;
 };
 
@@ -127,10 +122,9 @@ Run withHindsight(const Run& causal, const std::string& name, const Trajectory& 
   return run;
 }
 
-FinalFlight finalBa(const FlightRecord& record, const BiasPriors& priors,
-                    const TrajectoryBaOptions& options) {
+FinalFlight finalBa(const FlightRecord& record, const BiasPriors& priors) {
   const double before = cpuMilliseconds();
-  FinalFlight flight = record.finalBa(priors, options);
+  FinalFlight flight = record.finalBa(priors);
   const TrajectoryBaResult& ba = flight.ba;
   std::printf(
       "final BA: %zu keyframes, %d landmarks, %zu pixels (%d inliers), %.2f of sigma_px, "
@@ -161,7 +155,7 @@ Run runStereo(const SequenceTracks& tracks, const Beginning& beginning,
     OdometryOutput out;
     out.t = frame.t;
     out.keyframe = keyframe;
-    out.observations = static_cast<int>(frame.observations.size());
+    out.observations = frame.observations.size();
     out.used = pose.inliers;  // pixels of both cameras
     out.state.T_WB = beginning.start.state.T_WB * pose.T_VB;
     out.state.v_WB.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -200,11 +194,7 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
     }
     velocity.push_back(
         (out.state.T_WB.R.transpose() * out.state.v_WB - R_BG * at->v_WB).squaredNorm());
-    NavState true_state;
-    true_state.T_WB = at->T_WB;
-    true_state.v_WB = at->v_WB;
-    true_state.bias = {at->b_g, at->b_a};
-    const Eigen::Matrix<double, 15, 1> d = out.state.minus(true_state);
+    const Eigen::Matrix<double, 15, 1> d = out.state.minus(*at);
     for (int b = 0; b < 5; ++b)
       nees[b] += d.segment<3>(3 * b).dot(out.covariance.block<3, 3>(3 * b, 3 * b).inverse() *
                                          d.segment<3>(3 * b)) /
@@ -237,14 +227,7 @@ void run(const Arguments& arguments) {
   const GroundTruthCheck check = checkGroundTruth(tracks.ground_truth, tracks.imu.samples());
   const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
                                                          : fromInitializer(tracks, suite);
-  FixedLagOptions options;
-  ParameterSet section("fixed_lag");
-  options.declare(section);
-  section.read(arguments.fixed_lag);
-  MapOptions map;
-  ParameterSet map_section("map");
-  map.declare(map_section);
-  map_section.read(arguments.fixed_lag);
+  FixedLagOptions options = suite.pipeline.fixed_lag;
   options.sigma_px = suite.pipeline.window.odometry.sigma_px;
   options.gravity_mps2 = suite.pipeline.window.gravity_mps2;
   options.imu_noise = suite.pipeline.imu_noise.apply(tracks.calibration.imu.noise);
@@ -260,13 +243,13 @@ void run(const Arguments& arguments) {
                       {options.imu_noise, options.gravity_mps2, options.sigma_px, map.sigma_factor,
                        arguments.final_ba ? 100000U : 0U});
   const Run fixed_lag = runFixedLag(
-      tracks, beginning, options, map,
+      tracks, beginning, options, suite.pipeline.map,
       arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr, &record);
   printRun(fixed_lag, tracks, check.gravity_direction_G);
   const Run smoothed = withHindsight(fixed_lag, "smoothed", record.smoothed());
   printRun(smoothed, tracks, check.gravity_direction_G);
   if (arguments.final_ba) {
-    const FinalFlight flight = finalBa(record, suite.pipeline.window.priors, arguments.ba);
+    const FinalFlight flight = finalBa(record, suite.pipeline.window.priors);
     printRun(withHindsight(smoothed, "final", flight.keyframes), tracks, check.gravity_direction_G);
   }
   if (arguments.stereo)
@@ -277,67 +260,37 @@ void run(const Arguments& arguments) {
   writeTum(arguments.trajectory, trajectory);
 }
 
-Arguments parse(int argc, char** argv) {
-  if (argc < 2 || argc % 2 != 0) throw ConfigError("takes a recording, then options with values");
-  Arguments arguments;
-  arguments.source = argv[1];
-  std::vector<std::string> set;
-  for (int i = 2; i < argc; i += 2) {
-    const std::string option = argv[i], value = argv[i + 1];
-    if (option == "--from")
-      arguments.from_s = std::stod(value);
-    else if (option == "--to")
-      arguments.to_s = std::stod(value);
-    else if (option == "--tracks")
-      arguments.tracks = value;
-    else if (option == "--tracks-file")
-      arguments.tracks_file = value;
-    else if (option == "--start")
-      arguments.start = value;
-    else if (option == "--fault")
-      arguments.fault.kind = value;
-    else if (option == "--at")
-      arguments.fault.at_s = std::stod(value);
-    else if (option == "--for")
-      arguments.fault.for_s = std::stod(value);
-    else if (option == "--seed")
-      arguments.seed = static_cast<unsigned>(std::stoul(value));
-    else if (option == "--final-ba")
-      arguments.final_ba = value != "no";
-    else if (option == "--ba")
-      std::sscanf(value.c_str(), "%d,%d,%lf,%lf", &arguments.ba.rounds,
-                  &arguments.ba.iterations_per_round, &arguments.ba.chi2_outlier,
-                  &arguments.ba.least_noise_factor);
-    else if (option == "--stereo")
-      arguments.stereo = value != "no";
-    else if (option == "--trajectory")
-      arguments.trajectory = value;
-    else if (option == "--map")
-      arguments.map = value != "no";
-    else if (option == "-c")
-      arguments.ini = IniFile::fromFile(value);
-    else if (option == "--set")
-      set.push_back(value);
-    else
-      throw ConfigError("knows no " + option);
-  }
-  for (const std::string& argument : set) {
-    const bool of_fixed_lag =
-        argument.rfind("fixed_lag.", 0) == 0 || argument.rfind("map.", 0) == 0;
-    (of_fixed_lag ? arguments.fixed_lag : arguments.ini).setFromArgument(argument);
-  }
-  return arguments;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
-  try {
-    run(parse(argc, argv));
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "odometry_accuracy: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+  Arguments arguments;
+  testing::IniOptions ini;
+  CLI::App app("Judges the odometries by a recording's ground truth", "odometry_accuracy");
+  app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
+  app.add_option("--tracks", arguments.tracks, "Folder of the cached tracks");
+  app.add_option("--tracks-file", arguments.tracks_file, "Tracks, whatever they were made from");
+  app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
+  app.add_option("--to", arguments.to_s, "End, seconds after the first image");
+  app.add_option("--start", arguments.start, "truth, or an initializer's name")
+      ->capture_default_str();
+  app.add_option("--seed", arguments.seed, "Of the errors of a start from the truth")
+      ->capture_default_str();
+  app.add_option("--fault", arguments.fault.kind, "What is missing for a while")
+      ->check(CLI::IsMember({"black", "right", "drop", "imu"}));
+  app.add_option("--at", arguments.fault.at_s, "Its beginning, seconds after the first frame");
+  app.add_option("--for", arguments.fault.for_s, "Its duration, s");
+  app.add_option("--stereo", arguments.stereo, "Whether stereo odometry runs, too: yes or no")
+      ->capture_default_str();
+  app.add_option("--map", arguments.map, "Whether old keyframes are found again: yes or no")
+      ->capture_default_str();
+  app.add_option("--final-ba", arguments.final_ba, "Whether a BA of the flight follows: yes or no")
+      ->capture_default_str();
+  app.add_option("--trajectory", arguments.trajectory,
+                 "TUM file for the fixed-lag odometry's poses");
+  ini.addTo(&app);
+  return testing::runProgram(&app, argc, argv, [&] {
+    arguments.ini = ini.ini();
+    run(arguments);
+  });
 }

@@ -16,19 +16,15 @@ Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
          !tracks.ground_truth.at(tracks.frames[beginning.frame].t))
     ++beginning.frame;
   if (beginning.frame == tracks.frames.size()) throw ConfigError("no ground truth for any frame");
-  const GroundTruthState truth = *tracks.ground_truth.at(tracks.frames[beginning.frame].t);
+  const StampedState truth = *tracks.ground_truth.at(tracks.frames[beginning.frame].t);
   Eigen::Matrix<double, 15, 1> sigma;  // as a good initialization has them
   sigma << Vector3d::Constant(0.005), Vector3d::Constant(1e-4), Vector3d::Constant(0.02),
       Vector3d::Constant(0.003), Vector3d::Constant(0.05);
-  NavState state;
-  state.T_WB = truth.T_WB;
-  state.v_WB = truth.v_WB;
-  state.bias = {truth.b_g, truth.b_a};
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   Eigen::Matrix<double, 15, 1> error;
   for (int i = 0; i < 15; ++i) error[i] = sigma[i] * normal(generator);
-  beginning.start.state = state.plus(error);
+  beginning.start.state = truth.plus(error);
   beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
   return beginning;
 }

@@ -15,7 +15,7 @@ VisualWindow without(const VisualWindow& window, size_t l, int left_out) {
   rest.keyframe_count = window.keyframe_count;
   std::set<int> keyframes;
   for (int i = window.first[l]; i < window.first[l + 1]; ++i) {
-    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    const VisualMeasurement& m = window.measurements[i];
     if (m.keyframe == left_out) continue;
     rest.measurements.push_back(m);
     rest.measurements.back().landmark = 0;
@@ -37,12 +37,12 @@ std::vector<double> predictionErrors(const VisualWindow& window, double sigma_px
     const VisualMeasurement& m = window.measurements[i];
     const VisualMeasurement* before = i > 0 ? &window.measurements[i - 1] : nullptr;
     if (!before || before->landmark != m.landmark || before->keyframe != m.keyframe) {
-      const VisualWindow rest = without(window, static_cast<size_t>(m.landmark), m.keyframe);
+      const VisualWindow rest = without(window, m.landmark, m.keyframe);
       p_W = rest.landmark_ids.empty() ? std::nullopt : triangulate(rest, 0, T_WB);
     }
     Eigen::Vector2d r;
-    if (p_W && reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                    T_WB[static_cast<size_t>(m.keyframe)], *p_W, &r))
+    if (p_W &&
+        reprojectionResidual(window.T_CB[m.camera], m.measurement, T_WB[m.keyframe], *p_W, &r))
       errors[i] = sigma_px * r.norm();
   }
   return errors;

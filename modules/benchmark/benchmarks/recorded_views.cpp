@@ -32,7 +32,7 @@ void RecordedViews::show() {
   const double before = cpuMilliseconds();
   const std::vector<TimeNs>& stamps = recording_->imageStamps();
   const auto index = std::lower_bound(stamps.begin(), stamps.end(), now_) - stamps.begin();
-  const LoadedFrame loaded = recording_->loadFrame(static_cast<size_t>(index));
+  const LoadedFrame loaded = recording_->loadFrame(index);
   views_.show(loaded.frame.left, loaded.frame.right);
   reading_ms_ += cpuMilliseconds() - before;
 }

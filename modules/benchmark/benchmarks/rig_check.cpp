@@ -105,14 +105,14 @@ Fit fit(const StereoInertialCalibration& calibration, const std::vector<TrackedF
   Fit better;
   better.T_VB = result.T_VB;
   better.landmarks = result.bundle.validLandmarks();
-  better.residuals.setZero(2 * static_cast<Eigen::Index>(window.measurements.size()));
+  better.residuals.setZero(2 * window.measurements.size());
   for (size_t i = 0; i < window.measurements.size(); ++i) {
     const VisualMeasurement& m = window.measurements[i];
     better.landmark.push_back(m.landmark);
     Eigen::Vector2d r = Eigen::Vector2d::Zero();
-    const BundleLandmark& landmark = result.bundle.landmarks[static_cast<size_t>(m.landmark)];
+    const BundleLandmark& landmark = result.bundle.landmarks[m.landmark];
     if (landmark.valid && window.residual(m, result.T_VB, landmark.position, &r))
-      better.residuals.segment<2>(2 * static_cast<Eigen::Index>(i)) = r;
+      better.residuals.segment<2>(2 * i) = r;
   }
   return better;
 }
@@ -124,9 +124,7 @@ std::vector<TrackedFrame> inliersOf(const std::vector<const TrackedFrame*>& keyf
   for (size_t k = 0; k < keyframes.size(); ++k) frames[k].t = keyframes[k]->t;
   std::vector<std::map<LandmarkId, std::array<bool, 2>>> good(keyframes.size());
   for (const VisualMeasurement& m : window.measurements)
-    if (m.inlier)
-      good[static_cast<size_t>(m.keyframe)][window.landmark_ids[static_cast<size_t>(m.landmark)]]
-          [static_cast<size_t>(m.camera)] = true;
+    if (m.inlier) good[m.keyframe][window.landmark_ids[m.landmark]][m.camera] = true;
   for (size_t k = 0; k < keyframes.size(); ++k)
     for (Observation o : keyframes[k]->observations) {
       const auto seen = good[k].find(o.id);
@@ -151,7 +149,7 @@ void step(const Eigen::MatrixXd& J, const Fit& base, std::vector<RigParameter>* 
   const Eigen::VectorXd left = base.residuals + J * x;
   std::map<int, Eigen::VectorXd> by_landmark;
   for (size_t i = 0; i < base.landmark.size(); ++i) {
-    const auto row = 2 * static_cast<Eigen::Index>(i);
+    const Eigen::Index row = 2 * i;
     Eigen::VectorXd& sum =
         by_landmark.emplace(base.landmark[i], Eigen::VectorXd::Zero(n)).first->second;
     sum += J.middleRows<2>(row).transpose() * left.segment<2>(row);
@@ -160,8 +158,8 @@ void step(const Eigen::MatrixXd& J, const Fit& base, std::vector<RigParameter>* 
   for (const auto& [landmark, part] : by_landmark) scatter += part * part.transpose();
   const Eigen::VectorXd variance = (inverse * scatter * inverse).diagonal();
   for (Eigen::Index p = 0; p < n; ++p) {
-    (*parameters)[static_cast<size_t>(p)].correction = x[p];
-    (*parameters)[static_cast<size_t>(p)].sigma = std::sqrt(variance[p]);
+    (*parameters)[p].correction = x[p];
+    (*parameters)[p].sigma = std::sqrt(variance[p]);
   }
 }
 
@@ -175,7 +173,7 @@ RigCheck checkRig(const StereoInertialCalibration& calibration,
   const Fit base = fit(calibration, frames, {robust.T_VB, robust.bundle.validLandmarks(), {}, {}});
   const std::vector<Knob> all = knobs();
   RigCheck check;
-  Eigen::MatrixXd J(base.residuals.size(), static_cast<Eigen::Index>(all.size()));
+  Eigen::MatrixXd J(base.residuals.size(), all.size());
   for (size_t p = 0; p < all.size(); ++p) {
     RigParameter parameter;
     parameter.name = all[p].name;
@@ -190,7 +188,7 @@ RigCheck checkRig(const StereoInertialCalibration& calibration,
       residuals[side] = std::move(changed_fit.residuals);
       parameter.T_VB_changed[side] = std::move(changed_fit.T_VB);
     }
-    J.col(static_cast<Eigen::Index>(p)) = (residuals[1] - residuals[0]) / (2.0 * kStep);
+    J.col(p) = (residuals[1] - residuals[0]) / (2.0 * kStep);
     check.parameters.push_back(std::move(parameter));
   }
   step(J, base, &check.parameters);

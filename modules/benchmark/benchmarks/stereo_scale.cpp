@@ -29,14 +29,14 @@
 #include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/core/tum_file.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/evaluation/alignment.h"
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
 #include "etalon/odometry/visual_solution.h"
-#include "program.h"
+#include "etalon/testing/program.h"
 #include "rig_check.h"
 
 namespace {
@@ -331,5 +331,5 @@ int main(int argc, char** argv) {
   app.add_option("--truth", arguments.truth, "Ground truth to use instead of the recording's");
   app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
   app.add_option("--to", arguments.to_s, "End, seconds after the first image");
-  return runProgram(&app, argc, argv, [&] { run(arguments); });
+  return testing::runProgram(&app, argc, argv, [&] { run(arguments); });
 }

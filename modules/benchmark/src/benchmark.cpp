@@ -99,7 +99,7 @@ class Benchmark {
         sequence.first_image = stamps.front();
         sequence.last_image = stamps.back();
         sequence.duration_s = secondsBetween(sequence.first_image, sequence.last_image);
-        sequence.stereo_frames = static_cast<int>(recording->imageStamps().size());
+        sequence.stereo_frames = recording->imageStamps().size();
         sequence.has_ground_truth = !recording->groundTruth().empty();
         sequence.warnings = recording->statistics().warnings;
         for (std::string& warning : requireSoundRecording(source))
@@ -154,8 +154,8 @@ class Benchmark {
       }
     }
     // In one piece: a shard needs the tracks of few recordings.
-    const auto shard = static_cast<size_t>(options_.shard);
-    const auto shards = static_cast<size_t>(options_.shards);
+    const size_t shard = options_.shard;
+    const size_t shards = options_.shards;
     const size_t begin = all.size() * (shard - 1) / shards;
     const size_t end = all.size() * shard / shards;
     for (size_t i = begin; i < end; ++i) {

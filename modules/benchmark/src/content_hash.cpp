@@ -64,7 +64,7 @@ void ContentHash::addFile(const std::string& path) {
   std::uint64_t size = 0;
   while (file) {
     file.read(state_->buffer.data(), static_cast<std::streamsize>(state_->buffer.size()));
-    add(state_->buffer.data(), static_cast<std::size_t>(file.gcount()));
+    add(state_->buffer.data(), file.gcount());
     size += static_cast<std::uint64_t>(file.gcount());
   }
   if (!file.eof()) throw DataError(path, 0, "cannot be read");

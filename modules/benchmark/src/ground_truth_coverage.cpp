@@ -11,9 +11,10 @@ namespace {
 
 constexpr TimeNs kMostBetween = kNanosecondsPerSecond;
 
+/** Rounded down: 99.9 % are not all. What is off a whole number by rounding alone is that number. */
 std::string percent(double share) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.0f %%", std::floor(100.0 * share));
+  std::snprintf(text, sizeof text, "%.0f %%", std::floor(100.0 * share + 1e-9));
   return text;
 }
 
@@ -51,7 +52,7 @@ void requireCoverage(AttemptRecord* attempt, double wanted) {
   for (StageRecord& stage : attempt->stages) {
     if (!stage.errors) continue;
     const int keyframes = stage.errors->keyframes;
-    if (coversEnough(static_cast<size_t>(keyframes), stage.states.size(), wanted)) continue;
+    if (coversEnough(keyframes, stage.states.size(), wanted)) continue;
     stage.errors = WindowErrors();
     stage.errors->keyframes = keyframes;
   }
@@ -70,8 +71,8 @@ void requireCoverage(BenchmarkRecord* benchmark, double wanted) {
 }
 
 std::string describeCoverage(const GroundTruthUse& use, double wanted) {
-  const auto covered = static_cast<size_t>(use.covered_frames);
-  const auto total = static_cast<size_t>(use.frames);
+  const size_t covered = use.covered_frames;
+  const size_t total = use.frames;
   if (covered == total) return "";
   std::string text = "ground truth covers " + std::to_string(covered) + " of " +
                      std::to_string(total) + " frames (" + percent(shareOf(covered, total)) + ")";
@@ -90,8 +91,7 @@ std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, doub
   for (const WindowResult& result : benchmark.results) {
     Windows& w = windows[result.sequence];
     ++w.all;
-    if (coversEnough(result.truth.size(), static_cast<size_t>(result.keyframes), wanted))
-      ++w.covered;
+    if (coversEnough(result.truth.size(), result.keyframes, wanted)) ++w.covered;
   }
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : benchmark.sequences) {

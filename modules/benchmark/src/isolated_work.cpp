@@ -145,7 +145,7 @@ class Worker {
     std::array<char, 65536> buffer;
     for (;;) {
       const ssize_t n = recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
-      if (n > 0) inbox_.append(buffer.data(), static_cast<size_t>(n));
+      if (n > 0) inbox_.append(buffer.data(), n);
       if (n > 0 || (n < 0 && errno == EINTR)) continue;
       return n < 0 && errno == EAGAIN && !ended;
     }
@@ -211,7 +211,7 @@ class Worker {
 class Workers {
  public:
   Workers(int jobs, double limit_s, const IsolatedWork& work)
-      : jobs_(static_cast<size_t>(std::max(1, jobs))), limit_s_(limit_s), work_(work) {}
+      : jobs_(std::max(1, jobs)), limit_s_(limit_s), work_(work) {}
 
   void run() {
     while (workers_.size() < jobs_ && hasNext()) {

@@ -79,8 +79,8 @@ class Fit {
     start_->landmarks = std::move(landmarks);
     double sum = 0.0;
     for (size_t k = 0; k < refined.states.size(); ++k) {
-      const VisualInertialState& s = refined.states[k];
-      start_->states.push_back({problem.keyframe(static_cast<int>(k)).t, s.T_WB, s.v_WB});
+      const NavState& s = refined.states[k];
+      start_->states.emplace_back(problem.keyframe(k).t, s);
       sum += s.v_WB.squaredNorm();
     }
     speed_mps_ = std::sqrt(sum / static_cast<double>(refined.states.size()));
@@ -136,7 +136,7 @@ NoiseIteration iterate(std::vector<Fit>* fits, const NoiseFactors& believed,
       out->checks.push_back(fit.check());
     }
   }
-  iteration.windows = static_cast<int>(out->checks.size());
+  iteration.windows = out->checks.size();
   return iteration;
 }
 
@@ -222,7 +222,7 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
                                 const Initializer& initializer,
                                 const NoiseCalibrationOptions& options) {
   NoiseCalibration out;
-  out.windows = static_cast<int>(windows.size());
+  out.windows = windows.size();
   out.factors = options.start;
   std::vector<Fit> fits(windows.begin(), windows.end());
   for (int i = 0; i < options.max_iterations && !out.converged; ++i) {

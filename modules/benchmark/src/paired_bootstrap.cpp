@@ -64,8 +64,8 @@ BootstrapInterval pairedBootstrap(const std::vector<PairedCluster>& clusters,
     drawn.insert(drawn.end(), there.back().differences.begin(), there.back().differences.end());
   }
   BootstrapInterval interval;
-  interval.pairs = static_cast<int>(drawn.size());
-  interval.clusters = static_cast<int>(there.size());
+  interval.pairs = drawn.size();
+  interval.clusters = there.size();
   if (drawn.empty()) return interval;
   interval.difference = statisticOf(&drawn, statistic);
 

@@ -29,7 +29,7 @@ void inParallel(int jobs, std::size_t count, const Work& work) {
     }
   };
   std::vector<std::thread> threads;
-  const auto others = std::min<std::size_t>(count, static_cast<std::size_t>(std::max(1, jobs)));
+  const auto others = std::min<std::size_t>(count, std::max(1, jobs));
   try {
     threads.reserve(others);
     for (std::size_t i = 1; i < others; ++i) threads.emplace_back(worker);

@@ -60,10 +60,10 @@ void members(Archive& json, Member<Archive, BenchmarkSequence>& s) {
 }
 
 template <typename Archive>
-void members(Archive& json, Member<Archive, GroundTruthState>& truth) {
+void members(Archive& json, Member<Archive, StampedState>& truth) {
   motionMembers(json, truth);
-  json("b_g_rps", truth.b_g);
-  json("b_a_mps2", truth.b_a);
+  json("b_g_rps", truth.bias.gyro);
+  json("b_a_mps2", truth.bias.accel);
 }
 
 template <typename Archive>

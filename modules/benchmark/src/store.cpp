@@ -49,7 +49,7 @@ template <typename Element>
 size_t placeOf(const std::vector<Element>& elements, const std::string& name) {
   const auto found = std::find_if(elements.begin(), elements.end(),
                                   [&](const Element& e) { return e.name == name; });
-  return static_cast<size_t>(found - elements.begin());
+  return found - elements.begin();
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ std::vector<Value> distinct(const BenchmarkRecord& record, Of of) {
 std::set<std::string> sequencesWithVelocities(const BenchmarkRecord& record) {
   std::set<std::string> names;
   for (const WindowResult& result : record.results) {
-    for (const GroundTruthState& truth : result.truth)
+    for (const StampedState& truth : result.truth)
       if (!truth.v_WB.isZero(0.0)) names.insert(result.sequence);
     for (const StageRecord& stage : result.attempt.stages)
       if (stage.errors && !std::isnan(stage.errors->velocity_mps)) names.insert(result.sequence);
@@ -99,7 +99,7 @@ FigureSummary summaryOf(const std::vector<double>& values) {
   std::copy_if(values.begin(), values.end(), std::back_inserter(known),
                [](double v) { return !std::isnan(v); });
   FigureSummary summary;
-  summary.count = static_cast<int>(known.size());
+  summary.count = known.size();
   if (known.empty()) return summary;
   summary.mean =
       std::accumulate(known.begin(), known.end(), 0.0) / static_cast<double>(known.size());
@@ -110,7 +110,7 @@ FigureSummary summaryOf(const std::vector<double>& values) {
 
 bool inMotion(const WindowResult& result) {
   std::vector<Eigen::Vector3d> points;
-  for (const GroundTruthState& truth : result.truth) points.push_back(truth.T_WB.t);
+  for (const StampedState& truth : result.truth) points.push_back(truth.T_WB.t);
   return pathLength(points) > kMinPathForScale;
 }
 

@@ -1,5 +1,6 @@
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -13,13 +14,15 @@
 // The file: 8 bytes magic, uint32 version, 32 characters key, payload, uint64 XXH3 of all before
 // it. Payload: int32 unreadable images, double median milliseconds, uint64 frames, and for each
 // int64 stamp, uint32 observations, and for each int64 id, double left u v, uint8 has right, then
-// double right u v only if it has. Little-endian, without padding.
+// double right u v only if it has. Version 2, written where a frame has landmarks that the right
+// image alone shows, has these after the others: uint32 number, and for each int64 id, double u v.
+// Little-endian, without padding.
 
 namespace etalon {
 namespace {
 
 constexpr char kMagic[8] = {'E', 'T', 'A', 'L', 'O', 'N', 'T', 'R'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kStereoVersion = 1, kVersion = 2;
 constexpr size_t kKeySize = 32;
 constexpr size_t kHeaderSize = sizeof kMagic + sizeof kVersion + kKeySize;
 
@@ -63,7 +66,7 @@ class Reader {
   bool ok_ = true;
 };
 
-void putFrame(const TrackedFrame& frame, Writer* writer) {
+void putFrame(const TrackedFrame& frame, std::uint32_t version, Writer* writer) {
   writer->put<std::int64_t>(frame.t);
   writer->put<std::uint32_t>(static_cast<std::uint32_t>(frame.observations.size()));
   for (const Observation& o : frame.observations) {
@@ -75,9 +78,16 @@ void putFrame(const TrackedFrame& frame, Writer* writer) {
     writer->put(o.right.x());
     writer->put(o.right.y());
   }
+  if (version == kStereoVersion) return;
+  writer->put<std::uint32_t>(static_cast<std::uint32_t>(frame.right_only.size()));
+  for (const RightObservation& o : frame.right_only) {
+    writer->put<std::int64_t>(o.id);
+    writer->put(o.right.x());
+    writer->put(o.right.y());
+  }
 }
 
-TrackedFrame getFrame(Reader* reader) {
+TrackedFrame getFrame(std::uint32_t version, Reader* reader) {
   TrackedFrame frame;
   frame.t = reader->get<std::int64_t>();
   const auto count = reader->get<std::uint32_t>();
@@ -93,7 +103,24 @@ TrackedFrame getFrame(Reader* reader) {
     }
     frame.observations.push_back(o);
   }
+  if (version == kStereoVersion) return frame;
+  const auto right_count = reader->get<std::uint32_t>();
+  for (std::uint32_t i = 0; i < right_count && reader->ok(); ++i) {
+    RightObservation o;
+    o.id = reader->get<std::int64_t>();
+    o.right.x() = reader->get<double>();
+    o.right.y() = reader->get<double>();
+    frame.right_only.push_back(o);
+  }
   return frame;
+}
+
+/** The oldest version that can tell these tracks. */
+std::uint32_t versionFor(const SequenceTracks& tracks) {
+  const bool stereo_alone =
+      std::all_of(tracks.frames.begin(), tracks.frames.end(),
+                  [](const TrackedFrame& frame) { return frame.right_only.empty(); });
+  return stereo_alone ? kStereoVersion : kVersion;
 }
 
 std::string readBytes(const std::string& path) {
@@ -118,7 +145,8 @@ bool readTracks(const std::string& path, const std::string& key, SequenceTracks*
     return no("it is no file of tracks");
   std::uint32_t version = 0;
   std::memcpy(&version, bytes.data() + sizeof kMagic, sizeof version);
-  if (version != kVersion) return no("it has another version of the format");
+  if (version != kStereoVersion && version != kVersion)
+    return no("it has another version of the format");
   if (bytes.compare(sizeof kMagic + sizeof kVersion, kKeySize, key) != 0)
     return no("it was made from other data, options or code");
   const size_t size = bytes.size() - sizeof(XXH64_hash_t);
@@ -131,7 +159,8 @@ bool readTracks(const std::string& path, const std::string& key, SequenceTracks*
   const auto frontend_ms = reader.get<double>();
   const auto count = reader.get<std::uint64_t>();
   std::vector<TrackedFrame> frames;
-  for (std::uint64_t i = 0; i < count && reader.ok(); ++i) frames.push_back(getFrame(&reader));
+  for (std::uint64_t i = 0; i < count && reader.ok(); ++i)
+    frames.push_back(getFrame(version, &reader));
   if (!reader.ok() || reader.left() != 0) return no("it is damaged: length");
   tracks->unreadable_images = unreadable;
   tracks->frontend_ms = frontend_ms;
@@ -142,14 +171,15 @@ bool readTracks(const std::string& path, const std::string& key, SequenceTracks*
 void writeTracks(const std::string& path, const std::string& key, const SequenceTracks& tracks) {
   Writer writer;
   writer.put(kMagic, sizeof kMagic);
-  writer.put(kVersion);
+  const std::uint32_t version = versionFor(tracks);
+  writer.put(version);
   std::string padded = key;
   padded.resize(kKeySize, '0');
   writer.put(padded.data(), kKeySize);
   writer.put<std::int32_t>(tracks.unreadable_images);
   writer.put(tracks.frontend_ms);
   writer.put<std::uint64_t>(tracks.frames.size());
-  for (const TrackedFrame& frame : tracks.frames) putFrame(frame, &writer);
+  for (const TrackedFrame& frame : tracks.frames) putFrame(frame, version, &writer);
   writer.put<XXH64_hash_t>(XXH3_64bits(writer.bytes().data(), writer.bytes().size()));
 
   // Several processes may share the folder: each writes a file of its own, the last one stays.

@@ -113,7 +113,7 @@ InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s
     frames.push_back(*frame);
     if (selector.isKeyframe(frame->t)) keyframes.push_back(static_cast<int>(frames.size()) - 1);
   }
-  if (!keyframes.empty()) frames.resize(static_cast<size_t>(keyframes.back()) + 1);
+  if (!keyframes.empty()) frames.resize(keyframes.back() + 1);
   ImuBuffer imu;
   if (keyframes.size() > 1) imu = ImuBuffer(tracks.imu.between(frames.front().t, frames.back().t));
   const ImuNoiseDensities densities = noise.apply(tracks.calibration.imu.noise, imu.samples());

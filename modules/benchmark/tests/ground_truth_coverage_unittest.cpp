@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "etalon/testing/example_benchmark.h"
 #include "etalon/testing/example_run.h"
 
 namespace etalon {
@@ -60,6 +61,35 @@ TEST(Coverage, IsToldInASentence) {
   EXPECT_THAT(describeCoverage({100, 9}, 0.5),
               AllOf(HasSubstr("9 of 100 frames (9 %)"), HasSubstr("at least 50 % is wanted")));
   EXPECT_THAT(describeCoverage({100, 0}, 0.5), HasSubstr("is it on the same clock?"));
+}
+
+TEST(Coverage, PercentAreRoundedDownButNotByRounding) {
+  // 0.29 and 0.57 are a little less than that in binary.
+  EXPECT_THAT(describeCoverage({100, 29}, 0.57),
+              AllOf(HasSubstr("29 of 100 frames (29 %)"), HasSubstr("at least 57 % is wanted")));
+  EXPECT_THAT(describeCoverage({10'000, 9'999}, 0.5), HasSubstr("(99 %)"));
+}
+
+TEST(Coverage, OfBothTrajectoriesAndOfABenchmarksWindows) {
+  RunRecord run = testing::exampleRecord();
+  run.smoothed_errors = run.final_errors = run.trajectory_errors;
+  run.ground_truth = GroundTruthUse{100, 50};
+  requireCoverage(&run, 0.5);
+  EXPECT_TRUE(run.trajectory_errors && run.smoothed_errors && run.final_errors);
+  run.ground_truth = GroundTruthUse{100, 49};
+  requireCoverage(&run, 0.5);
+  EXPECT_FALSE(run.trajectory_errors || run.smoothed_errors || run.final_errors);
+
+  BenchmarkRecord record = testing::exampleBenchmark();
+  for (WindowResult& result : record.results) result.truth.resize(10);
+  EXPECT_THAT(describeCoverage(record, 0.5), IsEmpty());
+  record.results[0].truth.resize(4);  // of 10 keyframes
+  const std::vector<std::string> one = describeCoverage(record, 0.5);
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_THAT(one[0], AllOf(HasSubstr("V1: ground truth covers 9 of 10 results"),
+                            HasSubstr("each by 50 % of its keyframes")));
+  for (WindowResult& result : record.results) result.truth.clear();
+  EXPECT_THAT(describeCoverage(record, 0.5)[0], HasSubstr("is it on the same clock?"));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "etalon/core/ini_file.h"
 #include "etalon/imu/imu_noise.h"
@@ -78,23 +79,10 @@ std::vector<NoiseWindow> simulatedWindows(const Truth& truth, std::uint64_t seed
     for (int k = 0; k < 10; ++k)
       stamps.push_back(trajectory.start() + durationNs(2.0 + 2.5 * w + 0.25 * k));
     tracks.seed = seed * 1000 + static_cast<std::uint64_t>(w);
-    std::vector<TrackedFrame> frames;
-    std::vector<int> keyframes;
-    for (const SyntheticFrame& f :
-         simulateTracks(trajectory, calibration, stamps, landmarks, tracks)) {
-      TrackedFrame frame;
-      frame.t = f.t;
-      for (const SyntheticObservation& o : f.observations) {
-        Observation observation;
-        observation.id = static_cast<LandmarkId>(o.id);
-        observation.left = o.left;
-        observation.right = o.right;
-        observation.has_right = o.has_right;
-        frame.observations.push_back(observation);
-      }
-      keyframes.push_back(static_cast<int>(frames.size()));
-      frames.push_back(std::move(frame));
-    }
+    const std::vector<TrackedFrame> frames =
+        simulateTracks(posesAt(trajectory, stamps), calibration, landmarks, tracks);
+    std::vector<int> keyframes(frames.size());
+    std::iota(keyframes.begin(), keyframes.end(), 0);
     const ImuBuffer cut(samples.between(stamps.front(), stamps.back()));
     result.push_back([=](const NoiseFactors& believed) {
       ImuNoiseOptions used;

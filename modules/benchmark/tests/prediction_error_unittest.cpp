@@ -25,7 +25,7 @@ Example example() {
   const testing::SyntheticWindow flight = testing::makeSyntheticWindow(options);
   Example result;
   result.window = buildVisualWindow(flight.calibration, flight.keyframes(), kSigmaPx);
-  for (const KeyframeState& state : flight.truth) result.T_WB.push_back(state.T_WB);
+  for (const StampedState& state : flight.truth) result.T_WB.push_back(state.T_WB);
   return result;
 }
 

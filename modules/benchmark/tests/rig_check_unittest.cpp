@@ -22,7 +22,7 @@ SyntheticWindow flight() {
 
 RigCheck check(const SyntheticWindow& window, const StereoInertialCalibration& believed) {
   std::vector<SE3> T_WB;
-  for (const KeyframeState& state : window.truth) T_WB.push_back(state.T_WB);
+  for (const StampedState& state : window.truth) T_WB.push_back(state.T_WB);
   return checkRig(believed, window.keyframes(), T_WB);
 }
 

@@ -81,7 +81,7 @@ TEST(Summary, WithoutGroundTruthSuccessIsUnknownRefusedOrNot) {
 TEST(Summary, PosesAloneDoNotAllowToJudge) {
   BenchmarkRecord record = exampleBenchmark();
   for (WindowResult& result : record.results) {
-    for (GroundTruthState& state : result.truth) state.v_WB.setZero();
+    for (StampedState& state : result.truth) state.v_WB.setZero();
     for (StageRecord& stage : result.attempt.stages)
       if (stage.errors) stage.errors->velocity_mps = WindowErrors::kNone;
   }
@@ -118,7 +118,7 @@ TEST(Summary, MovingWindowsAreThoseWithAPath) {
 
   WindowResult result = exampleResult("V1", 0, "good", {});
   for (const double step_m : {0.0055, 0.0056}) {  // nine steps: 4.95 cm, 5.04 cm
-    for (int k = 0; k < 10; ++k) result.truth[static_cast<size_t>(k)].T_WB.t.x() = step_m * k;
+    for (int k = 0; k < 10; ++k) result.truth[k].T_WB.t.x() = step_m * k;
     EXPECT_EQ(inMotion(result), step_m > 0.00555);
   }
 }

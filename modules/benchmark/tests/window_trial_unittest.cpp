@@ -64,8 +64,8 @@ class Trial : public ::testing::Test {
     tracks.frames = synthetic.frames;
     tracks.first_image = synthetic.frames.front().t;
     tracks.ground_truth.has_velocity = tracks.ground_truth.has_biases = true;
-    for (const KeyframeState& s : synthetic.truth) {
-      GroundTruthState state;
+    for (const StampedState& s : synthetic.truth) {
+      StampedState state;
       state.t = s.t;
       state.T_WB = s.T_WB;
       state.v_WB = s.v_WB;

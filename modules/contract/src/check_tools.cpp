@@ -27,7 +27,7 @@ ContractCheck notApplicable(std::string detail) {
 
 namespace {
 
-/** Is asked when a plugin refused: did the host refuse before asking it? */
+/** Stands in for a plugin that refused, to see whether the host had refused before it was asked. */
 class Probe : public Initializer {
   DEFINE_MRPT_OBJECT(Probe, etalon::contract)
 
@@ -48,7 +48,7 @@ bool hostAsksThePlugin(const InitializationProblem& problem) {
   return Probe().initialize(problem).error().reason == Probe::kReached;
 }
 
-/** Shows solve(), to call it without the host's net under it. */
+/** Makes solve() accessible, to call it without the checks of initialize(). */
 struct WithoutNet : Initializer {
   using Initializer::solve;
 };
@@ -128,15 +128,15 @@ bool explains(double error, double error_undone, double size) {
 /** RMS over the keyframes of v_WB less its truth in the body frame, m/s, with the velocities turned
  * by `turn` first. */
 double velocityError(const Initialization& result, const SyntheticWindow& window,
-                     const std::function<Eigen::Matrix3d(const KeyframeState&)>& turn) {
-  std::vector<KeyframeState> states = result.states;
-  for (KeyframeState& s : states) s.v_WB = turn(s) * s.v_WB;
+                     const std::function<Eigen::Matrix3d(const StampedState&)>& turn) {
+  std::vector<StampedState> states = result.states;
+  for (StampedState& s : states) s.v_WB = turn(s) * s.v_WB;
   return testing::errorsOf(states, result.bias, window).velocity_mps;
 }
 
 double typicalSpeed(const SyntheticWindow& window) {
   double sum = 0.0;
-  for (const KeyframeState& s : window.truth) sum += s.v_WB.squaredNorm();
+  for (const StampedState& s : window.truth) sum += s.v_WB.squaredNorm();
   return std::sqrt(sum / static_cast<double>(window.truth.size()));
 }
 
@@ -150,9 +150,9 @@ std::string hintAtCause(const Initialization& result, const SyntheticWindow& win
   if (const double speed = typicalSpeed(window); speed > kSlowest) {
     const Eigen::Matrix3d R_WB0 = result.states.front().T_WB.R;
     const double from_body =
-        velocityError(result, window, [](const KeyframeState& s) { return s.T_WB.R; });
+        velocityError(result, window, [](const StampedState& s) { return s.T_WB.R; });
     const double from_first = velocityError(
-        result, window, [&R_WB0](const KeyframeState&) -> const Eigen::Matrix3d& { return R_WB0; });
+        result, window, [&R_WB0](const StampedState&) -> const Eigen::Matrix3d& { return R_WB0; });
     if (explains(errors.velocity_mps, from_body, speed))
       text += "; velocity expressed in the body frame?";
     else if (explains(errors.velocity_mps, from_first, speed))

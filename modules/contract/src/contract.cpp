@@ -154,9 +154,8 @@ const char* toString(ContractCheck::Verdict verdict) {
 }
 
 int ContractReport::count(ContractCheck::Verdict verdict) const {
-  return static_cast<int>(
-      std::count_if(checks.begin(), checks.end(),
-                    [verdict](const ContractCheck& c) { return c.verdict == verdict; }));
+  return std::count_if(checks.begin(), checks.end(),
+                       [verdict](const ContractCheck& c) { return c.verdict == verdict; });
 }
 
 std::vector<ContractCheckDescription> contractChecks() {

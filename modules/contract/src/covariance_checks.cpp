@@ -106,7 +106,7 @@ class Nees {
     errors_.emplace_back(error);
     covariances_.push_back(P);
   }
-  int windows() const { return static_cast<int>(errors_.size()); }
+  int windows() const { return errors_.size(); }
 
   /** Average over its expectation, 1 is consistent; nothing if a covariance is singular. */
   std::optional<double> ratio(const std::vector<int>& indices) const {
@@ -133,7 +133,7 @@ class Nees {
   std::vector<MatrixXd> covariances_;
 };
 
-/** A ratio against what so many windows let it be. */
+/** A ratio and the bounds that this number of windows sets it. */
 struct Judgement {
   double ratio = 1.0, low = 0.0, high = 0.0;
   const char* verdict() const {
@@ -161,8 +161,8 @@ std::vector<Motion> motionsWithCovariance(const Initializer& initializer) {
   return motions;
 }
 
-/** All that err together, then block by block: what is too small in one must not be paid for by
- * what is too large in another. */
+/** All errors jointly, then block by block: a block that is too large must not make up for another
+ * that is too small. */
 ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
   std::vector<int> all;
   std::string blocks, complaints;
@@ -177,7 +177,7 @@ ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
     return format("%.2f", *ratio);
   };
   for (const Block& block : kBlocks) {
-    std::vector<int> indices(static_cast<size_t>(block.size));
+    std::vector<int> indices(block.size);
     std::iota(indices.begin(), indices.end(), block.start);
     blocks += std::string(", ") + block.name + " ";
     if (nees.neverErrs(indices)) {
@@ -205,13 +205,13 @@ ContractCheck isConsistent(const Initializer& initializer, const ContractOptions
     names += (names.empty() ? "" : " and ") + std::string(toString(motion));
   Nees nees;
   for (int i = 0; i < options.monte_carlo_windows; ++i) {
-    const Motion motion = motions[static_cast<size_t>(i) % motions.size()];
+    const Motion motion = motions[i % motions.size()];
     const Trial trial = drawnTrial(motion, static_cast<unsigned>(i + 1));
     const InitializationResult result = initializer.initialize(trial.problem());
     if (!result || result->covariance.size() == 0) continue;
     nees.add(testing::estimationError(*result, trial.window), result->covariance);
   }
-  // Who answers only where it is easy would look more consistent than it is.
+  // A method that answers only where it is easy would look more consistent than it is.
   if (2 * nees.windows() < options.monte_carlo_windows)
     return failed(format("%s: gives a covariance for only %d of %d windows", names.c_str(),
                          nees.windows(), options.monte_carlo_windows),

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "check_tools.h"
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/statistics.h"
 
 namespace etalon::contract {
@@ -30,7 +30,7 @@ double medianLandmarkError(const Initialization& result, const SyntheticWindow& 
   std::vector<double> errors;
   for (const auto& [id, p_W] : result.landmarks) {
     if (id < 0 || static_cast<size_t>(id) >= window.landmarks.size()) return INFINITY;
-    const Vector3d truth = T_B0W_true * window.landmarks[static_cast<size_t>(id)];
+    const Vector3d truth = T_B0W_true * window.landmarks[id];
     errors.push_back((T_B0W_estimated * p_W - truth).norm());
   }
   return errors.empty() ? 0.0 : median(std::move(errors));

@@ -34,7 +34,7 @@ std::string readWhole(int file) {
   while (true) {
     const ssize_t n = read(file, buffer, sizeof(buffer));
     if (n == 0 || (n < 0 && errno != EINTR)) return text;
-    if (n > 0) text.append(buffer, static_cast<size_t>(n));
+    if (n > 0) text.append(buffer, n);
   }
 }
 

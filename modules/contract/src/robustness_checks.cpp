@@ -75,14 +75,14 @@ class BadWindows {
   std::string last_refusal_;
 };
 
-/** Windows with and without motion: methods for either get to see what they believe in. */
+/** Windows with and without motion, so that methods for either are asked. */
 constexpr Motion kMovingAndStill[] = {Motion::kGentle, Motion::kStandstill};
 
 /** Keeps the first `count` keyframes and the frames up to the last of them. */
 void keepKeyframes(SyntheticWindow* window, size_t count) {
   window->keyframe_indices.resize(count);
   window->truth.resize(count);
-  window->frames.resize(count == 0 ? 0 : static_cast<size_t>(window->keyframe_indices.back()) + 1);
+  window->frames.resize(count == 0 ? 0 : window->keyframe_indices.back() + 1);
 }
 
 ContractCheck fewKeyframes(const Initializer& initializer, const ContractOptions&) {
@@ -130,7 +130,7 @@ ContractCheck brokenTracks(const Initializer& initializer, const ContractOptions
       for (Observation& o : frame.observations) o.id = id++;
     for (TrackedFrame& frame : left_only.window.frames)
       for (Observation& o : frame.observations) o.has_right = false;
-    blind.window.frames[static_cast<size_t>(blind.window.keyframe_indices[4])].observations.clear();
+    blind.window.frames[blind.window.keyframe_indices[4]].observations.clear();
     windows.add("no landmark seen twice" + where, unrelated, Allowed::kRightOrRefusal);
     windows.add("no right observations" + where, left_only, Allowed::kRightOrRefusal);
     windows.add("a keyframe without observations" + where, blind, Allowed::kRightOrRefusal);

@@ -70,7 +70,7 @@ ContractCheck isDeterministic(const Initializer& initializer, const ContractOpti
   int answered = 0;
   for (const Motion motion : testing::kAllMotions) {
     bool has_answered = false;
-    // Who refuses outliers is asked without them.
+    // A method that refuses outliers is asked without them.
     for (const double outlier_share : {0.1, 0.0}) {
       SyntheticWindowOptions options = noisyOptions(motion, 7);
       options.outlier_share = outlier_share;
@@ -91,7 +91,7 @@ std::vector<Bounded> differences(const Initialization& a, const Initialization& 
   double rotation = 0, position = 0, velocity = 0;
   const SE3 T_B0W_a = a.states.front().T_WB.inverse(), T_B0W_b = b.states.front().T_WB.inverse();
   for (size_t k = 0; k < a.states.size(); ++k) {
-    const KeyframeState &x = a.states[k], &y = b.states[k];
+    const StampedState &x = a.states[k], &y = b.states[k];
     const SE3 T_a = T_B0W_a * x.T_WB, T_b = T_B0W_b * y.T_WB;
     rotation = std::max(rotation, logSO3(T_a.R.transpose() * T_b.R).norm());
     position = std::max(position, (T_a.t - T_b.t).norm());

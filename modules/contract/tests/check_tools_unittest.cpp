@@ -97,7 +97,7 @@ TEST(HintAtCause, IsSilentAboutTheTruthAndAboutUnclearErrors) {
   const Trial trial = biasedTrial(Motion::kCircle);
   Initialization noisy = truthOf(trial.window);
   noisy.bias.accel += Eigen::Vector3d(0.3, 0.2, 0.1);
-  for (KeyframeState& s : noisy.states) s.v_WB += Eigen::Vector3d(0.5, -0.4, 0.1);
+  for (StampedState& s : noisy.states) s.v_WB += Eigen::Vector3d(0.5, -0.4, 0.1);
   EXPECT_EQ(hintAtCause(noisy, trial.window), "");
 }
 
@@ -112,12 +112,12 @@ TEST(HintAtCause, KnowsTheUsualMistakes) {
               HasSubstr("the sign of b_a?"));
   EXPECT_THAT(hint([](Initialization* r) { r->bias.gyro *= -1.0; }), HasSubstr("the sign of b_g?"));
   EXPECT_THAT(hint([](Initialization* r) {
-                for (KeyframeState& s : r->states) s.v_WB = s.T_WB.R.transpose() * s.v_WB;
+                for (StampedState& s : r->states) s.v_WB = s.T_WB.R.transpose() * s.v_WB;
               }),
               HasSubstr("velocity expressed in the body frame?"));
   EXPECT_THAT(hint([](Initialization* r) {
                 const SE3 flip(expSO3({M_PI, 0, 0}), Eigen::Vector3d::Zero());
-                for (KeyframeState& s : r->states) s.T_WB = flip * s.T_WB;
+                for (StampedState& s : r->states) s.T_WB = flip * s.T_WB;
               }),
               HasSubstr("does gravity point up?"));
 }

@@ -61,12 +61,12 @@ TEST(Contract, FindsWhatIsNotExact) {
   expectFailure("exact.gentle", ofSuccess([](auto* r) { r->bias.gyro.x() += 2e-5; }), "b_g 2e-05");
   expectFailure("exact.circle", ofSuccess([](auto* r) { r->bias.accel.z() -= 2e-3; }), "b_a 0.002");
   expectFailure("exact.gentle", ofSuccess([](auto* r) {
-                  for (KeyframeState& s : r->states) s.v_WB.x() += 2e-4;
+                  for (StampedState& s : r->states) s.v_WB.x() += 2e-4;
                 }),
                 "velocity 0.0002 m/s (at most");
   expectFailure("exact.standstill", ofSuccess([](auto* r) {
                   const SE3 tilt(expSO3({0.01 * M_PI / 180, 0, 0}), Eigen::Vector3d::Zero());
-                  for (KeyframeState& s : r->states) s.T_WB = tilt * s.T_WB;
+                  for (StampedState& s : r->states) s.T_WB = tilt * s.T_WB;
                 }),
                 "gravity 0.01 deg (at most");
   expectFailure("exact.gentle", ofSuccess([](auto* r) {
@@ -147,7 +147,7 @@ TEST(Contract, NamesTheWorstWindowAndListsTheOthers) {
 
   // Two of the windows without a gap of 0.2 s are answered.
   const ContractCheck gap = check("status.imu_gap", Spoilt(ofSuccess([](auto* r) {
-                                    for (KeyframeState& s : r->states) s.v_WB.x() += 0.5;
+                                    for (StampedState& s : r->states) s.v_WB.x() += 0.5;
                                   })));
   EXPECT_EQ(gap.failures.size(), 2U);
   EXPECT_THAT(gap.detail, HasSubstr("; 1 more window failed"));
@@ -156,16 +156,16 @@ TEST(Contract, NamesTheWorstWindowAndListsTheOthers) {
 TEST(Contract, AsksForTheUsualMistakesWhereTheyAreClear) {
   expectFailure("exact.gentle", ofSuccess([](auto* r) {
                   const SE3 flip(expSO3({M_PI, 0, 0}), Eigen::Vector3d::Zero());
-                  for (KeyframeState& s : r->states) s.T_WB = flip * s.T_WB;
+                  for (StampedState& s : r->states) s.T_WB = flip * s.T_WB;
                 }),
                 "; does gravity point up?");
   expectFailure("exact.circle", ofSuccess([](auto* r) {
-                  for (KeyframeState& s : r->states) s.v_WB = s.T_WB.R.transpose() * s.v_WB;
+                  for (StampedState& s : r->states) s.v_WB = s.T_WB.R.transpose() * s.v_WB;
                 }),
                 "; velocity expressed in the body frame?");
   expectFailure("exact.circle", ofSuccess([](auto* r) {
                   const Eigen::Matrix3d R_B0W = r->states.front().T_WB.R.transpose();
-                  for (KeyframeState& s : r->states) s.v_WB = R_B0W * s.v_WB;
+                  for (StampedState& s : r->states) s.v_WB = R_B0W * s.v_WB;
                 }),
                 "; velocity expressed in the frame of the first keyframe?");
   expectFailure("response.gyro_bias", ofSuccess([](auto* r) { r->bias.gyro *= -1.0; }),
@@ -173,7 +173,7 @@ TEST(Contract, AsksForTheUsualMistakesWhereTheyAreClear) {
   // Nothing is clear here.
   const Spoilt noisy(ofSuccess([](auto* r) {
     r->bias.gyro.x() += 0.02;
-    for (KeyframeState& s : r->states) s.v_WB.x() += 0.3;
+    for (StampedState& s : r->states) s.v_WB.x() += 0.3;
   }));
   EXPECT_THAT(check("exact.circle", noisy).detail, Not(HasSubstr("?")));
   EXPECT_THAT(check("response.gyro_bias", noisy).detail, Not(HasSubstr("?")));

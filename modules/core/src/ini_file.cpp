@@ -17,7 +17,7 @@ namespace etalon {
 
 namespace {
 
-/** One `key = value` as this file's own scan sees it, before MRPT has its say. */
+/** One `key = value` line, found by the scan in this file before MRPT parses the text. */
 struct ScannedLine {
   std::string section, key, value, origin;
 };
@@ -35,7 +35,7 @@ std::string lowerCase(std::string text) {
   return text;
 }
 
-/** MRPT ends a value at "//" after a blank. */
+/** MRPT ends a value at a "//" that follows a blank. */
 std::string withoutTrailingComment(const std::string& value) {
   for (size_t i = value.find("//"); i != std::string::npos; i = value.find("//", i + 1)) {
     if (i == 0 || std::isspace(static_cast<unsigned char>(value[i - 1]))) {

@@ -41,7 +41,7 @@ bool makeEmptyFile(const std::string& path) {
   return file >= 0 && close(file) == 0;
 }
 
-/** Where a symbolic link points: the file behind it is meant. */
+/** The file that a symbolic link points to; the link itself stays. */
 std::string behindLinks(const std::string& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;
@@ -50,9 +50,9 @@ std::string behindLinks(const std::string& path) {
 }
 
 /**
- * Lets one process at a time move files into a folder; waits for its turn. Where the file system
- * has no locks there is none. Another lock than FolderLock's: the process that holds the folder for
- * its whole run puts its own files in place here, and would wait for itself.
+ * Lets one process at a time move files into a folder; the others wait. On a file system without
+ * locks it does nothing. This is not FolderLock's lock: a process that holds that one for its whole
+ * run also moves its own files here, and would wait for itself.
  */
 class FolderTurn {
  public:

@@ -74,7 +74,7 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
                                value.text.substr(comment, 1) + "' needs a line of its own"));
 }
 
-/** Fails where the declaration itself is wrong: a mistake of whoever wrote the plugin or the
+/** Throws if the declaration itself is wrong, which is a mistake in the code of a plugin or a
  * module. */
 [[noreturn]] void failDeclaration(const std::string& section, const std::string& key,
                                   const std::string& message) {
@@ -125,10 +125,10 @@ size_t editDistance(const std::string& a, const std::string& b) {
   return d[a.size()][b.size()];
 }
 
-/** The one candidate that begins with `word`, but for at most one edit; empty if there is none or
+/** The only candidate that begins with `word`, give or take one edit; empty if there is none or
  * more than one. */
 std::string continuationOf(const std::string& word, const std::vector<std::string>& candidates) {
-  constexpr size_t kShortest = 4;  // fewer letters begin anything
+  constexpr size_t kShortest = 4;  // fewer letters begin too many words
   std::string found;
   for (const std::string& candidate : candidates) {
     if (word.size() < kShortest || candidate.size() <= word.size()) continue;
@@ -202,10 +202,7 @@ void ParameterSet::add(const std::string& key, std::string* value,
                        const std::vector<std::string>& choices, const std::string& doc) {
   addChoice(
       key, choices, doc, [=](size_t i) { *value = choices[i]; },
-      [=] {
-        return static_cast<size_t>(std::find(choices.begin(), choices.end(), *value) -
-                                   choices.begin());
-      });
+      [=] { return std::find(choices.begin(), choices.end(), *value) - choices.begin(); });
 }
 
 void ParameterSet::addChoice(const std::string& key, const std::vector<std::string>& names,
@@ -222,7 +219,7 @@ void ParameterSet::addChoice(const std::string& key, const std::vector<std::stri
                         "one of " + joined(names, ", ") +
                             (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
             }
-            set(static_cast<size_t>(found - names.begin()));
+            set(found - names.begin());
           },
           [=] { return names[get()]; }});
 }

@@ -31,7 +31,7 @@ unsigned codePoint(const std::string& text, size_t i, size_t* length) {
   return 0;
 }
 
-/** C1 controls, marks without width, line ends and overrides of the direction of writing. */
+/** C1 controls, zero-width marks, line separators and overrides of the writing direction. */
 bool actsUnseen(unsigned code) {
   return (code >= 0x80 && code <= 0x9F) || (code >= 0x200B && code <= 0x200F) ||
          (code >= 0x2028 && code <= 0x202E) || (code >= 0x2060 && code <= 0x206F) || code == 0xFEFF;

@@ -67,7 +67,7 @@ Matrix3d rightJacobianInverseSO3(const Vector3d& phi) {
     c = 1.0 / 12.0 + theta2 / 720.0;
   } else {
     const double theta = std::sqrt(theta2);
-    // (1 + cos)/sin = cot(theta/2), which has no trouble at pi.
+    // (1 + cos)/sin = cot(theta/2), which is well behaved at pi.
     c = 1.0 / theta2 - 1.0 / (2.0 * theta * std::tan(0.5 * theta));
   }
   const Matrix3d K = hat(phi);

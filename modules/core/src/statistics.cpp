@@ -9,7 +9,7 @@ namespace etalon {
 
 namespace {
 
-/** NaN has no place in an order. */
+/** NaN cannot be sorted. */
 bool haveAnOrder(const std::vector<double>& values) {
   return !values.empty() &&
          std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
@@ -19,7 +19,7 @@ bool haveAnOrder(const std::vector<double>& values) {
 
 double median(std::vector<double> values) {
   if (!haveAnOrder(values)) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
@@ -27,7 +27,7 @@ double median(std::vector<double> values) {
 double quantile(std::vector<double> values, double q) {
   if (!haveAnOrder(values)) return std::numeric_limits<double>::quiet_NaN();
   const double position = q * static_cast<double>(values.size() - 1);
-  const auto below = values.begin() + static_cast<std::ptrdiff_t>(position);
+  const auto below = values.begin() + position;
   std::nth_element(values.begin(), below, values.end());
   if (below + 1 == values.end()) return *below;
   const double above = *std::min_element(below + 1, values.end());

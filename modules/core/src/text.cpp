@@ -77,9 +77,8 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
 }
 
 std::size_t displayWidth(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-  }));
+  return std::count_if(text.begin(), text.end(),
+                       [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
 }
 
 std::string padded(const std::string& text, std::size_t width, bool right) {

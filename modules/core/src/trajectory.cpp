@@ -11,23 +11,22 @@
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/so3.h"
-#include "etalon/core/tum_file.h"
 
 namespace etalon {
 
-std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) const {
+std::optional<StampedState> GroundTruth::at(TimeNs t, double max_gap_s) const {
   const auto after = std::lower_bound(states.begin(), states.end(), t,
-                                      [](const GroundTruthState& s, TimeNs v) { return s.t < v; });
+                                      [](const StampedState& s, TimeNs v) { return s.t < v; });
   if (after == states.end()) return std::nullopt;
   if (after->t == t) return *after;
   if (after == states.begin()) return std::nullopt;
-  const GroundTruthState& a = *(after - 1);
-  const GroundTruthState& b = *after;
+  const StampedState& a = *(after - 1);
+  const StampedState& b = *after;
   const double dt = secondsBetween(a.t, b.t);
   if (dt > max_gap_s) return std::nullopt;
   const double u = secondsBetween(a.t, t) / dt;
 
-  GroundTruthState s;
+  StampedState s;
   s.t = t;
   s.T_WB.R = a.T_WB.R * expSO3(u * logSO3(a.T_WB.R.transpose() * b.T_WB.R));
   if (has_velocity) {
@@ -38,13 +37,13 @@ std::optional<GroundTruthState> GroundTruth::at(TimeNs t, double max_gap_s) cons
     s.T_WB.t = a.T_WB.t + u * (b.T_WB.t - a.T_WB.t);
   }
   s.v_WB = a.v_WB + u * (b.v_WB - a.v_WB);
-  s.b_g = a.b_g + u * (b.b_g - a.b_g);
-  s.b_a = a.b_a + u * (b.b_a - a.b_a);
+  s.bias.gyro = a.bias.gyro + u * (b.bias.gyro - a.bias.gyro);
+  s.bias.accel = a.bias.accel + u * (b.bias.accel - a.bias.accel);
   return s;
 }
 
 Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better) {
-  // A pose that became better, and where it is in the trajectory.
+  // An improved pose and its index in the trajectory.
   struct Anchor {
     size_t index;
     const SE3* T_WB;
@@ -74,10 +73,6 @@ Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better) 
     T_WB.t = T_before.t + u * (T_WB.t - T_before.t);
   }
   return carried;
-}
-
-void writeTum(const std::string& path, const Trajectory& trajectory) {
-  writeTum(path, trajectory, "T_WB");
 }
 
 void writeTum(const std::string& path, const Trajectory& trajectory, const std::string& frames) {

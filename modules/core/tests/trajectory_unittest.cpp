@@ -9,7 +9,6 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
-#include "etalon/core/tum_file.h"
 
 namespace etalon {
 namespace {
@@ -21,16 +20,16 @@ constexpr TimeNs kMs = 1'000'000;
 constexpr TimeNs kStart = 1'403'636'579'763'555'584;  // a EuRoC stamp: a double could not hold it
 
 /** Constant rate and constant acceleration, which the interpolation gives back exactly. */
-GroundTruthState stateAt(TimeNs t) {
+StampedState stateAt(TimeNs t) {
   const double s = secondsBetween(kStart, t);
   const Vector3d a(1, -2, 0.5), v0(0.3, 0.2, -0.1);
-  GroundTruthState state;
+  StampedState state;
   state.t = t;
   state.T_WB.R = expSO3({0.3, 1.0, -0.5}) * expSO3(s * Vector3d(0.7, -0.4, 1.1));
   state.T_WB.t = Vector3d(1, 2, 3) + s * v0 + 0.5 * s * s * a;
   state.v_WB = v0 + s * a;
-  state.b_g = Vector3d(0.01, 0.02, 0.03) + s * Vector3d(0.001, 0, 0);
-  state.b_a = Vector3d(0.1, 0.2, 0.3) + s * Vector3d(0, 0.01, 0);
+  state.bias.gyro = Vector3d(0.01, 0.02, 0.03) + s * Vector3d(0.001, 0, 0);
+  state.bias.accel = Vector3d(0.1, 0.2, 0.3) + s * Vector3d(0, 0.01, 0);
   return state;
 }
 
@@ -46,19 +45,19 @@ TEST(GroundTruth, InterpolatesMotionOfConstantRateAndAcceleration) {
   for (TimeNs t : {kStart + 1, kStart + 3 * kMs, kStart + 40 * kMs, kStart + 95 * kMs - 1}) {
     const auto state = truth.at(t);
     ASSERT_TRUE(state.has_value());
-    const GroundTruthState expected = stateAt(t);
+    const StampedState expected = stateAt(t);
     EXPECT_EQ(state->t, t);
     EXPECT_TRUE(state->T_WB.R.isApprox(expected.T_WB.R, 1e-14));
     EXPECT_TRUE(state->T_WB.t.isApprox(expected.T_WB.t, 1e-14));
     EXPECT_TRUE(state->v_WB.isApprox(expected.v_WB, 1e-14));
-    EXPECT_TRUE(state->b_g.isApprox(expected.b_g, 1e-14));
-    EXPECT_TRUE(state->b_a.isApprox(expected.b_a, 1e-14));
+    EXPECT_TRUE(state->bias.gyro.isApprox(expected.bias.gyro, 1e-14));
+    EXPECT_TRUE(state->bias.accel.isApprox(expected.bias.accel, 1e-14));
   }
 }
 
 TEST(GroundTruth, GivesRecordedStatesAsTheyAre) {
   const GroundTruth truth = groundTruth({kStart, kStart + 5 * kMs, kStart + 10 * kMs});
-  for (const GroundTruthState& recorded : truth.states) {
+  for (const StampedState& recorded : truth.states) {
     const auto state = truth.at(recorded.t);
     ASSERT_TRUE(state.has_value());
     EXPECT_EQ(state->T_WB.R, recorded.T_WB.R);

@@ -14,8 +14,8 @@ Eigen::Vector3d vectorAt(const CsvReader& csv, size_t first) {
   return {csv.number(first), csv.number(first + 1), csv.number(first + 2)};
 }
 
-GroundTruthState parseState(const CsvReader& csv) {
-  GroundTruthState state;
+StampedState parseState(const CsvReader& csv) {
+  StampedState state;
   state.t = csv.stamp();
   const Eigen::Quaterniond q(csv.number(4), csv.number(5), csv.number(6), csv.number(7));
   if (std::abs(q.norm() - 1.0) > 1e-2)
@@ -24,8 +24,8 @@ GroundTruthState parseState(const CsvReader& csv) {
   state.T_WB = SE3(q.normalized().toRotationMatrix(), vectorAt(csv, 1));
   if (csv.size() == 17) {
     state.v_WB = vectorAt(csv, 8);
-    state.b_g = vectorAt(csv, 11);
-    state.b_a = vectorAt(csv, 14);
+    state.bias.gyro = vectorAt(csv, 11);
+    state.bias.accel = vectorAt(csv, 14);
   }
   return state;
 }

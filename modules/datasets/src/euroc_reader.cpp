@@ -23,11 +23,11 @@ void moveToImu(const SE3& T_SB, GroundTruth* truth) {
   const bool lever_arm = T_SB.t.norm() > 1e-9;
   // With a lever arm the velocity would need the angular rate, which ground truth does not have.
   if (lever_arm) truth->has_velocity = false;
-  for (GroundTruthState& state : truth->states) {
+  for (StampedState& state : truth->states) {
     state.T_WB = state.T_WB * T_SB;
     if (lever_arm) state.v_WB.setZero();
-    state.b_g = T_SB.R.transpose() * state.b_g;
-    state.b_a = T_SB.R.transpose() * state.b_a;
+    state.bias.gyro = T_SB.R.transpose() * state.bias.gyro;
+    state.bias.accel = T_SB.R.transpose() * state.bias.accel;
   }
 }
 
@@ -126,7 +126,7 @@ void EurocReader::useCamchain(Recording* recording,
   const std::string path = camchain().string();
   const KalibrCamchain chain = readKalibrCamchain(path);
   append(&recording->warnings, chain.warnings);
-  // One shift for both, so that pairs stay pairs.
+  // Both cameras are shifted alike, so that pairs stay pairs.
   const auto [shift_s, other_s] = chain.timeshift_s;
   constexpr double kSameShift = 5e-4;  // s
   if (std::abs(shift_s - other_s) > kSameShift)

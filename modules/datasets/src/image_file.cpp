@@ -27,8 +27,8 @@ bool isPng(const Bytes& start) {
 /** Whether the end of a PNG is missing: decoders would complain on the console about it. */
 bool isTruncated(const Bytes& end) {
   static constexpr unsigned char kEndChunk[] = {'I', 'E', 'N', 'D'};
-  return std::search(end.end() - static_cast<std::ptrdiff_t>(std::min(end.size(), kPngEnd)),
-                     end.end(), std::begin(kEndChunk), std::end(kEndChunk)) == end.end();
+  return std::search(end.end() - std::min(end.size(), kPngEnd), end.end(), std::begin(kEndChunk),
+                     std::end(kEndChunk)) == end.end();
 }
 
 constexpr const char* kNoFile = "there is no such image file";
@@ -96,7 +96,7 @@ cv::Mat readGrayImage(const std::string& path, std::string* problem) {
 std::string checkImageFile(const std::string& path, const CameraModel& camera) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return kNoFile;
-  const auto size = static_cast<size_t>(std::filesystem::file_size(path, error));
+  const size_t size = std::filesystem::file_size(path, error);
   if (error) return unreadable();
   if (size == 0) return kEmpty;
   std::ifstream in(path, std::ios::binary);

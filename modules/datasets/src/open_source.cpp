@@ -24,7 +24,7 @@ constexpr Format format(const char* kind, const char* expected) {
           }};
 }
 
-/** The formats that can be read: of those that accept a path the first reads it. */
+/** The formats that can be read. The first one that accepts a path reads it. */
 constexpr Format kFormats[] = {
     format<EurocReader>("euroc", "a EuRoC (ASL) folder"),
     format<RawlogReader>("rawlog", "a .rawlog"),

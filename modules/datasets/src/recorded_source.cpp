@@ -51,10 +51,8 @@ void RecordedSource::selectRange() {
   const std::vector<TimeNs>& stamps = recording_.image_stamps;
   range_begin_ = shifted(stamps.front(), options_.from_s);
   range_end_ = shifted(stamps.front(), options_.to_s);
-  frame_ = static_cast<size_t>(std::lower_bound(stamps.begin(), stamps.end(), range_begin_) -
-                               stamps.begin());
-  frame_end_ = static_cast<size_t>(std::upper_bound(stamps.begin(), stamps.end(), range_end_) -
-                                   stamps.begin());
+  frame_ = std::lower_bound(stamps.begin(), stamps.end(), range_begin_) - stamps.begin();
+  frame_end_ = std::upper_bound(stamps.begin(), stamps.end(), range_end_) - stamps.begin();
   if (frame_ == frame_end_)
     throw DataError(name_, 0,
                     "no image lies in the range from " + std::to_string(options_.from_s) +
@@ -64,8 +62,7 @@ void RecordedSource::selectRange() {
   const auto before = [](const ImuSample& sample, TimeNs t) { return sample.t < t; };
   const std::vector<ImuSample>& imu = recording_.imu;
   const TimeNs imu_begin = shifted(stamps[frame_], -options_.imu_lead_s);
-  imu_ = static_cast<size_t>(std::lower_bound(imu.begin(), imu.end(), imu_begin, before) -
-                             imu.begin());
+  imu_ = std::lower_bound(imu.begin(), imu.end(), imu_begin, before) - imu.begin();
   // Up to the range's end, and one sample further if the last image would lie outside the IMU's
   // time otherwise.
   imu_end_ = imu_;
@@ -76,9 +73,8 @@ void RecordedSource::selectRange() {
 
 void RecordedSource::countUnpaired() {
   const auto count = [&](const std::vector<TimeNs>& stamps) {
-    return static_cast<int>(std::count_if(stamps.begin(), stamps.end(), [&](TimeNs t) {
-      return range_begin_ <= t && t <= range_end_;
-    }));
+    return std::count_if(stamps.begin(), stamps.end(),
+                         [&](TimeNs t) { return range_begin_ <= t && t <= range_end_; });
   };
   statistics_.unpaired_left = count(recording_.unpaired_left);
   statistics_.unpaired_right = count(recording_.unpaired_right);

@@ -144,8 +144,7 @@ TEST_F(Camchain, TimeshiftMovesTheImagesToTheClockOfTheImu) {
   write();
   const auto source = openSource(path());
   ASSERT_EQ(source->imageStamps().size(), static_cast<size_t>(kFrames));
-  for (int i = 0; i < kFrames; ++i)
-    EXPECT_EQ(source->imageStamps()[static_cast<size_t>(i)], frameStamp(i) - 2'500'000);
+  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(source->imageStamps()[i], frameStamp(i) - 2'500'000);
   EXPECT_EQ(framesOf(readAll(*source)).front().t, frameStamp(0) - 2'500'000);
   EXPECT_THAT(warnings(),
               ::testing::ElementsAre(AllOf(HasSubstr("camchain.yaml"), HasSubstr("-2.5 ms"))));

@@ -25,7 +25,7 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
   }
   const auto frames = framesOf(events);
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
-  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(frames[static_cast<size_t>(i)].t, frameStamp(i));
+  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(frames[i].t, frameStamp(i));
   const cv::Mat expected = cv::imread(leftImage(2).string(), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(cv::norm(frames[2].left, expected, cv::NORM_INF), 0);
   EXPECT_EQ(frames[2].left_path, leftImage(2).string());
@@ -40,7 +40,7 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
 }
 
 TEST_F(EurocSource, OpensMav0Itself) {
-  EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), kFrames);
 }
 
 TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {
@@ -56,7 +56,7 @@ TEST_F(EurocSource, ReadsCalibrationAndGroundTruth) {
   EXPECT_TRUE(truth.has_velocity && truth.has_biases);
   EXPECT_EQ(truth.states[0].T_WB.t, Eigen::Vector3d(-0.5, 1.5, 1.5));
   EXPECT_EQ(truth.states[0].v_WB, Eigen::Vector3d(-0.05, 0.5, -0.25));
-  EXPECT_EQ(truth.states[0].b_a, Eigen::Vector3d(0.1, 0.2, 0.3 - 5e-5));
+  EXPECT_EQ(truth.states[0].bias.accel, Eigen::Vector3d(0.1, 0.2, 0.3 - 5e-5));
 }
 
 TEST_F(EurocSource, QuaternionOfGroundTruthIsInTheOrderWXYZ) {
@@ -75,9 +75,9 @@ TEST_F(EurocSource, TheBodyFrameIsTheImu) {
   const auto source = open();
   EXPECT_LT((source->calibration().cameras[1].T_BC.t - Eigen::Vector3d(0.02, -0.06, 0.01)).norm(),
             1e-12);
-  const GroundTruthState& state = source->groundTruth().states[0];
+  const StampedState& state = source->groundTruth().states[0];
   EXPECT_TRUE(source->groundTruth().has_velocity);
-  EXPECT_LT((state.b_a - Eigen::Vector3d(-0.1, -0.2, 0.3 - 5e-5)).norm(), 1e-12);
+  EXPECT_LT((state.bias.accel - Eigen::Vector3d(-0.1, -0.2, 0.3 - 5e-5)).norm(), 1e-12);
 }
 
 TEST_F(EurocSource, ALeverArmTakesTheVelocityFromGroundTruth) {
@@ -85,7 +85,7 @@ TEST_F(EurocSource, ALeverArmTakesTheVelocityFromGroundTruth) {
   const auto source = open();
   EXPECT_FALSE(source->groundTruth().has_velocity);
   EXPECT_TRUE(source->groundTruth().has_biases);
-  const GroundTruthState& state = source->groundTruth().states[0];
+  const StampedState& state = source->groundTruth().states[0];
   const Eigen::Vector3d p_rig(-0.5, 1.5, 1.5);
   EXPECT_LT((state.T_WB.t - p_rig - 0.1 * state.T_WB.R.col(0)).norm(), 1e-12);
 }

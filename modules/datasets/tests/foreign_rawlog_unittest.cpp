@@ -65,8 +65,7 @@ TEST_F(ForeignRawlog, TakesCalibrationFromTheObservations) {
   EXPECT_THAT(source->statistics().warnings, Contains(HasSubstr("noise model")));
   const auto frames = framesOf(readAll(*source));
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
-  for (int i = 0; i < kFrames; ++i)
-    EXPECT_EQ(frames[static_cast<size_t>(i)].t, truncateToMrptTick(frameStamp(i)));
+  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(frames[i].t, truncateToMrptTick(frameStamp(i)));
 }
 
 TEST_F(ForeignRawlog, SaysWhatIsMissingInTheCalibration) {

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
-#include "etalon/core/aligning_yaw.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 
 namespace etalon {

@@ -18,7 +18,7 @@ double neesOf(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
 }  // namespace
 
 Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
-  const auto n = static_cast<Eigen::Index>(result.states.size());
+  const Eigen::Index n = result.states.size();
   if (n == 0 || result.covariance.rows() != 9 * n + 6) return {};
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(11, 9 * n + 6);
   J.block<6, 6>(0, 9 * n).setIdentity();
@@ -27,20 +27,20 @@ Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
   return J * result.covariance * J.transpose();
 }
 
-void setNees(const std::vector<KeyframeState>& states, const ImuBias& bias,
+void setNees(const std::vector<StampedState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,
              WindowErrors* errors) {
   if (states.empty() || covariance.rows() != 11) return;
-  const std::optional<GroundTruthState> first = ground_truth.at(states.front().t),
-                                        last = ground_truth.at(states.back().t);
+  const std::optional<StampedState> first = ground_truth.at(states.front().t),
+                                    last = ground_truth.at(states.back().t);
   WindowTruth truth;
   if (first) truth.R_WB0 = first->T_WB.R;
   if (last) truth.v_WB = last->v_WB;
   int count = 0;
-  for (const KeyframeState& state : states)
-    if (const std::optional<GroundTruthState> at = ground_truth.at(state.t)) {
-      truth.bias.gyro += at->b_g;
-      truth.bias.accel += at->b_a;
+  for (const StampedState& state : states)
+    if (const std::optional<StampedState> at = ground_truth.at(state.t)) {
+      truth.bias.gyro += at->bias.gyro;
+      truth.bias.accel += at->bias.accel;
       ++count;
     }
   if (count > 0) {

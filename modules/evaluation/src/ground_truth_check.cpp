@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
@@ -30,17 +30,16 @@ constexpr double kMaxGravitySigmaDeg = 0.1;
 
 /** An interval between two states of the ground truth, with the IMU between them. */
 struct Interval {
-  GroundTruthState begin, end;
+  StampedState begin, end;
   Preintegration imu;
 
   Eigen::Matrix3d rotation() const { return begin.T_WB.R.transpose() * end.T_WB.R; }
 };
 
 /** The state nearest to t. @param states not empty */
-const GroundTruthState& nearest(const std::vector<GroundTruthState>& states, TimeNs t) {
-  auto after =
-      std::lower_bound(states.begin(), states.end(), t,
-                       [](const GroundTruthState& s, TimeNs value) { return s.t < value; });
+const StampedState& nearest(const std::vector<StampedState>& states, TimeNs t) {
+  auto after = std::lower_bound(states.begin(), states.end(), t,
+                                [](const StampedState& s, TimeNs value) { return s.t < value; });
   if (after == states.end()) return states.back();
   if (after != states.begin() && t - (after - 1)->t < after->t - t) --after;
   return *after;
@@ -53,10 +52,10 @@ std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
   const ImuBuffer imu(samples);
   std::vector<Interval> intervals;
   const TimeNs step = durationNs(interval_s);
-  const std::vector<GroundTruthState>& states = ground_truth.states;
-  const GroundTruthState* begin = &states.front();
+  const std::vector<StampedState>& states = ground_truth.states;
+  const StampedState* begin = &states.front();
   for (TimeNs t = states.front().t + step; t <= states.back().t + step / 2; t += step) {
-    const GroundTruthState& end = nearest(states, t);
+    const StampedState& end = nearest(states, t);
     const double length_s = secondsBetween(begin->t, end.t);
     if (std::abs(length_s - interval_s) <= kMaxLengthDeviation * interval_s &&
         imu.covers(begin->t, end.t) && imu.longestGap(begin->t, end.t) <= kMaxImuGapS)
@@ -207,7 +206,7 @@ GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer
   for (size_t k = 0; k < keyframes.size(); ++k) {
     const auto end = ground_truth.at(keyframes[k]);
     if (!end) continue;
-    stated += end->b_g;
+    stated += end->bias.gyro;
     ++states;
     if (k == 0) continue;
     const auto begin = ground_truth.at(keyframes[k - 1]);

@@ -10,10 +10,10 @@
 namespace etalon {
 namespace {
 
-/** Longer steps of the ground truth or of the IMU do not show the white noise apart from the bias
- * and the vibration between samples, s. */
+/** Over longer steps of the ground truth or the IMU, s, the white noise cannot be told from the bias
+ * and from vibration between the samples. */
 constexpr double kMaxStepS = 0.03;
-/** Fewer steps say nothing of a recording. */
+/** Fewer steps say nothing about a recording. */
 constexpr size_t kMinSteps = 100;
 /** Median of the absolute value of a standard normal variable. */
 constexpr double kMedianOfNormal = 0.6744897501960817;
@@ -28,12 +28,13 @@ GyroAgreement gyroAgreement(const GroundTruth& ground_truth, const std::vector<I
   std::vector<double> sizes;
   double squares = 0.0;
   for (size_t k = 1; k < ground_truth.states.size(); ++k) {
-    const GroundTruthState &begin = ground_truth.states[k - 1], &end = ground_truth.states[k];
+    const StampedState &begin = ground_truth.states[k - 1], &end = ground_truth.states[k];
     const double dt = secondsBetween(begin.t, end.t);
     if (dt > kMaxStepS || !buffer.covers(begin.t, end.t) ||
         buffer.longestGap(begin.t, end.t) > kMaxStepS)
       continue;
-    const ImuBias used = {ground_truth.has_biases ? begin.b_g : bias, Eigen::Vector3d::Zero()};
+    const ImuBias used = {ground_truth.has_biases ? begin.bias.gyro : bias,
+                          Eigen::Vector3d::Zero()};
     const Eigen::Matrix3d dR = Preintegration(buffer.between(begin.t, end.t), used, {}).deltas().dR;
     const Eigen::Vector3d difference =
         logSO3(dR.transpose() * begin.T_WB.R.transpose() * end.T_WB.R) /

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
@@ -27,8 +27,8 @@ class RmsAccumulator {
   int count_ = 0;
 };
 
-double rmsRelativeRotationDeg(const std::vector<KeyframeState>& states,
-                              const std::vector<std::optional<GroundTruthState>>& truths) {
+double rmsRelativeRotationDeg(const std::vector<StampedState>& states,
+                              const std::vector<std::optional<StampedState>>& truths) {
   RmsAccumulator rms;
   for (size_t k = 1; k < states.size(); ++k) {
     if (!truths[k - 1] || !truths[k]) continue;
@@ -60,11 +60,11 @@ std::optional<bool> WindowErrors::success() const {
   return gravity_deg < kSuccessGravityDeg && velocity_mps < kSuccessVelocityMps;
 }
 
-WindowErrors evaluateWindow(const std::vector<KeyframeState>& states, const ImuBias& bias,
+WindowErrors evaluateWindow(const std::vector<StampedState>& states, const ImuBias& bias,
                             const GroundTruth& ground_truth,
                             const std::optional<Eigen::Vector3d>& gravity_direction_G) {
-  std::vector<std::optional<GroundTruthState>> truths;
-  for (const KeyframeState& state : states) truths.push_back(ground_truth.at(state.t));
+  std::vector<std::optional<StampedState>> truths;
+  for (const StampedState& state : states) truths.push_back(ground_truth.at(state.t));
 
   WindowErrors errors;
   std::vector<Eigen::Vector3d> p_G, p_W;
@@ -77,10 +77,10 @@ WindowErrors evaluateWindow(const std::vector<KeyframeState>& states, const ImuB
     velocity.add((states[k].T_WB.R.transpose() * states[k].v_WB -
                   truths[k]->T_WB.R.transpose() * truths[k]->v_WB)
                      .squaredNorm());
-    true_bias.gyro += truths[k]->b_g;
-    true_bias.accel += truths[k]->b_a;
+    true_bias.gyro += truths[k]->bias.gyro;
+    true_bias.accel += truths[k]->bias.accel;
   }
-  errors.keyframes = static_cast<int>(p_G.size());
+  errors.keyframes = p_G.size();
   if (p_G.empty()) return errors;
 
   errors.rre_deg = rmsRelativeRotationDeg(states, truths);

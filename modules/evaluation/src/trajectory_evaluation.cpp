@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 
@@ -18,7 +18,7 @@ size_t nearest(const Trajectory& poses, TimeNs t) {
   const auto after =
       std::lower_bound(poses.begin(), poses.end(), t,
                        [](const StampedPose& p, TimeNs value) { return p.t < value; });
-  const auto index = static_cast<size_t>(after - poses.begin());
+  const size_t index = after - poses.begin();
   if (index == poses.size()) return index - 1;
   if (index > 0 && distance(poses[index - 1].t, t) <= distance(poses[index].t, t)) return index - 1;
   return index;
@@ -42,7 +42,7 @@ TrajectoryErrors summarize(const std::vector<PoseError>& errors) {
 std::vector<size_t> chain(const Trajectory& estimate, const RelativeDelta& delta) {
   std::vector<size_t> indices;
   if (delta.unit == DeltaUnit::kFrames) {
-    const auto step = static_cast<size_t>(delta.length);
+    const size_t step = delta.length;
     for (size_t i = 0; i < estimate.size(); i += step) indices.push_back(i);
     return indices;
   }
@@ -85,7 +85,7 @@ AssociatedTrajectories associate(const Trajectory& estimate, const Trajectory& r
 AssociatedTrajectories associate(const Trajectory& estimate, const GroundTruth& ground_truth) {
   AssociatedTrajectories result;
   for (const StampedPose& pose : estimate)
-    if (const std::optional<GroundTruthState> truth = ground_truth.at(pose.t)) {
+    if (const std::optional<StampedState> truth = ground_truth.at(pose.t)) {
       result.estimate.push_back(pose);
       result.reference.push_back({pose.t, truth->T_WB});
     }

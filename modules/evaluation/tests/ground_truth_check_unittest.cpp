@@ -69,14 +69,14 @@ TEST(GroundTruthCheck, FindsTheBiases) {
 TEST(GroundTruthCheck, FindsTheTiltOfTheTruthsWorldWithAndWithoutVelocities) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   const SE3 T_GW(expSO3(Vector3d(0.6, -0.8, 0.0) * 0.55 / kDegrees), Vector3d(1, 2, 3));
-  for (GroundTruthState& s : flight.truth.states) {
+  for (StampedState& s : flight.truth.states) {
     s.T_WB = T_GW * s.T_WB;
     s.v_WB = T_GW.R * s.v_WB;
   }
   for (const bool has_velocity : {true, false}) {
     flight.truth.has_velocity = has_velocity;
     if (!has_velocity)
-      for (GroundTruthState& s : flight.truth.states) s.v_WB.setZero();
+      for (StampedState& s : flight.truth.states) s.v_WB.setZero();
     const GroundTruthCheck check = checkGroundTruth(flight.truth, flight.imu);
     EXPECT_NEAR(check.world_tilt_deg, 0.55, 2e-3) << has_velocity;
     ASSERT_TRUE(check.foundGravityDirection().has_value());
@@ -92,7 +92,7 @@ TEST(GroundTruthCheck, MeasuresTheNoiseOfTheTruthsRotations) {
   std::mt19937 generator(3);
   std::normal_distribution<double> normal;
   const double sigma = 0.02 / kDegrees;
-  for (GroundTruthState& s : flight.truth.states)
+  for (StampedState& s : flight.truth.states)
     s.T_WB.R *= expSO3(sigma * Vector3d(normal(generator), normal(generator), normal(generator)));
   // Two ends, three axes: sqrt(6) sigma, from 80 intervals of 3 components: 6 %, of which 3 sigma.
   EXPECT_NEAR(checkGroundTruth(flight.truth, flight.imu).rre_deg, std::sqrt(6.0) * 0.02,
@@ -176,7 +176,7 @@ std::vector<TimeNs> keyframesOf(const Flight& flight, double start_s, double rat
 double rreOfIntegration(const Flight& flight, const std::vector<TimeNs>& stamps,
                         const Vector3d& bias) {
   const ImuBuffer imu(flight.imu);
-  std::vector<KeyframeState> states(stamps.size());
+  std::vector<StampedState> states(stamps.size());
   for (size_t k = 0; k < stamps.size(); ++k) {
     states[k].t = stamps[k];
     if (k > 0)
@@ -236,8 +236,8 @@ TEST(GyroWindowBound, OfTheBiasIsWhatTheGroundTruthStatesWrongly) {
   const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0);
   EXPECT_TRUE(std::isnan(gyroWindowBound(flight.truth, imu, stamps).gyro_bias_rps));
   flight.truth.has_biases = true;
-  for (GroundTruthState& s : flight.truth.states)
-    s.b_g = biased().initial_bias.gyro + Vector3d(0.002, 0.0, -0.001);
+  for (StampedState& s : flight.truth.states)
+    s.bias.gyro = biased().initial_bias.gyro + Vector3d(0.002, 0.0, -0.001);
   // The fit itself is good to 2e-5 rad/s (FindsTheBiases).
   EXPECT_NEAR(gyroWindowBound(flight.truth, imu, stamps).gyro_bias_rps, std::hypot(0.002, 0.001),
               2e-5);

@@ -52,7 +52,7 @@ TEST(GyroAgreement, AnIndependentTruthDiffersByTheGyrosNoise) {
   // A motion capture's rotations, good to 0.02 deg.
   std::mt19937 generator(3);
   std::normal_distribution<double> normal(0.0, 0.02 * M_PI / 180.0);
-  for (GroundTruthState& s : flight.truth.states)
+  for (StampedState& s : flight.truth.states)
     s.T_WB.R *= expSO3(Vector3d(normal(generator), normal(generator), normal(generator)));
   EXPECT_GT(flight.agreement().median, 10.0);
   EXPECT_FALSE(flight.agreement().isCopy());
@@ -61,7 +61,7 @@ TEST(GyroAgreement, AnIndependentTruthDiffersByTheGyrosNoise) {
 /** The truth's rotations from now on as the gyro's. */
 void copyGyro(Flight* flight) {
   const ImuBuffer imu(flight->imu);
-  std::vector<GroundTruthState>& states = flight->truth.states;
+  std::vector<StampedState>& states = flight->truth.states;
   for (size_t k = 1; k < states.size(); ++k)
     states[k].T_WB.R =
         states[k - 1].T_WB.R *
@@ -79,7 +79,7 @@ TEST(GyroAgreement, ATruthThatIsTheSmoothedGyroIsFound) {
   // Its own biases, where it states them, are what it was integrated with.
   flight.truth.has_biases = true;
   EXPECT_GT(flight.agreement().median, 1.0);  // they are stated as zero
-  for (GroundTruthState& s : flight.truth.states) s.b_g = kBias;
+  for (StampedState& s : flight.truth.states) s.bias.gyro = kBias;
   EXPECT_TRUE(flight.agreement().isCopy());
 }
 

@@ -16,17 +16,16 @@ using Eigen::Vector3d;
 
 constexpr double kRadians = M_PI / 180.0;
 
-GroundTruth truthOf(const std::vector<KeyframeState>& states, const ImuBias& bias) {
+GroundTruth truthOf(const std::vector<StampedState>& states, const ImuBias& bias) {
   GroundTruth truth;
   truth.has_velocity = truth.has_biases = true;
-  for (const KeyframeState& s : states)
-    truth.states.push_back({s.t, s.T_WB, s.v_WB, bias.gyro, bias.accel});
+  for (const StampedState& s : states) truth.states.push_back({s.t, s.T_WB, s.v_WB, bias});
   return truth;
 }
 
 /** Four keyframes, 0.25 s apart, on the corners of a square of 1 m, level, at rest. */
-std::vector<KeyframeState> square() {
-  std::vector<KeyframeState> states(4);
+std::vector<StampedState> square() {
+  std::vector<StampedState> states(4);
   const Vector3d corners[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   for (int k = 0; k < 4; ++k) {
     states[k].t = 250'000'000LL * k;
@@ -38,10 +37,10 @@ std::vector<KeyframeState> square() {
 const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
 
 TEST(WindowMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
-  const std::vector<KeyframeState> truth = square();
-  std::vector<KeyframeState> states = truth;
+  const std::vector<StampedState> truth = square();
+  std::vector<StampedState> states = truth;
   const SE3 T_WG(expSO3(Vector3d(0, 0, 2.0)), Vector3d(3, -4, 5));
-  for (KeyframeState& s : states) s.T_WB = T_WG * s.T_WB;
+  for (StampedState& s : states) s.T_WB = T_WG * s.T_WB;
   const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_EQ(e.keyframes, 4);
   // Rounding: positions of size 5 and rotations, a few units in the last place.
@@ -56,8 +55,8 @@ TEST(WindowMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
 }
 
 TEST(WindowMetrics, RelativeRotationByHand) {
-  const std::vector<KeyframeState> truth = square();
-  std::vector<KeyframeState> states = truth;
+  const std::vector<StampedState> truth = square();
+  std::vector<StampedState> states = truth;
   // Pairs (0,1) and (1,2): 3 and 4 degrees about different axes; (2,3): none. RMS = sqrt((9 + 16) /
   // 3).
   states[1].T_WB.R = expSO3(Vector3d(3 * kRadians, 0, 0));
@@ -69,10 +68,10 @@ TEST(WindowMetrics, RelativeRotationByHand) {
 }
 
 TEST(WindowMetrics, PositionAndScaleByHand) {
-  const std::vector<KeyframeState> truth = square();
-  std::vector<KeyframeState> states = truth;
+  const std::vector<StampedState> truth = square();
+  std::vector<StampedState> states = truth;
   // A square of 1.1 m: after SE(3) alignment each corner is 0.1 / sqrt(2) off; s = 1 / 1.1.
-  for (KeyframeState& s : states) s.T_WB.t *= 1.1;
+  for (StampedState& s : states) s.T_WB.t *= 1.1;
   const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_NEAR(e.ate_m, 0.1 / std::sqrt(2.0), 1e-14);
   EXPECT_NEAR(e.scale_error, 1.0 - 1.0 / 1.1, 1e-14);
@@ -80,24 +79,24 @@ TEST(WindowMetrics, PositionAndScaleByHand) {
 
 TEST(WindowMetrics, ScaleNeedsAPathOfFiveCentimetres) {
   for (const double side_m : {0.0166, 0.0167}) {  // three sides: 4.98 cm, 5.01 cm
-    std::vector<KeyframeState> states = square();
-    for (KeyframeState& s : states) s.T_WB.t *= side_m;
+    std::vector<StampedState> states = square();
+    for (StampedState& s : states) s.T_WB.t *= side_m;
     const WindowErrors e = evaluateWindow(states, kBias, truthOf(states, kBias));
     EXPECT_EQ(std::isnan(e.scale_error), side_m < 0.01667) << side_m;
     EXPECT_LT(e.ate_m, 1e-15);
   }
   // An estimate that did not move at all has no scale to compare.
-  std::vector<KeyframeState> still = square();
-  for (KeyframeState& s : still) s.T_WB.t.setZero();
+  std::vector<StampedState> still = square();
+  for (StampedState& s : still) s.T_WB.t.setZero();
   EXPECT_TRUE(std::isnan(evaluateWindow(still, kBias, truthOf(square(), kBias)).scale_error));
 }
 
 TEST(WindowMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
-  const std::vector<KeyframeState> truth = square();
-  std::vector<KeyframeState> states = truth;
+  const std::vector<StampedState> truth = square();
+  std::vector<StampedState> states = truth;
   // The estimate's world leans by 3 degrees: every rotation is off, no relative one is.
   const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0)) * expSO3(Vector3d(0, 0, 1.0));
-  for (KeyframeState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
+  for (StampedState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
   const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
   EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);
   EXPECT_LT(e.rre_deg, 1e-12);
@@ -105,10 +104,10 @@ TEST(WindowMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
 }
 
 TEST(WindowMetrics, CorrectedGravityIsComparedWithTheDirectionThatIsGiven) {
-  const std::vector<KeyframeState> truth = square();
-  std::vector<KeyframeState> states = truth;
+  const std::vector<StampedState> truth = square();
+  std::vector<StampedState> states = truth;
   const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0));
-  for (KeyframeState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
+  for (StampedState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
   // The estimate's gravity in the ground truth's world is lean^T (0, 0, -1).
   const Vector3d g_G = expSO3(Vector3d(-1 * kRadians, 0, 0)) * Vector3d(0, 0, -1);
   const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias), g_G);
@@ -123,13 +122,13 @@ TEST(WindowMetrics, CorrectedGravityIsComparedWithTheDirectionThatIsGiven) {
 }
 
 TEST(WindowMetrics, AlignmentInYawKeepsATilt) {
-  const std::vector<KeyframeState> truth = square();
+  const std::vector<StampedState> truth = square();
   // Corners (+-1/2, +-1/2, 0) leant by the angle a about x: y becomes cos(a) y, z becomes sin(a) y;
   // off by 1/2 sqrt((1 - cos a)^2 + sin^2 a) = sin(a / 2) each, whatever the yaw.
   for (const double yaw : {0.0, 2.0}) {
-    std::vector<KeyframeState> states = truth;
+    std::vector<StampedState> states = truth;
     const SE3 T_WG(expSO3(Vector3d(0, 0, yaw)) * expSO3(Vector3d(0.1, 0, 0)), Vector3d(1, 2, 3));
-    for (KeyframeState& s : states) s.T_WB = T_WG * s.T_WB;
+    for (StampedState& s : states) s.T_WB = T_WG * s.T_WB;
     const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
     EXPECT_NEAR(e.ate_yaw_m, std::sin(0.05), 1e-14);
     EXPECT_LT(e.ate_m, 1e-14);
@@ -137,8 +136,8 @@ TEST(WindowMetrics, AlignmentInYawKeepsATilt) {
 }
 
 TEST(WindowMetrics, VelocityIsComparedAsAVectorInTheBody) {
-  const std::vector<KeyframeState> truth = square();
-  std::vector<KeyframeState> states = truth;
+  const std::vector<StampedState> truth = square();
+  std::vector<StampedState> states = truth;
   states[0].v_WB = Vector3d(0.03, 0, 0);
   states[1].v_WB = Vector3d(0, 0.03, 0.04);
   const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
@@ -146,7 +145,7 @@ TEST(WindowMetrics, VelocityIsComparedAsAVectorInTheBody) {
   EXPECT_EQ(e.success(), true);
 
   // Same speed and the world turned by 90 degrees about z: no error in the body frame.
-  std::vector<KeyframeState> moving = truth, turned = truth;
+  std::vector<StampedState> moving = truth, turned = truth;
   const Matrix3d R = expSO3(Vector3d(0, 0, M_PI / 2));
   for (size_t k = 0; k < 4; ++k) {
     moving[k].v_WB = Vector3d(1, 2, 3);
@@ -161,10 +160,10 @@ TEST(WindowMetrics, VelocityIsComparedAsAVectorInTheBody) {
 }
 
 TEST(WindowMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
-  const std::vector<KeyframeState> states = square();
+  const std::vector<StampedState> states = square();
   GroundTruth truth = truthOf(states, kBias);
-  truth.states[0].b_g.x() += 0.004;  // mean over four keyframes: 0.001
-  truth.states[3].b_a.z() += 0.04;   // 0.01
+  truth.states[0].bias.gyro.x() += 0.004;  // mean over four keyframes: 0.001
+  truth.states[3].bias.accel.z() += 0.04;  // 0.01
   ImuBias estimate = kBias;
   estimate.gyro += Vector3d(0.001 + 0.003, 0, 0.004);
   estimate.accel -= Vector3d(0.03, 0.04, -0.01);
@@ -174,7 +173,7 @@ TEST(WindowMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
 }
 
 TEST(WindowMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
-  const std::vector<KeyframeState> states = square();
+  const std::vector<StampedState> states = square();
   GroundTruth poses_only = truthOf(states, {});
   poses_only.has_velocity = poses_only.has_biases = false;
   const WindowErrors e = evaluateWindow(states, kBias, poses_only);
@@ -192,7 +191,7 @@ TEST(WindowMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
 }
 
 TEST(WindowMetrics, KeyframesWithoutGroundTruthAreLeftOut) {
-  std::vector<KeyframeState> states = square();
+  std::vector<StampedState> states = square();
   GroundTruth truth = truthOf(states, kBias);
   truth.states.erase(truth.states.begin());
   states[0].T_WB.t = Vector3d(100, 100, 100);

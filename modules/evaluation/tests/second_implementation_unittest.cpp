@@ -21,11 +21,10 @@ using Eigen::Vector3d;
 
 constexpr double kRadians = M_PI / 180.0;
 
-GroundTruth truthOf(const std::vector<KeyframeState>& states, const ImuBias& bias) {
+GroundTruth truthOf(const std::vector<StampedState>& states, const ImuBias& bias) {
   GroundTruth truth;
   truth.has_velocity = truth.has_biases = true;
-  for (const KeyframeState& s : states)
-    truth.states.push_back({s.t, s.T_WB, s.v_WB, bias.gyro, bias.accel});
+  for (const StampedState& s : states) truth.states.push_back({s.t, s.T_WB, s.v_WB, bias});
   return truth;
 }
 
@@ -33,7 +32,7 @@ const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
 
 /** Random keyframes and an estimate near them, for the comparison with a second implementation. */
 struct RandomWindow {
-  std::vector<KeyframeState> truth, estimate;
+  std::vector<StampedState> truth, estimate;
   std::vector<Vector3d> gyro_bias, accel_bias;  ///< true ones, at each keyframe
 
   explicit RandomWindow(unsigned seed) {
@@ -43,7 +42,7 @@ struct RandomWindow {
       return Vector3d(s * normal(generator), s * normal(generator), s * normal(generator));
     };
     for (int k = 0; k < 10; ++k) {
-      KeyframeState t, e;
+      StampedState t, e;
       t.t = e.t = 250'000'000LL * k;
       t.T_WB = SE3(expSO3(vector(1.0)), vector(1.0));
       t.v_WB = vector(1.0);
@@ -59,8 +58,8 @@ struct RandomWindow {
 
 /** Least sum of squares after a rigid motion, without finding the motion: |a|^2 + |b|^2 - 2 lambda,
  * Horn 1987. */
-double ateByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
-                                 const std::vector<KeyframeState>& b) {
+double ateByQuaternionEigenvalue(const std::vector<StampedState>& a,
+                                 const std::vector<StampedState>& b) {
   const auto n = static_cast<double>(a.size());
   Vector3d mean_a = Vector3d::Zero(), mean_b = Vector3d::Zero();
   for (size_t k = 0; k < a.size(); ++k) {
@@ -83,8 +82,8 @@ double ateByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
 
 /** Least RMS distance over all turns about z, by complex numbers: with centred x + i y as numbers,
  * the best turn leaves sum |a|^2 + |b|^2 - 2 |sum a conj(b)|. */
-double ateInYawByComplexNumbers(const std::vector<KeyframeState>& a,
-                                const std::vector<KeyframeState>& b) {
+double ateInYawByComplexNumbers(const std::vector<StampedState>& a,
+                                const std::vector<StampedState>& b) {
   using Complex = std::complex<double>;
   const auto n = static_cast<double>(a.size());
   Complex mean_a, mean_b, cross;
@@ -105,8 +104,8 @@ double ateInYawByComplexNumbers(const std::vector<KeyframeState>& a,
 }
 
 /** Scale of the Sim(3) alignment of b onto a: lambda / |b|^2, lambda as above. */
-double scaleByQuaternionEigenvalue(const std::vector<KeyframeState>& a,
-                                   const std::vector<KeyframeState>& b) {
+double scaleByQuaternionEigenvalue(const std::vector<StampedState>& a,
+                                   const std::vector<StampedState>& b) {
   Vector3d mean_a = Vector3d::Zero(), mean_b = Vector3d::Zero();
   const auto n = static_cast<double>(a.size());
   for (size_t k = 0; k < a.size(); ++k) {
@@ -132,8 +131,8 @@ TEST(WindowMetrics, AgreesWithASecondImplementationOnRandomWindows) {
     GroundTruth ground_truth = truthOf(s.truth, {});
     Vector3d mean_gyro = Vector3d::Zero(), mean_accel = Vector3d::Zero();
     for (size_t k = 0; k < s.truth.size(); ++k) {  // biases that walk
-      ground_truth.states[k].b_g = s.gyro_bias[k];
-      ground_truth.states[k].b_a = s.accel_bias[k];
+      ground_truth.states[k].bias.gyro = s.gyro_bias[k];
+      ground_truth.states[k].bias.accel = s.accel_bias[k];
       mean_gyro += 0.1 * s.gyro_bias[k];
       mean_accel += 0.1 * s.accel_bias[k];
     }

@@ -133,7 +133,7 @@ TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {
   const GroundTruth truth = square();
   const SE3 T_WG(expSO3(Vector3d(0, 0, 0.7)), Vector3d(1, 2, 3));
   Trajectory estimate;
-  for (const GroundTruthState& s : truth.states)
+  for (const StampedState& s : truth.states)
     estimate.push_back({s.t, T_WG * SE3(s.T_WB.R, 1.1 * s.T_WB.t)});
   estimate.push_back({5'000'000'000, SE3()});  // without ground truth
   for (const AlignmentType type : {AlignmentType::kSE3, AlignmentType::kYawPosition}) {
@@ -151,7 +151,7 @@ TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {
 TEST(TrajectoryMetrics, RelativeErrorsByHand) {
   const GroundTruth truth = square();
   Trajectory estimate;
-  for (const GroundTruthState& s : truth.states) estimate.push_back({s.t, s.T_WB});
+  for (const StampedState& s : truth.states) estimate.push_back({s.t, s.T_WB});
   estimate[3].T_WB.t.z() += 0.5;  // only the step 2 -> 3 is off
   estimate[3].T_WB.R = expSO3(Vector3d(0, 0, 2 * M_PI / 180.0));
   const TrajectoryErrors one = relativeErrors(associate(estimate, truth), {1, DeltaUnit::kFrames});

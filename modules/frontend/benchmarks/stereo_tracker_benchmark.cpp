@@ -45,9 +45,8 @@ void trackFrame(benchmark::State& state) {
   TimeNs t = 0;
   double landmarks = 0;
   for (auto _ : state) {
-    const auto& [left, right] = images[static_cast<size_t>(i)];
-    const Eigen::Matrix3d R_prev_cur =
-        T_WB[static_cast<size_t>(previous)].R.transpose() * T_WB[static_cast<size_t>(i)].R;
+    const auto& [left, right] = images[i];
+    const Eigen::Matrix3d R_prev_cur = T_WB[previous].R.transpose() * T_WB[i].R;
     landmarks += static_cast<double>(
         tracker.track(t += 50'000'000, left, right, R_prev_cur).observations.size());
     previous = i;

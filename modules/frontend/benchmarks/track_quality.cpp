@@ -1,17 +1,14 @@
-// track_quality FOLDER [--refine N] [frontend.KEY=VALUE]...
+// track_quality FOLDER [--refine N] [--set frontend.KEY=VALUE]...
 //
-// Judges the tracks of the stereo front end on a EuRoC folder with ground truth, of which the poses
-// are taken for exact:
-// With --refine N they are only where N rounds of refinement from the tracks start (real
-// recordings).
-//  - drift: error of a left pixel if the landmark lies on the ray of the track's first left pixel
-//  (depth fitted): what
-//    a track has wandered from the corner that it started at;
-//  - left, right: reprojection errors of the landmark fitted to the whole track, as a bundle
-//  adjustment sees them;
-// all by the age of the track, up to the 2.25 s of an initialization window, then the shares of
-// landmarks that 4 Hz keyframes have in common, and milliseconds a frame (thread CPU time, one
-// thread, decoding apart).
+// Judges the tracks of the stereo front end on a EuRoC folder with ground truth. Its poses are taken
+// for exact; with --refine N they are the start of N rounds of refinement by the tracks, for real
+// recordings. Prints, by the age of a track up to the 2.25 s of an initialization window:
+//  - drift: the error of a left pixel if the landmark lies on the ray of the track's first left
+//    pixel (its depth fitted), that is how far the track has wandered from the corner it began at;
+//  - left, right: the reprojection errors of the landmark fitted to the whole track, as a bundle
+//    adjustment sees them;
+// then the shares of landmarks that keyframes at 4 Hz have in common, and milliseconds a frame
+// (thread CPU time on one thread, without decoding).
 
 #include <algorithm>
 #include <cstdio>
@@ -26,6 +23,7 @@
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/testing/program.h"
 #include "track_statistics.h"
 
 namespace {
@@ -79,24 +77,15 @@ void run(const std::string& folder_path, const etalon::IniFile& ini, int refinem
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: track_quality FOLDER [--refine N] [frontend.KEY=VALUE]...\n");
-    return 2;
-  }
   cv::setNumThreads(1);
-  try {
-    etalon::IniFile ini;
-    int refinement_rounds = 0;
-    for (int i = 2; i < argc; ++i) {
-      if (std::string(argv[i]) == "--refine" && i + 1 < argc)
-        refinement_rounds = std::stoi(argv[++i]);
-      else
-        ini.setFromArgument(argv[i]);
-    }
-    run(argv[1], ini, refinement_rounds);
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "track_quality: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+  std::string folder;
+  int refinement_rounds = 0;
+  etalon::testing::IniOptions ini;
+  CLI::App app("Judges the tracks of the stereo front end by ground truth", "track_quality");
+  app.add_option("FOLDER", folder, "EuRoC folder with ground truth")->required();
+  app.add_option("--refine", refinement_rounds, "Rounds in which the tracks refine the poses")
+      ->check(CLI::NonNegativeNumber);
+  ini.addTo(&app);
+  return etalon::testing::runProgram(&app, argc, argv,
+                                     [&] { run(folder, ini.ini(), refinement_rounds); });
 }

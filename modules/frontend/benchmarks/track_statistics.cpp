@@ -143,14 +143,13 @@ void judgeShares(const std::vector<TrackedFrame>& frames, const std::vector<int>
   report->stereo_share = median(stereo);
   const auto ids = [&](size_t k) {
     std::vector<LandmarkId> result;
-    for (const Observation& o : frames[static_cast<size_t>(keyframes[k])].observations)
-      result.push_back(o.id);
+    for (const Observation& o : frames[keyframes[k]].observations) result.push_back(o.id);
     return result;
   };
   for (const int step : kSteps) {
     std::vector<double> shares;
     for (size_t k = 0; k + static_cast<size_t>(step) < keyframes.size(); ++k) {
-      const auto a = ids(k), b = ids(k + static_cast<size_t>(step));
+      const auto a = ids(k), b = ids(k + step);
       std::vector<LandmarkId> common;
       std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
       if (!a.empty())

@@ -12,8 +12,8 @@ using Vector6 = Eigen::Matrix<double, kParameters, 1>;
 using Matrix6 = Eigen::Matrix<double, kParameters, kParameters>;
 
 float dot(const float* a, const float* b, size_t count) {
-  return Eigen::Map<const Eigen::VectorXf>(a, static_cast<Eigen::Index>(count))
-      .dot(Eigen::Map<const Eigen::VectorXf>(b, static_cast<Eigen::Index>(count)));
+  return Eigen::Map<const Eigen::VectorXf>(a, count).dot(
+      Eigen::Map<const Eigen::VectorXf>(b, count));
 }
 
 }  // namespace
@@ -27,7 +27,7 @@ bool AnchorPatch::sample(const cv::Mat& image, const PatchPose& pose,
         pose.centre.x() + reach_x < image.cols - 1 && pose.centre.y() + reach_y < image.rows - 1))
     return false;
   const int side = 2 * radius_ + 1;
-  values->resize(static_cast<size_t>(side) * static_cast<size_t>(side));
+  values->resize(side * side);
   float* out = values->data();
   const auto a00 = static_cast<float>(pose.A(0, 0)), a10 = static_cast<float>(pose.A(1, 0));
   const size_t step = image.step;
@@ -56,15 +56,15 @@ AnchorPatch::AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, in
   --radius_;
   if (!inside) return;
   const int inner = 2 * radius_ + 1, outer = inner + 2;
-  const auto count = static_cast<Eigen::Index>(inner) * inner;
+  const Eigen::Index count = inner * inner;
   Eigen::VectorXf T(count);
   Eigen::Matrix<float, Eigen::Dynamic, kParameters> G(count, kParameters);
   for (int v = 0; v < inner; ++v)
     for (int u = 0; u < inner; ++u) {
-      const float* p = wide.data() + static_cast<std::ptrdiff_t>(v + 1) * outer + u + 1;
+      const float* p = wide.data() + (v + 1) * outer + u + 1;
       const float gx = 0.5F * (p[1] - p[-1]), gy = 0.5F * (p[outer] - p[-outer]);
       const auto dx = static_cast<float>(u - radius_), dy = static_cast<float>(v - radius_);
-      const Eigen::Index i = static_cast<Eigen::Index>(v) * inner + u;
+      const Eigen::Index i = v * inner + u;
       T[i] = p[0];
       G.row(i) << gx * dx, gx * dy, gy * dx, gy * dy, gx, gy;
     }
@@ -92,8 +92,7 @@ double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterati
     if (gain < 0.1F) return -1.0;  // nothing of the patch is there
     Vector6 delta;
     for (int i = 0; i < kParameters; ++i)
-      delta[i] =
-          dot(&steepest_descent_[static_cast<size_t>(i) * count], values.data(), count) / gain;
+      delta[i] = dot(&steepest_descent_[i * count], values.data(), count) / gain;
     Eigen::Matrix2d step;
     step << 1.0 + delta[0], delta[1], delta[2], 1.0 + delta[3];
     const double determinant = step.determinant();
@@ -103,7 +102,7 @@ double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterati
     pose->centre -= moved;
     if (moved.norm() > epsilon_px) continue;
     if (!sample(image, *pose, &values)) return -1.0;
-    const Eigen::Map<const Eigen::VectorXf> I(values.data(), static_cast<Eigen::Index>(count));
+    const Eigen::Map<const Eigen::VectorXf> I(values.data(), count);
     const float squares = (I.array() - I.mean()).square().sum();
     return dot(values.data(), patch_.data(), count) /
            std::sqrt(patch_squares_ * std::max(squares, 1.0F));

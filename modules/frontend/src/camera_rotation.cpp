@@ -33,7 +33,7 @@ class RotationTracker {
     }
     image_ = image;
     corners_ = std::move(next);
-    // Anew when half of them are lost; the old ones are dropped to keep the spread even.
+    // New corners when half of them are lost; the old ones go, which keeps the spread even.
     if (corners_.size() < kMaxCorners / 2)
       cv::goodFeaturesToTrack(image_, corners_, kMaxCorners, 0.01, 15);
     return rotation;

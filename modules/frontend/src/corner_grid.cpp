@@ -16,7 +16,7 @@ CornerGrid::CornerGrid(cv::Size image, const StereoTrackerOptions& options)
   rows_ = std::max(1, static_cast<int>(image.height / cell));
   cell_width_ = static_cast<double>(image.width) / columns_;
   cell_height_ = static_cast<double>(image.height) / rows_;
-  taken_.assign(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), 0);
+  taken_.assign(columns_ * rows_, 0);
 }
 
 bool CornerGrid::claim(const cv::Point2f& pixel) {
@@ -26,8 +26,7 @@ bool CornerGrid::claim(const cv::Point2f& pixel) {
   cv::circle(free_, nearest, cvRound(options_.min_distance_px), 0, cv::FILLED);
   const int column = std::min(columns_ - 1, static_cast<int>(pixel.x / cell_width_));
   const int row = std::min(rows_ - 1, static_cast<int>(pixel.y / cell_height_));
-  taken_[static_cast<size_t>(row) * static_cast<size_t>(columns_) + static_cast<size_t>(column)] =
-      1;
+  taken_[row * columns_ + column] = 1;
   return true;
 }
 
@@ -41,9 +40,7 @@ std::vector<cv::Point2f> CornerGrid::detect(const cv::Mat& image, int count) {
   cv::Mat response;
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
-      if (taken_[static_cast<size_t>(row) * static_cast<size_t>(columns_) +
-                 static_cast<size_t>(column)])
-        continue;
+      if (taken_[row * columns_ + column]) continue;
       const cv::Rect cell(cvFloor(column * cell_width_), cvFloor(row * cell_height_),
                           cvFloor(cell_width_), cvFloor(cell_height_));
       // A region of interest: the filters see the pixels around it, so cells have no seams.

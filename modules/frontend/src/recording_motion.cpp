@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/text.h"
 #include "etalon/frontend/time_offset.h"
@@ -14,8 +14,8 @@ constexpr double kMaxRotationErrorDeg = 20.0;
 
 /** Real motion tracked in real images lies above 0.9. */
 constexpr double kPoorCorrelation = 0.8;
-/** Spread of the gyro's rotations from image to image that images certainly show: vision errs by 1
- * to 3 mrad. */
+/** Spread of the gyro's rotations from image to image that images are sure to show: vision errs by
+ * 1 to 3 mrad. */
 constexpr double kTurningRad = 6e-3;
 
 using Sentences = std::vector<std::string>;

@@ -118,7 +118,7 @@ double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& rig
   float reference[kCount], candidate[kCount];
   if (!normalizedPatch(left, query.left * kScale, reference)) return -1.0;
   double best = -1.0, best_correlation = options_.min_correlation;
-  // A step is about 2 px: however long the baseline, no more than the image is wide are in it.
+  // A step is about 2 px, so there are at most as many as fit into the width of the image.
   const auto [least, most] = visibleInverseDepths(query.left_ray);
   for (double inverse_depth = 0.0; inverse_depth <= most;
        inverse_depth += searchStep(query.left_ray, inverse_depth)) {

@@ -45,7 +45,7 @@ class StereoTracker::Impl {
     checkImage(left, 0);
     checkImage(right, 1);
     const std::array<const cv::Mat*, 2> images = {&left, &right};
-    const int before = static_cast<int>(tracks_.size());
+    const int before = tracks_.size();
     Pyramid pyramid = follow(images, R_prev_cur);
     const cv::Mat &image = *images[followed_], &other = *images[1 - followed_];
     cv::Mat other_half;
@@ -55,7 +55,7 @@ class StereoTracker::Impl {
     rejectByMotion(R_cur_prev);
     CornerGrid grid(image.size(), options_);
     keepApart(&grid);
-    statistics_.tracked = static_cast<int>(tracks_.size());
+    statistics_.tracked = tracks_.size();
     statistics_.lost = before - statistics_.tracked;
     for (const cv::Point2f& corner :
          grid.detect(image, options_.max_features - statistics_.tracked)) {

@@ -46,7 +46,7 @@ class GyroIntegral {
     const auto after = std::upper_bound(imu_.begin(), imu_.end(), t,
                                         [](TimeNs v, const ImuSample& s) { return v < s.t; });
     if (after == imu_.end()) return sum_.back();
-    const auto i = static_cast<size_t>(after - imu_.begin());
+    const size_t i = after - imu_.begin();
     const double u = secondsBetween(imu_[i - 1].t, t) / secondsBetween(imu_[i - 1].t, imu_[i].t);
     return (1 - u) * sum_[i - 1] + u * sum_[i];
   }
@@ -158,8 +158,8 @@ TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
                         std::max<int>(kMinSteps, static_cast<int>(steps.size()) * 2 / 3);
     correlations.push_back(enough ? comparisons.back().correlation : -1);
   }
-  const auto peak = static_cast<size_t>(std::max_element(correlations.begin(), correlations.end()) -
-                                        correlations.begin());
+  const size_t peak =
+      std::max_element(correlations.begin(), correlations.end()) - correlations.begin();
   const Comparison& best = comparisons[peak];
   if (correlations[peak] <= -1 || best.spread < kMinAngleSpread) {
     estimate.reason = best.spread < kMinAngleSpread
@@ -181,7 +181,7 @@ TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
           std::max(estimate.correlation_mirrored, comparisons[i].mirrored);
   estimate.offset_s = (static_cast<double>(peak) - half + fraction) * kStepS;
   estimate.correlation = correlations[peak];
-  estimate.correlation_at_zero = correlations[static_cast<size_t>(half)];
+  estimate.correlation_at_zero = correlations[half];
   estimate.runner_up = otherPeak(correlations, peak);
   estimate.gyro_scale = best.scale;
   if (best.second_axis > kMinSecondAxis) estimate.R_CB = best.R_CB;

@@ -72,7 +72,7 @@ TEST(KeyframeSelector, GoesOnAtOnceAfterAGap) {
 TEST(KeyframeSelector, OneLostFrameCostsNoKeyframe) {
   for (const size_t lost : {4U, 5U, 6U, 7U}) {
     std::vector<TimeNs> stamps = regular(20.0, 41);
-    stamps.erase(stamps.begin() + static_cast<std::ptrdiff_t>(lost));
+    stamps.erase(stamps.begin() + lost);
     const std::vector<TimeNs> keyframes = select(stamps, 4.0);
     ASSERT_EQ(keyframes.size(), 9U) << lost;
     for (size_t k = 0; k < keyframes.size(); ++k)  // at worst the neighbour of the lost frame

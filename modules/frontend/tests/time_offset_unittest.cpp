@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 
 namespace etalon {

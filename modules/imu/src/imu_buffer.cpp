@@ -63,7 +63,7 @@ std::vector<ImuSample> ImuBuffer::between(TimeNs t0, TimeNs t1) const {
   const auto inner_begin = firstAfter(samples_, t0);
   const auto inner_end = firstNotBefore(samples_, t1);  // t1 is covered: never past the end
   std::vector<ImuSample> cut;
-  cut.reserve(static_cast<size_t>(inner_end - inner_begin) + 2);
+  cut.reserve(inner_end - inner_begin + 2);
   const ImuSample& before = *(inner_begin - 1);  // t0 is covered: there is one at or before it
   cut.push_back(before.t == t0 ? before : interpolate(before, *inner_begin, t0));
   cut.insert(cut.end(), inner_begin, inner_end);

@@ -213,6 +213,15 @@ Preintegration::Deltas Preintegration::corrected(const ImuBias& bias) const {
           deltas_.dp + dp_dbg_ * d_bg + dp_dba_ * d_ba};
 }
 
+NavState Preintegration::predict(const NavState& start, const Eigen::Vector3d& g_W) const {
+  const Deltas d = corrected(start.bias);
+  NavState end = start;
+  end.T_WB.R = nearestRotation(start.T_WB.R * d.dR);
+  end.T_WB.t += start.v_WB * dt() + 0.5 * dt() * dt() * g_W + start.T_WB.R * d.dp;
+  end.v_WB += g_W * dt() + start.T_WB.R * d.dv;
+  return end;
+}
+
 Preintegration Preintegration::reintegrated(const ImuBias& bias) const {
   return Preintegration(samples_, bias, noise_);
 }

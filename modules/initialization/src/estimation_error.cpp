@@ -6,7 +6,7 @@
 
 namespace etalon {
 
-Eigen::Matrix<double, 11, 1> estimationError(const std::vector<KeyframeState>& states,
+Eigen::Matrix<double, 11, 1> estimationError(const std::vector<StampedState>& states,
                                              const ImuBias& bias, const WindowTruth& truth) {
   // q = swing * twist, the twist about z, the swing about a horizontal axis.
   const Eigen::Quaterniond q(Eigen::Matrix3d(states.front().T_WB.R * truth.R_WB0.transpose()));

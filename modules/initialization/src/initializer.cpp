@@ -33,7 +33,7 @@ Expected<void> checkFrames(const InitializationProblem& problem) {
   return {};
 }
 
-/** Seconds of [t0, t1] at its ends that the samples leave out; the whole if there are none. */
+/** Seconds at the ends of [t0, t1] that the samples do not cover; all of it without samples. */
 double secondsNotCovered(const ImuBuffer& imu, TimeNs t0, TimeNs t1) {
   if (imu.empty()) return secondsBetween(t0, t1);
   return std::max(0.0, secondsBetween(t0, imu.samples().front().t)) +
@@ -78,21 +78,21 @@ Expected<void> checkProblem(const InitializationProblem& problem) {
   return checkImu(problem);
 }
 
-/** A rotation within what a long product of rotations in double precision loses. */
+/** Whether R is a rotation, within the rounding errors of a long product of rotations. */
 bool isRotation(const Eigen::Matrix3d& R) {
   constexpr double kTolerance = 1e-6;
   return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
          R.determinant() > 0.0;
 }
 
-/** Empty if a success keeps what a success promises. */
+/** What is wrong with a reported success, in words; empty if nothing. */
 std::string brokenPromise(const InitializationProblem& problem, const Initialization& result) {
   if (static_cast<int>(result.states.size()) != problem.keyframeCount()) {
     return std::to_string(result.states.size()) + " states for " +
            std::to_string(problem.keyframeCount()) + " keyframes";
   }
   for (int k = 0; k < problem.keyframeCount(); ++k) {
-    const KeyframeState& state = result.states[static_cast<size_t>(k)];
+    const StampedState& state = result.states[k];
     const std::string where = " at keyframe " + std::to_string(k);
     if (state.t != problem.keyframe(k).t) return "another stamp than the keyframe's" + where;
     if (!state.T_WB.R.allFinite() || !state.T_WB.t.allFinite()) return "a T_WB not finite" + where;
@@ -123,13 +123,16 @@ InitializationResult checkedResult(const InitializationProblem& problem,
     return result;
   }
   const std::string broken = brokenPromise(problem, *result);
-  if (broken.empty()) return result;
+  if (broken.empty()) {
+    for (StampedState& state : result->states) state.bias = result->bias;
+    return result;
+  }
   return refuse(Status::kNotConverged, "the initializer reports success with ", broken);
 }
 
 }  // namespace
 
-inline namespace abi_v4 {
+inline namespace abi_v5 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (const auto check = checkProblem(problem); !check) return refuse(check.error());
@@ -144,7 +147,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v4
+}  // namespace abi_v5
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

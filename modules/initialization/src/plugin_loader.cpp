@@ -34,7 +34,7 @@ bool isPluginName(const std::string& name) {
   });
 }
 
-/** The descriptor; nothing but its version is touched before that has been found right. */
+/** The descriptor. Its version is checked before any other member is read. */
 const InitializerDescriptor& readDescriptor(const SharedLibrary& library, const std::string& path) {
   using DescriptorFunction = const InitializerDescriptor* (*)();
   const auto function = reinterpret_cast<DescriptorFunction>(library.symbol(kDescriptorSymbol));

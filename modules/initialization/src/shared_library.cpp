@@ -36,8 +36,8 @@ bool readOwnHeader(ElfHeader* header) {
 
 /**
  * Why the file is no whole shared library for this machine; empty if it seems to be one. dlopen()
- * does not do: it dies of SIGBUS in a truncated library, and says "No such file" of one for another
- * machine.
+ * cannot be asked: it dies of SIGBUS on a truncated library, and reports "No such file" for one of
+ * another machine.
  */
 std::string whyNotALibrary(const std::string& path) {
   std::error_code error;

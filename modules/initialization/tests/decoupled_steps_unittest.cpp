@@ -27,7 +27,7 @@ TEST(GyroBiasFromRotations, IsTheBiasOfTrueRotationsUpToSecondOrder) {
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationProblem problem = makeProblem(window, options);
   std::vector<Matrix3d> rotations;
-  for (const KeyframeState& state : window.truth) rotations.push_back(state.T_WB.R);
+  for (const StampedState& state : window.truth) rotations.push_back(state.T_WB.R);
   // One step from zero: off by about |b_g|^2 dt = 1.4e-3; a second from there: by the square.
   const Vector3d once = gyroBiasFromRotations(rotations, problem.preintegrate(ImuBias()));
   EXPECT_LT((once - options.bias.gyro).norm(), 1.5e-3);

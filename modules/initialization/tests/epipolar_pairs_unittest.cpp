@@ -48,10 +48,9 @@ TEST(EpipolarPairs, AsPublishedOneCameraAndNeighboursAlone) {
 TEST(EpipolarPairs, MatchesAreTheBearingsOfOneLandmark) {
   const EpipolarPairs found = collectEpipolarPairs(window().calibration, window().keyframes(), {});
   for (const EpipolarPair& pair : found.pairs) {
-    const CameraCalibration& camera =
-        window().calibration.cameras[static_cast<size_t>(pair.camera)];
-    const SE3 T_CiCj = (window().truth[static_cast<size_t>(pair.i)].T_WB * camera.T_BC).inverse() *
-                       (window().truth[static_cast<size_t>(pair.j)].T_WB * camera.T_BC);
+    const CameraCalibration& camera = window().calibration.cameras[pair.camera];
+    const SE3 T_CiCj = (window().truth[pair.i].T_WB * camera.T_BC).inverse() *
+                       (window().truth[pair.j].T_WB * camera.T_BC);
     for (const EpipolarMatch& match : pair.matches) {
       EXPECT_NEAR(match.f_i.norm(), 1.0, 1e-12);
       // The bearings and the step lie in one plane.
@@ -65,11 +64,10 @@ TEST(EpipolarPairs, MatchesAreTheBearingsOfOneLandmark) {
 
 TEST(EpipolarPairs, AnObservationHasOneNumberInAllItsPairs) {
   const EpipolarPairs found = collectEpipolarPairs(window().calibration, window().keyframes(), {});
-  std::vector<Eigen::Vector3d> bearing(static_cast<size_t>(found.observations),
-                                       Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> bearing(found.observations, Eigen::Vector3d::Zero());
   for (const EpipolarPair& pair : found.pairs)
     for (const EpipolarMatch& match : pair.matches) {
-      Eigen::Vector3d& first = bearing[static_cast<size_t>(match.observation_i)];
+      Eigen::Vector3d& first = bearing[match.observation_i];
       if (first.isZero()) first = match.f_i;
       EXPECT_EQ(first, match.f_i);
     }

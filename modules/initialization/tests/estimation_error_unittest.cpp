@@ -16,7 +16,7 @@ TEST(EstimationError, TakesYawOutAndTiltAboutTheWorldsAxes) {
   const Eigen::Matrix3d yaw = expSO3({0.0, 0.0, 2.5});
   Initialization result;
   result.states = window.truth;
-  for (KeyframeState& s : result.states) {
+  for (StampedState& s : result.states) {
     s.T_WB.R = expSO3(tilt) * yaw * s.T_WB.R;
     s.v_WB = yaw * s.v_WB + dv;
   }

@@ -16,7 +16,7 @@ struct MapCase {
   explicit MapCase(const SyntheticWindowOptions& options)
       : window(testing::makeSyntheticWindow(options)) {
     T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
     g_V = T_VW.R * Vector3d(0, 0, -options.gravity_mps2);
   }
   std::vector<Preintegration> preintegrate(const ImuBias& bias) const {
@@ -91,7 +91,7 @@ TEST_P(TranslationBa, RecoversTranslationsUnderTrueRotations) {
   const VisualWindow window = buildVisualWindow(c.window.calibration, c.window.keyframes(), 1.0);
   std::map<LandmarkId, Vector3d> landmarks;
   for (const LandmarkId id : window.landmark_ids) {
-    Vector3d& p = landmarks[id] = c.T_VW * c.window.landmarks[static_cast<size_t>(id)];
+    Vector3d& p = landmarks[id] = c.T_VW * c.window.landmarks[id];
     if (GetParam()) p *= 1.01;  // free landmarks may start wrong
   }
   std::vector<SE3> start = c.T_VB;

@@ -56,8 +56,7 @@ InitializationResult solveAfter(const std::function<void(Data*)>& change) {
 
 std::vector<ImuSample> without(const std::vector<ImuSample>& samples, size_t first, size_t last) {
   std::vector<ImuSample> kept = samples;
-  kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(first),
-             kept.begin() + static_cast<std::ptrdiff_t>(last));
+  kept.erase(kept.begin() + first, kept.begin() + last);
   return kept;
 }
 

@@ -23,7 +23,7 @@ struct Case {
   explicit Case(const SyntheticWindowOptions& options)
       : window(testing::makeSyntheticWindow(options)), bias(options.bias) {
     T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
     g_V = T_VW.R * Vector3d(0, 0, -kGravity);
     for (size_t k = 1; k < window.truth.size(); ++k)
       preintegrations.emplace_back(window.imu.between(window.truth[k - 1].t, window.truth[k].t),
@@ -65,7 +65,7 @@ TEST(LinearAlignment, IsExactOnExactPosesWithEveryWeightAndConstraint) {
     SyntheticWindowOptions window = biased();
     window.motion = motion;
     const Case c(window);
-    const Eigen::Index n = 6 * static_cast<Eigen::Index>(c.preintegrations.size());
+    const Eigen::Index n = 6 * c.preintegrations.size();
     for (int variant = 0; variant < 4; ++variant) {
       LinearAlignmentOptions options;
       options.weighted = variant > 0;
@@ -86,7 +86,7 @@ TEST(LinearAlignment, WeightsByThePosesCovariancePayWhereOnePoseIsBad) {
   SyntheticWindowOptions window;
   window.motion = testing::Motion::kAggressive;
   const Case c(window);
-  const Eigen::Index n = 6 * static_cast<Eigen::Index>(c.preintegrations.size());
+  const Eigen::Index n = 6 * c.preintegrations.size();
   Eigen::MatrixXd covariance = 1e-8 * Eigen::MatrixXd::Identity(n, n);
   constexpr Eigen::Index kBad = 4;  // keyframe kBad + 1: 0.1 m and 0.05 rad
   covariance.block<3, 3>(6 * kBad, 6 * kBad).diagonal().setConstant(0.05 * 0.05);
@@ -164,7 +164,7 @@ TEST(LinearAlignment, AgreesWithTheInertialOnlyMapThatHoldsTheBiases) {
 /** The joint whitening with poses all but exact is the whitening pair by pair. */
 TEST(LinearAlignment, ExactPosesHaveNoPartInTheWeights) {
   const Case c = misled();
-  const Eigen::Index n = 6 * static_cast<Eigen::Index>(c.preintegrations.size());
+  const Eigen::Index n = 6 * c.preintegrations.size();
   LinearAlignmentOptions options;
   const LinearAlignmentResult pairs = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
   options.pose_covariance = 1e-18 * Eigen::MatrixXd::Identity(n, n);

@@ -51,8 +51,8 @@ TEST(StereoPoints, AreTheLandmarksInTheBodyFrameOfEachKeyframe) {
   size_t count = 0;
   for (size_t l = 0; l < c.points.of_landmark.size(); ++l)
     for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
-      const SE3& T_WB = c.synthetic.truth[static_cast<size_t>(point.keyframe)].T_WB;
-      const auto id = static_cast<size_t>(c.window.landmark_ids[l]);
+      const SE3& T_WB = c.synthetic.truth[point.keyframe].T_WB;
+      const size_t id = c.window.landmark_ids[l];
       const Vector3d truth = T_WB.inverse() * c.synthetic.landmarks[id];
       EXPECT_LT((point.p_B - truth).norm(), 1e-6 * truth.squaredNorm());
       ++count;
@@ -71,8 +71,8 @@ TEST(StereoPoints, RaysThatMissEachOtherGiveNoPoint) {
     kept += c.points.of_landmark[l].size();
     possible += all.of_landmark[l].size();
     for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
-      const SE3& T_WB = c.synthetic.truth[static_cast<size_t>(point.keyframe)].T_WB;
-      const auto id = static_cast<size_t>(c.window.landmark_ids[l]);
+      const SE3& T_WB = c.synthetic.truth[point.keyframe].T_WB;
+      const size_t id = c.window.landmark_ids[l];
       const Vector3d p_B = T_WB.inverse() * c.synthetic.landmarks[id];
       // Across the ray: an outlier along the epipolar line may pass.
       worst_kept = std::max(worst_kept, angleBetween(point.p_B, p_B));
@@ -126,7 +126,7 @@ TEST(MedianPositions, FollowTheTruthUnderTrueRotations) {
     const Case c(options);
     const SE3 T_VW = c.synthetic.truth[0].T_WB.inverse();
     std::vector<Matrix3d> rotations;
-    for (const KeyframeState& s : c.synthetic.truth) rotations.push_back(T_VW.R * s.T_WB.R);
+    for (const StampedState& s : c.synthetic.truth) rotations.push_back(T_VW.R * s.T_WB.R);
     const std::vector<SE3> T_VB = medianPositions(c.points, rotations);
     ASSERT_EQ(T_VB.size(), rotations.size());
     EXPECT_EQ(T_VB[0].t, Vector3d::Zero());

@@ -31,9 +31,9 @@ struct Case {
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), 0.5)),
         points(stereoPoints(window, kMaxChi2)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
     for (const LandmarkId id : window.landmark_ids)
-      landmarks.push_back(T_VW * synthetic.landmarks[static_cast<size_t>(id)]);
+      landmarks.push_back(T_VW * synthetic.landmarks[id]);
   }
   testing::SyntheticWindow synthetic;
   VisualWindow window;
@@ -72,8 +72,7 @@ TEST(StereoPoints, AreTheLandmarksWithoutNoise) {
   size_t count = 0;
   for (size_t l = 0; l < c.points.of_landmark.size(); ++l)
     for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
-      EXPECT_LT((c.T_VB[static_cast<size_t>(point.keyframe)] * point.p_B - c.landmarks[l]).norm(),
-                1e-6);
+      EXPECT_LT((c.T_VB[point.keyframe] * point.p_B - c.landmarks[l]).norm(), 1e-6);
       ++count;
     }
   EXPECT_GT(count, 30U);
@@ -134,14 +133,14 @@ VectorXd residuals(const Case& c, const TrackInformation& tracks, const std::vec
                    const std::vector<Vector3d>& l) {
   std::vector<double> r;
   for (const VisualMeasurement& m : c.window.measurements) {
-    const auto i = static_cast<size_t>(m.landmark), k = static_cast<size_t>(m.keyframe);
+    const size_t i = m.landmark, k = m.keyframe;
     if (!tracks.valid()[i]) continue;
-    const Vector3d p_C = c.window.T_CB[static_cast<size_t>(m.camera)] * (T[k].inverse() * l[i]);
+    const Vector3d p_C = c.window.T_CB[m.camera] * (T[k].inverse() * l[i]);
     const Vector2d e = m.measurement.sqrt_information * (p_C.hnormalized() - m.measurement.xy);
     r.push_back(e.x());
     r.push_back(e.y());
   }
-  return Eigen::Map<VectorXd>(r.data(), static_cast<Index>(r.size()));
+  return Eigen::Map<VectorXd>(r.data(), r.size());
 }
 
 TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
@@ -154,19 +153,19 @@ TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
   const std::vector<Vector3d> l = tracks.landmarks();
   ASSERT_GT(tracks.validCount(), 10);
 
-  const auto poses = 6 * (static_cast<Index>(T.size()) - 1);
+  const Index poses = 6 * (T.size() - 1);
   const VectorXd r = residuals(c, tracks, T, l);
   MatrixXd J(r.size(), poses);
   constexpr double kStep = 1e-5;
   for (size_t k = 1; k < T.size(); ++k)
-    J.middleCols<6>(6 * (static_cast<Index>(k) - 1)) = testing::numericalJacobian(
+    J.middleCols<6>(6 * (k - 1)) = testing::numericalJacobian(
         [&](const SE3& pose) {
           std::vector<SE3> moved = T;
           moved[k] = pose;
           return residuals(c, tracks, moved, l);
         },
         T[k], kStep);
-  MatrixXd A(r.size(), 3 * static_cast<Index>(tracks.validCount()));
+  MatrixXd A(r.size(), 3 * tracks.validCount());
   Index column = 0;
   for (size_t landmark = 0; landmark < l.size(); ++landmark) {
     if (!tracks.valid()[landmark]) continue;
@@ -209,7 +208,7 @@ TEST(TrackInformation, ItsGradientAtTheTruthHasTheMeanZero) {
     StereoPoints truth = stereoPoints(c.window, 1e9);
     for (size_t l = 0; l < truth.of_landmark.size(); ++l)
       for (StereoPoints::Point& point : truth.of_landmark[l])
-        point.p_B = c.T_VB[static_cast<size_t>(point.keyframe)].inverse() * c.landmarks[l];
+        point.p_B = c.T_VB[point.keyframe].inverse() * c.landmarks[l];
     TrackInformation tracks(c.window, kNotRobust);
     tracks.start(truth, c.T_VB);
     tracks.linearize(c.T_VB);
@@ -235,7 +234,7 @@ TEST(TrackInformation, ItsStepsLeadToTheTruthWithoutNoise) {
       tracks.linearize(T);
       const VectorXd y = tracks.S().ldlt().solve(tracks.s());
       for (size_t k = 1; k < T.size(); ++k) {
-        const Index i = 6 * (static_cast<Index>(k) - 1);
+        const Index i = 6 * (k - 1);
         T[k].R = T[k].R * expSO3(y.segment<3>(i));
         T[k].t += y.segment<3>(i + 3);
       }
@@ -265,9 +264,8 @@ TEST(TrackInformation, KeepsItsLandmarksBeforeTheCameras) {
     for (size_t k = 1; k < T.size(); ++k) T[k].R = T[k].R * expSO3(0.2 * Vector3d(1, -1, 1));
     for (int pass = 0; pass < 10; ++pass) tracks.triangulate(pass % 2 == 0 ? T : c.T_VB);
     for (const VisualMeasurement& m : c.window.measurements) {
-      if (m.keyframe != 0 || !tracks.valid()[static_cast<size_t>(m.landmark)]) continue;
-      const Vector3d p_C = c.window.T_CB[static_cast<size_t>(m.camera)] *
-                           tracks.landmarks()[static_cast<size_t>(m.landmark)];
+      if (m.keyframe != 0 || !tracks.valid()[m.landmark]) continue;
+      const Vector3d p_C = c.window.T_CB[m.camera] * tracks.landmarks()[m.landmark];
       EXPECT_GT(p_C.z(), 0.1) << "seed " << seed;
     }
   }

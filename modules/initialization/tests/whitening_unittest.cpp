@@ -52,12 +52,12 @@ TEST(Whitening, LinearAlignmentCostsWhatItsFreedomSaysWithCorrelatedPoses) {
   ChiSquare chi2;
   for (int run = 0; run < 100; ++run) {
     NoisyWindow w(imuOnly(run));
-    const Index n = 6 * static_cast<Index>(w.preintegrations.size());
+    const Index n = 6 * w.preintegrations.size();
     MatrixXd root(n, n);  // dense: all poses hang together
     for (Index i = 0; i < n; ++i) root.col(i) = 1e-3 / std::sqrt(6.0) * drawn(n, &random);
     const VectorXd error = root * drawn(n, &random);
     for (size_t k = 1; k < w.T_VB.size(); ++k) {
-      const Index i = 6 * (static_cast<Index>(k) - 1);
+      const Index i = 6 * (k - 1);
       w.T_VB[k].R = w.T_VB[k].R * expSO3(error.segment<3>(i));
       w.T_VB[k].t += error.segment<3>(i + 3);
     }
@@ -254,7 +254,7 @@ TEST(TrackInformation, PosesErrAsTheInformationSays) {
       tracks.linearize(T_VB);
       const VectorXd y = tracks.S().ldlt().solve(tracks.s());
       for (size_t k = 1; k < T_VB.size(); ++k) {
-        const Index i = 6 * (static_cast<Index>(k) - 1);
+        const Index i = 6 * (k - 1);
         T_VB[k].R = nearestRotation(T_VB[k].R * expSO3(y.segment<3>(i)));
         T_VB[k].t += y.segment<3>(i + 3);
       }

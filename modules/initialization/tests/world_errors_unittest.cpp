@@ -21,7 +21,7 @@ using Vector12d = Eigen::Matrix<double, 12, 1>;
 struct InV {
   InV() : window(testing::makeSyntheticWindow(options())) {
     const SE3 T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : window.truth) {
+    for (const StampedState& s : window.truth) {
       estimate.T_VB.push_back(T_VW * s.T_WB);
       estimate.v_VB.push_back(T_VW.R * s.v_WB);
     }

@@ -64,11 +64,11 @@ ViewMatch ImageViews::find(const View& view, const ViewQuery& query) {
   while (level + 1 < kLevels && query.reach_px > kReachPx * (1 << level)) ++level;
   double correlation = -1.0;
   for (; level >= 0; --level) {
-    const AnchorPatch& patch = patchOf(query, static_cast<size_t>(level));
+    const AnchorPatch& patch = patchOf(query, level);
     if (!patch.valid()) return match;
     const double scale = 1.0 / (1 << level);
     PatchPose at{scale * pose.centre, pose.A};
-    correlation = patch.align(view.left[static_cast<size_t>(level)], &at, kIterations, kEpsilonPx);
+    correlation = patch.align(view.left[level], &at, kIterations, kEpsilonPx);
     if (correlation < 0.0) return match;
     pose = {at.centre / scale, at.A};
   }

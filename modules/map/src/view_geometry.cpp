@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 
 namespace etalon {
@@ -31,14 +31,14 @@ std::optional<Eigen::Matrix2d> warp(const CameraModel& camera, const SE3& T_VcNc
       const auto projected =
           camera.project(T_VcNc * (*ray * (p_Nc.squaredNorm() / p_Nc.dot(*ray))));
       if (!projected) return std::nullopt;
-      ends[static_cast<size_t>(side)] = *projected;
+      ends[side] = *projected;
     }
     A.col(i) = (ends[1] - ends[0]) / (2.0 * kStepPx);
   }
   return A;
 }
 
-/** A found pixel against the landmark, with the covariance that the landmark gives it. */
+/** The residual of a found pixel, and the covariance that pixel and landmark give it. */
 struct Residual {
   Eigen::Vector2d r;              ///< whitened
   Eigen::Matrix<double, 2, 6> J;  ///< by T_NV
@@ -123,7 +123,7 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
     }
     if (agrees) gated.push_back(f);
   }
-  // Where the others have the view: Gauss-Newton with the Cauchy loss from the prediction.
+  // The view's pose by the other matches: Gauss-Newton with the Cauchy loss from the prediction.
   const Matrix6d information = view.covariance.llt().solve(Matrix6d::Identity());
   Vector6d d = Vector6d::Zero();
   constexpr int kIterations = 8;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 
 namespace etalon {

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "../tests/simulated_views.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/parameters.h"
 
 namespace {
@@ -34,7 +35,7 @@ void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, co
     const OdometryOutput out =
         i == 0 ? odometry.start(flight.startAt(0, start * startSigma(), seed), flight.frames[0])
                : odometry.process(flight.frames[i], flight.between(i - 1, i));
-    Sums& sums = (*bins)[static_cast<int>(i / 200)];
+    Sums& sums = (*bins)[i / 200];
     const Eigen::Matrix<double, 15, 1> d = out.state.minus(flight.truth[i]);
     sums.nees += neesOf(out, flight.truth[i]);
     sums.pose += d.head<6>().dot(out.covariance.topLeftCorner<6, 6>().llt().solve(d.head<6>())) / 6;
@@ -97,7 +98,7 @@ void run(int argc, char** argv) {
     const Eigen::Matrix<double, 5, 1> rms = (sums.squares / sums.count).cwiseSqrt();
     std::printf("%7d | %.2f | %.2f %.2f %.2f %.2f %.2f | %.4f %.4f %.4f %.5f %.4f\n", 10 * bin,
                 sums.pose / sums.count, nees[0], nees[1], nees[2], nees[3], nees[4],
-                180.0 / M_PI * rms[0], rms[1], rms[2], rms[3], rms[4]);
+                degrees(rms[0]), rms[1], rms[2], rms[3], rms[4]);
   }
 }
 

@@ -8,8 +8,8 @@ namespace etalon {
 
 namespace {
 
-/** A platform at rest makes no keyframes: after this many samples (10 s) one is taken all the same,
- * so that no more has to be kept between two. */
+/** A platform at rest makes no keyframes. One is taken all the same after this many samples (10 s),
+ * so that the samples kept between two keyframes stay few. */
 constexpr size_t kMostSamples = 2000;
 
 }  // namespace
@@ -43,7 +43,7 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
   for (const StampedPose& pose : odometry->keyframes()) {
     const auto at = std::lower_bound(odometry_times_.begin(), odometry_times_.end(), pose.t);
     if (at != odometry_times_.end() && *at == pose.t)
-      smoothed_[static_cast<size_t>(at - odometry_times_.begin())].T_WB = pose.T_WB;
+      smoothed_[at - odometry_times_.begin()].T_WB = pose.T_WB;
   }
   if (!output.keyframe) return;
   for (const auto& [id, p_W] : odometry->landmarks()) landmarks_[id] = p_W;

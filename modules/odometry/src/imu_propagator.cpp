@@ -30,7 +30,7 @@ std::optional<NavState> ImuPropagator::at(TimeNs t) const {
   if (!state_ || t < t_) return std::nullopt;
   if (t == t_) return state_;
   if (!imu_.covers(t_, t)) return std::nullopt;
-  return predict(*state_, Preintegration(imu_.between(t_, t), state_->bias, noise_), g_W_);
+  return Preintegration(imu_.between(t_, t), state_->bias, noise_).predict(*state_, g_W_);
 }
 
 }  // namespace etalon

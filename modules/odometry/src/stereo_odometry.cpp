@@ -51,7 +51,7 @@ StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
       const auto landmark = landmarks_.find(o.id);
       if (landmark == landmarks_.end()) continue;
       for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
-        if (const auto m = makeMeasurement(calibration_.cameras[static_cast<size_t>(camera)].model,
+        if (const auto m = makeMeasurement(calibration_.cameras[camera].model,
                                            camera == 0 ? o.left : o.right, options_.sigma_px))
           measurements.push_back({landmark->second, camera, *m});
     }
@@ -103,8 +103,7 @@ void StereoOdometry::triangulateNewLandmarks(const TrackedFrame& frame) {
     if (o.has_right && landmarks_.count(o.id) == 0) unknown.observations.push_back(o);
   const VisualWindow window = buildVisualWindow(calibration_, {&unknown}, options_.sigma_px);
   for (int l = 0; l < window.landmarkCount(); ++l)
-    if (const auto p_V = triangulate(window, l, {T_VB_}))
-      landmarks_[window.landmark_ids[static_cast<size_t>(l)]] = *p_V;
+    if (const auto p_V = triangulate(window, l, {T_VB_})) landmarks_[window.landmark_ids[l]] = *p_V;
 }
 
 StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
@@ -119,7 +118,7 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
   StereoBaResult result = solveStereoBa(std::move(bundle), poses, options);
   for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
   T_VB_ = keyframes_.back().T_VB;
-  // Keep the landmarks of the window only: what it no longer sees cannot be observed again.
+  // Keep the landmarks of the window only: what it no longer sees will not be observed again.
   std::map<LandmarkId, Eigen::Vector3d> kept = result.bundle.validLandmarks();
   for (const Observation& o : keyframes_.back().frame.observations) {
     const auto known = landmarks_.find(o.id);

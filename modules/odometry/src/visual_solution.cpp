@@ -7,7 +7,7 @@ Expected<VisualSolution> solveStereoOdometry(const StereoInertialCalibration& ca
                                              const std::vector<Eigen::Matrix3d>& R_prev_cur,
                                              const StereoOdometryOptions& options) {
   StereoOdometryOptions window_options = options;
-  window_options.window_keyframes = static_cast<int>(keyframes.size());
+  window_options.window_keyframes = keyframes.size();
   window_options.ba_rounds = 0;
   StereoOdometry odometry(calibration, window_options);
   for (size_t k = 0; k < keyframes.size(); ++k) {

@@ -163,8 +163,7 @@ struct Blocks {
       for (const LandmarkObservation& o : landmark.observations)
         for (size_t camera = 0; camera < (o.has_right ? 2u : 1u); ++camera) {
           const PixelCost cost{&window.T_CB[camera], &o.measurements[camera], landmark.in_host};
-          State &h = states[static_cast<size_t>(landmark.host)],
-                &t = states[static_cast<size_t>(o.state)];
+          State &h = states[landmark.host], &t = states[o.state];
           auto* loss =
               new ScaledLoss(new CauchyLoss(std::sqrt(kLossChi2)), kLossGain, TAKE_OWNERSHIP);
           if (o.state == landmark.host)

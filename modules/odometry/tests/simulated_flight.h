@@ -91,10 +91,14 @@ inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
   const SyntheticImu samples = synthesizeImu(trajectory, trajectory.start(), trajectory.end(), imu);
   flight.imu = ImuBuffer(samples.samples);
 
-  std::vector<TimeNs> stamps;
+  Trajectory poses;
   const TimeNs first = stampAtRate(trajectory.start(), kImuRate, llround(kUnderWay * kImuRate));
-  for (int k = 0; stampAtRate(first, options.frame_rate_hz, k) <= trajectory.end(); ++k)
-    stamps.push_back(stampAtRate(first, options.frame_rate_hz, k));
+  for (int k = 0; stampAtRate(first, options.frame_rate_hz, k) <= trajectory.end(); ++k) {
+    const TrajectoryState state = trajectory.at(stampAtRate(first, options.frame_rate_hz, k));
+    const size_t index = std::llround(secondsBetween(trajectory.start(), state.t) * kImuRate);
+    poses.push_back({state.t, state.T_WB});
+    flight.truth.push_back({state.T_WB, state.v_WB, samples.biases[index]});
+  }
   TrackSynthesisOptions tracks;
   tracks.sigma_px = options.sigma_px;
   tracks.outlier_ratio = options.outlier_ratio;
@@ -102,18 +106,7 @@ inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
   tracks.max_tracks = options.tracks;
   tracks.seed = options.seed;
   flight.landmarks = scatterLandmarks(trajectory, 1500, options.seed);
-  for (const SyntheticFrame& seen :
-       simulateTracks(trajectory, flight.calibration, stamps, flight.landmarks, tracks)) {
-    TrackedFrame frame;
-    frame.t = seen.t;
-    for (const SyntheticObservation& o : seen.observations)
-      frame.observations.push_back({static_cast<LandmarkId>(o.id), o.left, o.right, o.has_right});
-    flight.frames.push_back(std::move(frame));
-    const TrajectoryState state = trajectory.at(seen.t);
-    const auto index =
-        static_cast<size_t>(std::llround(secondsBetween(trajectory.start(), seen.t) * kImuRate));
-    flight.truth.push_back({state.T_WB, state.v_WB, samples.biases[index]});
-  }
+  flight.frames = simulateTracks(poses, flight.calibration, flight.landmarks, tracks);
   return flight;
 }
 

@@ -31,9 +31,9 @@ class SimulatedViews : public ViewMatcher {
     const auto& frames = flight_->frames;
     const auto frame = std::lower_bound(frames.begin(), frames.end(), view,
                                         [](const TrackedFrame& f, TimeNs t) { return f.t < t; });
-    const SE3 T_BW = flight_->truth[static_cast<size_t>(frame - frames.begin())].T_WB.inverse();
+    const SE3 T_BW = flight_->truth[frame - frames.begin()].T_WB.inverse();
     for (size_t i = 0; i < queries.size(); ++i) {
-      const Eigen::Vector3d p_B = T_BW * flight_->landmarks[static_cast<size_t>(queries[i].id)];
+      const Eigen::Vector3d p_B = T_BW * flight_->landmarks[queries[i].id];
       std::mt19937_64 generator(static_cast<std::uint64_t>(view) * 2003 +
                                 static_cast<std::uint64_t>(queries[i].id));
       const bool wrong = std::uniform_real_distribution<double>()(generator) < wrong_;

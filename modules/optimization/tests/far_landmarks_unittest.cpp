@@ -38,7 +38,7 @@ VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
     options.bias = {gyro, priors.sigma_accel_mps2 * drawn()};
     VisualInertialCase c(options, options.sigma_px);
     std::vector<SE3> T_WB;
-    for (const VisualInertialState& s : c.states) T_WB.push_back(s.T_WB);
+    for (const NavState& s : c.states) T_WB.push_back(s.T_WB);
     VisualInertialProblem problem{
         BundleProblem(c.window), c.preintegrations, c.states, options.bias, c.priors,
         options.gravity_mps2};
@@ -48,7 +48,7 @@ VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
     for (const BundleLandmark& landmark : result.bundle.landmarks)
       sum.far_at_all += (landmark.position - T_WB[0].t).norm() > 0.99 * kFarthestLandmark;
     if (!(result.sigmaVelocity() <= 0.1)) continue;  // as the acceptance has it
-    const Eigen::Index v = 9 * (static_cast<Eigen::Index>(result.states.size()) - 1) + 6;
+    const Eigen::Index v = 9 * (result.states.size() - 1) + 6;
     const Vector3d e = result.states.back().v_WB - c.states.back().v_WB;
     sum.nees += e.dot(result.covariance.block<3, 3>(v, v).ldlt().solve(e));
     ++sum.claiming;

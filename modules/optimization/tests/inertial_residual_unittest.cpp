@@ -46,7 +46,7 @@ NavState someState() {
 TEST(InertialResidual, IsZeroAtThePrediction) {
   const Preintegration imu = someMotion(0.5);
   const NavState start = someState();
-  const NavState end = predict(start, imu, kGravity);
+  const NavState end = imu.predict(start, kGravity);
   EXPECT_LT(inertialResidual(imu, start, end, kGravity).norm(), 1e-12);
 }
 
@@ -61,7 +61,7 @@ TEST(InertialResidual, JacobiansAgreeWithDifferences) {
   const NavState i = someState();
   Vector15d error;
   error << 0.02, -0.03, 0.01, 0.1, 0.2, -0.1, 0.05, -0.3, 0.2, 1e-3, 2e-3, -1e-3, 0.01, 0.02, 0.03;
-  const NavState j = predict(i, imu, kGravity).plus(error);
+  const NavState j = imu.predict(i, kGravity).plus(error);
   Matrix15d J_i, J_j, N_i, N_j;
   inertialResidual(imu, i, j, kGravity, &J_i, &J_j);
   const double h = 1e-5;

@@ -54,9 +54,9 @@ void turnKeyframes(double sigma_deg, unsigned seed, VisualWindow* window) {
     turn.push_back(expSO3(scale * sum));
   }
   for (VisualMeasurement& m : window->measurements) {
-    const Eigen::Matrix3d& R_CB = window->T_CB[static_cast<size_t>(m.camera)].R;
-    const Eigen::Vector3d f = R_CB * turn[static_cast<size_t>(m.keyframe)] * R_CB.transpose() *
-                              m.measurement.xy.homogeneous();
+    const Eigen::Matrix3d& R_CB = window->T_CB[m.camera].R;
+    const Eigen::Vector3d f =
+        R_CB * turn[m.keyframe] * R_CB.transpose() * m.measurement.xy.homogeneous();
     m.measurement.xy = f.hnormalized();
   }
 }
@@ -75,7 +75,7 @@ VisualInertialBaResult solve(const SyntheticWindowOptions& options, const Belief
   noise.gyro_random_walk = noise.accel_random_walk = 1e-12;
   noise.gyro_noise_density *= options.gyro_noise_factor * belief.gyro;
   noise.accel_noise_density *= options.accel_noise_factor * belief.accel;
-  for (const KeyframeState& s : synthetic.truth) problem.states.push_back({s.T_WB, s.v_WB});
+  for (const StampedState& s : synthetic.truth) problem.states.push_back(s);
   for (size_t k = 1; k < problem.states.size(); ++k)
     problem.preintegrations.emplace_back(
         synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias, noise);

@@ -23,12 +23,11 @@ TEST(NormalEquations, MovingAllTogetherChangesNothing) {
   VisualWindow window =
       buildVisualWindow(synthetic.calibration, synthetic.keyframes(), options.sigma_px);
   std::vector<SE3> T_WB;
-  for (const KeyframeState& s : synthetic.truth) T_WB.push_back(s.T_WB);
+  for (const StampedState& s : synthetic.truth) T_WB.push_back(s.T_WB);
   std::vector<InverseDepthLandmark> landmarks;
   for (const LandmarkId id : window.landmark_ids) {
     // About a point that no camera is at.
-    landmarks.emplace_back(synthetic.landmarks[static_cast<size_t>(id)],
-                           T_WB[0].t + Vector3d(1.0, -2.0, 0.5));
+    landmarks.emplace_back(synthetic.landmarks[id], T_WB[0].t + Vector3d(1.0, -2.0, 0.5));
     landmarks.back().parameters.head<2>() += Eigen::Vector2d(1e-4, -2e-4);
   }
   const Eigen::Index n = 6 * window.keyframe_count;
@@ -42,7 +41,7 @@ TEST(NormalEquations, MovingAllTogetherChangesNothing) {
     const Vector3d omega = Vector3d::Unit(axis);
     Eigen::VectorXd turned(n), shifted(n);
     for (size_t k = 0; k < T_WB.size(); ++k) {
-      const Eigen::Index i = 6 * static_cast<Eigen::Index>(k);
+      const Eigen::Index i = 6 * k;
       turned.segment<6>(i) << T_WB[k].R.transpose() * omega, omega.cross(T_WB[k].t - T_WB[0].t);
       shifted.segment<6>(i) << Vector3d::Zero(), omega;
     }

@@ -23,7 +23,7 @@ struct BaCase {
       : synthetic(testing::makeSyntheticWindow(options)),
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
+    for (const StampedState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
     for (const Vector3d& p_W : synthetic.landmarks) landmarks.push_back(T_VW * p_W);
   }
   BundleProblem bundle() const { return BundleProblem(window, testing::knownLandmarks(landmarks)); }
@@ -35,9 +35,9 @@ struct BaCase {
 
 /** [rotation, position] errors of keyframes 1.. in the order of the covariance. */
 Eigen::VectorXd poseErrors(const std::vector<SE3>& estimate, const std::vector<SE3>& truth) {
-  Eigen::VectorXd e(6 * (static_cast<Eigen::Index>(truth.size()) - 1));
+  Eigen::VectorXd e(6 * (truth.size() - 1));
   for (size_t k = 1; k < truth.size(); ++k) {
-    const Eigen::Index i = 6 * (static_cast<Eigen::Index>(k) - 1);
+    const Eigen::Index i = 6 * (k - 1);
     e.segment<3>(i) = logSO3(truth[k].R.transpose() * estimate[k].R);
     e.segment<3>(i + 3) = estimate[k].t - truth[k].t;
   }
@@ -78,19 +78,23 @@ void expectConsistentCovariance(double distance_m) {
   const int runs = 60;
   double nees = 0.0;
   Eigen::Index dof = 0;
+  int determined = 0;
   for (int run = 0; run < runs; ++run) {
     options.seed = static_cast<unsigned>(100 + run);
     const BaCase c(options, options.sigma_px);
     const StereoBaResult result = solveStereoBa(c.bundle(), c.T_VB, ba);
     const Eigen::VectorXd e = poseErrors(result.T_VB, c.T_VB);
+    if (result.covariance.size() == 0) continue;
+    ++determined;
     ASSERT_EQ(result.covariance.rows(), e.size());
     nees += e.dot(result.covariance.ldlt().solve(e));
     dof = e.size();
   }
-  // Mean of `runs` chi-square variables of 18 degrees of freedom: 99 % within 2.58 standard
-  // deviations.
-  const double half_width = 2.58 * std::sqrt(2.0 * static_cast<double>(dof) / runs);
-  EXPECT_NEAR(nees / runs, static_cast<double>(dof), half_width);
+  // Where most of the landmarks' parallax is noise, the curvature may not be positive definite.
+  EXPECT_GE(determined, distance_m > 0.0 ? runs - 2 : runs);
+  // Mean of chi-square variables of 18 degrees of freedom: 99 % within 2.58 standard deviations.
+  const double half_width = 2.58 * std::sqrt(2.0 * static_cast<double>(dof) / determined);
+  EXPECT_NEAR(nees / determined, static_cast<double>(dof), half_width);
 }
 
 TEST(StereoBa, CovarianceAgreesWithMonteCarlo) { expectConsistentCovariance(0.0); }
@@ -150,8 +154,7 @@ TEST(PoseOnly, FindsThePoseDespiteOutliersAndAWrongStart) {
   for (const VisualMeasurement& m : c.window.measurements)
     if (m.keyframe == 3)
       measurements.push_back(
-          {c.landmarks[static_cast<size_t>(c.window.landmark_ids[static_cast<size_t>(m.landmark)])],
-           m.camera, m.measurement});
+          {c.landmarks[c.window.landmark_ids[m.landmark]], m.camera, m.measurement});
   SE3 start = c.T_VB[3];
   start.R = start.R * expSO3(Vector3d(0.02, 0.02, -0.03));
   start.t += Vector3d(0.05, -0.05, 0.05);

@@ -22,7 +22,7 @@ TEST(VisualInertialBa, IsExactOnExactDataFromAWrongStart) {
     options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
     VisualInertialCase c(options, 1.0);
     const Eigen::Matrix3d tilt = expSO3(Vector3d(0.02, -0.03, 0.0));
-    for (VisualInertialState& s : c.states) {  // tilted world, wrong velocities and biases
+    for (NavState& s : c.states) {  // tilted world, wrong velocities and biases
       s.T_WB = SE3(tilt, Vector3d::Zero()) * s.T_WB;
       s.v_WB = tilt * s.v_WB + Vector3d(0.1, -0.1, 0.05);
     }
@@ -68,7 +68,7 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
     c.priors.sigma_accel_mps2 = c.priors.sigma_gyro_rps = 10.0;
     const VisualInertialBaResult result = c.solve(ba);
     ASSERT_GT(result.covariance.rows(), 0);
-    const Eigen::Index n = static_cast<Eigen::Index>(result.states.size());
+    const Eigen::Index n = result.states.size();
     Eigen::Matrix<double, 12, 1> e;
     e << logSO3(c.states[0].T_WB.R.transpose() * result.states[0].T_WB.R),
         result.states.back().v_WB - c.states.back().v_WB, result.bias.gyro, result.bias.accel;
@@ -78,8 +78,7 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
     for (int i = 0; i < 6; ++i) index.push_back(9 * n + i);
     Eigen::Matrix<double, 12, 12> P;
     for (Eigen::Index i = 0; i < 12; ++i)
-      for (Eigen::Index j = 0; j < 12; ++j)
-        P(i, j) = result.covariance(index[static_cast<size_t>(i)], index[static_cast<size_t>(j)]);
+      for (Eigen::Index j = 0; j < 12; ++j) P(i, j) = result.covariance(index[i], index[j]);
     // The yaw of the first keyframe is fixed; its (tiny) gauge variance stands in P.
     nees += e.dot(P.ldlt().solve(e));
   }
@@ -207,11 +206,10 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
 
 /** Longest way of a state between two results, in the first one's standard deviations. */
 double sigmasBetween(const VisualInertialBaResult& a, const VisualInertialBaResult& b) {
-  const Eigen::Index n = 9 * static_cast<Eigen::Index>(a.states.size());
+  const Eigen::Index n = 9 * a.states.size();
   Eigen::VectorXd e(n + 6);
   for (size_t k = 0; k < a.states.size(); ++k)
-    e.segment<9>(9 * static_cast<Eigen::Index>(k))
-        << logSO3(a.states[k].T_WB.R.transpose() * b.states[k].T_WB.R),
+    e.segment<9>(9 * k) << logSO3(a.states[k].T_WB.R.transpose() * b.states[k].T_WB.R),
         b.states[k].T_WB.t - a.states[k].T_WB.t, b.states[k].v_WB - a.states[k].v_WB;
   e.tail<6>() << b.bias.gyro - a.bias.gyro, b.bias.accel - a.bias.accel;
   return std::sqrt(e.dot(a.covariance.ldlt().solve(e)));
@@ -227,7 +225,7 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
     options.gyro_noise_factor = options.accel_noise_factor = 1.0;
     VisualInertialCase c = unaware(options, {{0.02, -0.06, 0.04}, {0.05, -0.04, 0.03}});
     const Eigen::Matrix3d tilt = expSO3(Vector3d(0.15, -0.12, 0.0));  // 11 deg
-    for (VisualInertialState& s : c.states) s = {SE3(tilt, Vector3d::Zero()) * s.T_WB, s.v_WB};
+    for (NavState& s : c.states) s.T_WB = SE3(tilt, Vector3d::Zero()) * s.T_WB;
     for (Vector3d& p_W : c.landmarks) p_W = tilt * p_W;
     VisualInertialBaOptions ba;
     ba.rounds = 1;

@@ -13,7 +13,7 @@ struct VisualInertialCase {
   VisualInertialCase(const testing::SyntheticWindowOptions& options, double sigma_px)
       : synthetic(testing::makeSyntheticWindow(options)),
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), sigma_px)) {
-    for (const KeyframeState& s : synthetic.truth) states.push_back({s.T_WB, s.v_WB});
+    for (const StampedState& s : synthetic.truth) states.push_back(s);
     landmarks = synthetic.landmarks;
     for (size_t k = 1; k < states.size(); ++k)
       preintegrations.emplace_back(
@@ -25,15 +25,15 @@ struct VisualInertialCase {
                                   preintegrations, states, synthetic.bias, priors, 9.81},
                                  options);
   }
-  std::vector<KeyframeState> stamped(const VisualInertialBaResult& result) const {
-    std::vector<KeyframeState> out;
+  std::vector<StampedState> stamped(const VisualInertialBaResult& result) const {
+    std::vector<StampedState> out;
     for (size_t k = 0; k < result.states.size(); ++k)
-      out.push_back({synthetic.truth[k].t, result.states[k].T_WB, result.states[k].v_WB});
+      out.emplace_back(synthetic.truth[k].t, result.states[k]);
     return out;
   }
   testing::SyntheticWindow synthetic;
   VisualWindow window;
-  std::vector<VisualInertialState> states;
+  std::vector<NavState> states;
   std::vector<Eigen::Vector3d> landmarks;  ///< p_W by id
   std::vector<Preintegration> preintegrations;
   BiasPriors priors;

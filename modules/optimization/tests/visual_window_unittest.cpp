@@ -15,7 +15,7 @@ using testing::SyntheticWindowOptions;
 
 std::vector<SE3> truePoses(const SyntheticWindow& window) {
   std::vector<SE3> T_WB;
-  for (const KeyframeState& s : window.truth) T_WB.push_back(s.T_WB);
+  for (const StampedState& s : window.truth) T_WB.push_back(s.T_WB);
   return T_WB;
 }
 
@@ -32,7 +32,7 @@ TEST(Triangulate, IsExactOnExactPixelsAtAnyDistance) {
     const std::vector<SE3> T_WB = truePoses(synthetic);
     int found = 0;
     for (int l = 0; l < window.landmarkCount(); ++l) {
-      const auto id = static_cast<size_t>(window.landmark_ids[static_cast<size_t>(l)]);
+      const size_t id = window.landmark_ids[l];
       const auto p_W = triangulate(window, l, T_WB);
       if (!p_W) continue;
       ++found;

@@ -42,9 +42,8 @@ TEST(Whitening, ReprojectionResidualAtTheTruthIsWhite) {
     const std::vector<Vector3d> landmarks = w.landmarksOf(window);
     for (const VisualMeasurement& m : window.measurements) {
       Vector2d r;
-      ASSERT_TRUE(reprojectionResidual(window.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                       w.T_VB[static_cast<size_t>(m.keyframe)],
-                                       landmarks[static_cast<size_t>(m.landmark)], &r));
+      ASSERT_TRUE(reprojectionResidual(window.T_CB[m.camera], m.measurement, w.T_VB[m.keyframe],
+                                       landmarks[m.landmark], &r));
       sample.add(r);
     }
   }
@@ -61,7 +60,7 @@ TEST(Whitening, VisualInertialBaIsConsistentInAllItsStates) {
     const NoisyWindow w(options);
     VisualInertialProblem problem;
     problem.bundle = BundleProblem(w.visual(0.7), testing::knownLandmarks(w.synthetic.landmarks));
-    for (const KeyframeState& s : w.synthetic.truth) problem.states.push_back({s.T_WB, s.v_WB});
+    for (const StampedState& s : w.synthetic.truth) problem.states.push_back(s);
     problem.preintegrations = w.preintegrations;
     problem.bias = w.bias;
     // Biases known well enough for the tilt to be small: rotating the window by more than some
@@ -74,13 +73,12 @@ TEST(Whitening, VisualInertialBaIsConsistentInAllItsStates) {
     ba.iterations_per_round = 30;
     ba.chi2_pixel = ba.chi2_inertial = 1e6;  // plain least squares
     const VisualInertialBaResult result = solveVisualInertialBa(problem, ba);
-    const std::vector<VisualInertialState>& states = problem.states;
-    const Index n = static_cast<Index>(states.size());
+    const std::vector<NavState>& states = problem.states;
+    const Index n = states.size();
     ASSERT_EQ(result.covariance.rows(), 9 * n + 6);
     VectorXd e(9 * n + 6);
     for (size_t k = 0; k < states.size(); ++k)
-      e.segment<9>(9 * static_cast<Index>(k))
-          << logSO3(states[k].T_WB.R.transpose() * result.states[k].T_WB.R),
+      e.segment<9>(9 * k) << logSO3(states[k].T_WB.R.transpose() * result.states[k].T_WB.R),
           result.states[k].T_WB.t - states[k].T_WB.t, result.states[k].v_WB - states[k].v_WB;
     e.tail<6>() << result.bias.gyro - w.bias.gyro, result.bias.accel - w.bias.accel;
     // Position and yaw of the first keyframe are held at the truth.
@@ -100,14 +98,12 @@ TEST(Whitening, PoseOnlyCostsWhatItsFreedomSaysAndWhatTheRawPixelsSay) {
     for (int k = 0; k < window.keyframe_count; k += 3) {
       std::vector<PointMeasurement> points;
       for (const VisualMeasurement& m : window.measurements)
-        if (m.keyframe == k)
-          points.push_back({landmarks[static_cast<size_t>(m.landmark)], m.camera, m.measurement});
-      const PoseOnlyResult result =
-          solvePoseOnly(window.T_CB, points, w.T_VB[static_cast<size_t>(k)], options);
+        if (m.keyframe == k) points.push_back({landmarks[m.landmark], m.camera, m.measurement});
+      const PoseOnlyResult result = solvePoseOnly(window.T_CB, points, w.T_VB[k], options);
       ASSERT_TRUE(result.summary.usable());
       double sum = 0.0, pixels = 0.0;
       for (const PointMeasurement& p : points) {
-        const auto c = static_cast<size_t>(p.camera);
+        const size_t c = p.camera;
         Vector2d r;
         ASSERT_TRUE(reprojectionResidual(window.T_CB[c], p.measurement, result.T_WB, p.p_W, &r));
         sum += r.squaredNorm();

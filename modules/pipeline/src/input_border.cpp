@@ -74,8 +74,8 @@ bool isPossible(TimeNs t) { return -kLastStamp <= t && t <= kLastStamp; }
 /** Whether a rawlog cannot tell two stamps apart. */
 bool inOneTick(TimeNs a, TimeNs b) { return truncateToMrptTick(a) == truncateToMrptTick(b); }
 
-/** No camera has 10,000 images a second: two that are this near are one, and the velocity between
- * them would be noise divided by nothing. */
+/** No camera takes 10,000 images a second. Two that are closer than this are one image; the
+ * velocity between them would be noise divided by almost nothing. */
 constexpr TimeNs kShortestFrameStep = 100'000;
 
 }  // namespace

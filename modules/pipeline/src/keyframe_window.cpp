@@ -32,8 +32,7 @@ InitializationProblem KeyframeWindow::problem(const StereoInertialCalibration& c
   std::vector<TrackedFrame> frames(frames_.begin(), frames_.end());
   std::vector<int> indices;
   for (size_t i = 0; i < frames.size(); ++i)
-    if (std::binary_search(stamps_.begin(), stamps_.end(), frames[i].t))
-      indices.push_back(static_cast<int>(i));
+    if (std::binary_search(stamps_.begin(), stamps_.end(), frames[i].t)) indices.push_back(i);
   ImuBuffer samples(imu.between(stamps_.front(), stamps_.back()));
   const ImuNoiseDensities densities = noise.apply(calibration.imu.noise, samples.samples());
   return makeProblem(calibration, densities, options, std::move(frames), std::move(indices),

@@ -5,8 +5,8 @@ namespace {
 
 using namespace state_index;
 
-// What the window's frames are about to teach again is not known before: wide, but for position and
-// yaw, which are free.
+// The window's frames are about to determine the state anew, so the prior is wide, except for
+// position and yaw, which are free.
 constexpr double kSigmaTilt = 0.03;      // rad
 constexpr double kSigmaVelocity = 0.1;   // m/s
 constexpr double kSigmaGyroBias = 0.02;  // rad/s

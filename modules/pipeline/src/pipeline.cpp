@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <map>
 
-#include "etalon/core/aligning_yaw.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/pipeline/odometry_start.h"
 #include "odometry_kinds.h"
@@ -28,14 +28,20 @@ std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
 
 }  // namespace
 
+Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates) {
+  Trajectory trajectory;
+  for (const FrameEstimate& estimate : estimates)
+    trajectory.push_back({estimate.t, estimate.nav.T_WB});
+  return trajectory;
+}
+
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
     : calibration_(calibration),
       options_(options),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
-      front_(calibration, options.frontend, noise_, options.input.max_gap_s,
-             std::max(options.input.max_gap_s, options.max_dead_reckoning_s)),
+      front_(calibration, options.frontend, options.input.max_gap_s),
       propagator_(noise_, options.window.gravity_mps2),
       odometry_(calibration, options.window.odometry),
       record_(calibration,
@@ -70,13 +76,9 @@ void Pipeline::estimate(const ClockJump& jump) {
 }
 
 void Pipeline::estimate(const ImuSample& sample) {
-  imu_.add(sample);
+  keepSample(sample, last_frame_, &imu_);
   missing_.sample(sample.t);
   if (options_.live) noticeMissingImages(sample.t);
-  // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
-  const TimeNs needed =
-      sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
-  if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
 }
 
 void Pipeline::estimate(const FrontFrame& frame) {
@@ -111,17 +113,17 @@ void Pipeline::estimate(const FrontFrame& frame) {
   }
   timings_.push_back(timing);
   publish(estimates_.back());
+  if (on_tracks_) on_tracks_(frame);
   forgetOld();
 }
 
 void Pipeline::forgetOld() {
   const size_t keep = options_.history_frames;
   if (keep == 0 || estimates_.size() < 2 * keep) return;
-  const auto old = static_cast<std::ptrdiff_t>(estimates_.size() - keep);
-  trajectory_.erase(trajectory_.begin(), trajectory_.begin() + old);
+  const std::ptrdiff_t old = estimates_.size() - keep;
   estimates_.erase(estimates_.begin(), estimates_.begin() + old);
   timings_.erase(timings_.begin(), timings_.begin() + old);
-  record_.forgetBefore(trajectory_.front().t);
+  record_.forgetBefore(estimates_.front().t);
 }
 
 /** Stereo odometry. */
@@ -140,15 +142,15 @@ void Pipeline::follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
   }
   if (!located) ++frames_not_located_;
   estimate.state = state_;
-  trajectory_.push_back({t, estimate.nav.T_WB});
   estimates_.push_back(estimate);
 }
 
 /** Fixed-lag odometry. */
 void Pipeline::followInertially(TimeNs t, TimeNs before,
                                 const std::optional<TrackedFrame>& tracked) {
+  // Not what the front end cut out for the frame: live, frames between may have been dropped.
   std::vector<ImuSample> imu = imu_.between(before, t);
-  // How long a jump of the clock took is not known: as long as the step between the frames before.
+  // The true time across a jump of the clock is unknown: the step of the frames before is taken.
   if (clock_jumped_)
     clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
   else
@@ -183,10 +185,9 @@ void Pipeline::keep(const OdometryOutput& output) {
   estimate.t = output.t;
   estimate.state = state_;
   estimate.nav = output.state;
-  estimate.sigma = output.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
+  estimate.motion_variance = output.covariance.diagonal().tail<9>();
   bias_ = output.state.bias;
-  trajectory_.push_back({output.t, output.state.T_WB});
   estimates_.push_back(estimate);
 }
 
@@ -236,7 +237,6 @@ void Pipeline::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
   const SE3 T_WV = T_WB * odometry_.pose().inverse();
-  for (StampedPose& pose : trajectory_) pose.T_WB = T_WV * pose.T_WB;
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
   if (inertial)
     replaceLast(*inertial);
@@ -245,11 +245,11 @@ void Pipeline::start(const InitializationAttempt& attempt) {
 }
 
 void Pipeline::startAgain(const InitializationAttempt& attempt) {
-  const SE3 before = trajectory_.back().T_WB;
+  const SE3 before = estimates_.back().nav.T_WB;
   replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
                               keepingYawAndPosition(attempt)));
   PoseJump jump;
-  jump.T_before_after = before.inverse() * trajectory_.back().T_WB;
+  jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
   jump.covariance = lost_covariance_;
   events_.back().jump = jump;
 }
@@ -298,13 +298,12 @@ void Pipeline::showWindowImage(TimeNs t) {
 
 /** The last pose is the fixed-lag odometry's first. */
 void Pipeline::replaceLast(const OdometryOutput& output) {
-  trajectory_.pop_back();
   estimates_.pop_back();
   keep(output);
 }
 
 Trajectory Pipeline::smoothedTrajectory() const {
-  return carriedAlong(trajectory_, record_.smoothed());
+  return carriedAlong(trajectory(), record_.smoothed());
 }
 
 FinalFlight Pipeline::finalBa() const {

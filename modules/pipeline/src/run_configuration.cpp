@@ -60,7 +60,7 @@ class ConfigurationReader {
   PluginLoader& loader() { return *loader_; }
   const std::string& pipelineIni() const { return pipeline_ini_; }
 
-  /** The initializer that the key names; where it cannot be had, the key's origin is said. */
+  /** The initializer that the key names; an error says where the key stands. */
   ConfiguredInitializer initializerOfKey(const std::string& section, const std::string& key,
                                          const std::string& name) {
     const auto& values = ini_.section(section);

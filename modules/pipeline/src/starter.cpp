@@ -42,7 +42,7 @@ Starter::Outcome Starter::attempt(const KeyframeWindow& window, const MakeProble
   return takes_over ? Outcome::kTakesOver : Outcome::kStarts;
 }
 
-/** Adds the attempt, and lightens the one that now is too old to be kept whole. */
+/** Adds the attempt, and drops the estimates of the one that is now too old to keep them. */
 void Starter::keep(InitializationAttempt attempt) {
   attempts_.push_back(std::move(attempt));
   if (attempts_.size() <= kDetailedAttempts) return;

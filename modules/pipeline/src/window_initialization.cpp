@@ -11,9 +11,9 @@ namespace etalon {
 std::vector<SE3> InitializationAttempt::poses() const {
   std::vector<SE3> poses;
   if (has_vi_ba)
-    for (const VisualInertialState& s : vi_ba.states) poses.push_back(s.T_WB);
+    for (const NavState& s : vi_ba.states) poses.push_back(s.T_WB);
   else
-    for (const KeyframeState& s : init->states) poses.push_back(s.T_WB);
+    for (const StampedState& s : init->states) poses.push_back(s.T_WB);
   return poses;
 }
 
@@ -55,8 +55,8 @@ VisualInertialBaResult refine(const InitializationProblem& problem, const Initia
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
   VisualInertialProblem vi;
   std::vector<SE3> poses;
-  for (const KeyframeState& s : start.states) {
-    vi.states.push_back({s.T_WB, s.v_WB});
+  for (const StampedState& s : start.states) {
+    vi.states.push_back(s);
     poses.push_back(s.T_WB);
   }
   vi.bundle = BundleProblem(

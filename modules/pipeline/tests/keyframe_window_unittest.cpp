@@ -57,8 +57,8 @@ TEST(KeyframeWindow, TheProblemHoldsItsFramesAndTheSamplesFromItsFirstToItsLastK
   EXPECT_EQ(problem.keyframeCount(), 4);
   EXPECT_EQ(problem.frames().size(), 3U * 5U + 1U);
   for (int k = 0; k < 4; ++k) {
-    EXPECT_EQ(problem.keyframe(k).t, synthetic.truth[static_cast<size_t>(6 + k)].t);
-    EXPECT_EQ(problem.keyframe(k).t, window.stamps()[static_cast<size_t>(k)]);
+    EXPECT_EQ(problem.keyframe(k).t, synthetic.truth[6 + k].t);
+    EXPECT_EQ(problem.keyframe(k).t, window.stamps()[k]);
   }
   const std::vector<ImuSample>& samples = problem.imu().samples();
   EXPECT_EQ(samples.front().t, window.stamps().front());

@@ -87,7 +87,7 @@ TEST_F(PipelineInput, BadMeasurementsChangeNothingButTheCounts) {
     other.t = frame.t - 50'000'000;
     if (k > 0) spoilt.add(other);
   }
-  const auto n = static_cast<int>(next);
+  const int n = next;
   EXPECT_EQ(count(spoilt, InputFault::kImuRepeatedStamp), n);
   EXPECT_EQ(count(spoilt, InputFault::kImuNotFinite), n);
   EXPECT_EQ(count(spoilt, InputFault::kImuTooLarge), n);
@@ -158,7 +158,7 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
       [](const InitializationProblem& problem) {
         Initialization truth;
         for (const TrackedFrame* keyframe : problem.keyframes())
-          truth.states.push_back({keyframe->t, flight().truth(keyframe->t), {}});
+          truth.states.push_back({keyframe->t, flight().truth(keyframe->t)});
         return truth;
       },
       hard_to_please);

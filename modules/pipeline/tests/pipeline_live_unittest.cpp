@@ -86,7 +86,7 @@ TEST_F(PipelineLive, WhatIsBrokenIsCountedAndWhatIsUnknownIgnored) {
   pipeline.process(image);  // empty
   image.image = mrpt::img::CImage(cv::Mat(480, 752, CV_8UC1, cv::Scalar(7)), mrpt::img::DEEP_COPY);
   for (int k = 0; k < 3; ++k) {  // the right camera is missing
-    image.timestamp = toMrptTime(flight().frames[static_cast<size_t>(k)].t);
+    image.timestamp = toMrptTime(flight().frames[k].t);
     pipeline.process(image);
   }
   image.sensorLabel = "thermal";
@@ -210,6 +210,21 @@ TEST_F(PipelineLive, TheLastImageOfARecordingIsNoFault) {
   flyAndGoOn(1.5, &pipeline);
   EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
   EXPECT_EQ(pipeline.events().size(), 2U);
+}
+
+TEST_F(PipelineLive, TracksComeWithTheirImages) {
+  Pipeline pipeline = this->pipeline(false);
+  std::vector<TimeNs> stamps;
+  pipeline.onTracks([&stamps](const FrontFrame& frame) {
+    stamps.push_back(frame.t);
+    EXPECT_EQ(frame.images.t, frame.t);
+    EXPECT_FALSE(frame.images.left.empty());
+    ASSERT_TRUE(frame.tracked);
+    EXPECT_FALSE(frame.tracked->observations.empty());
+  });
+  flyAndGoOn(0.1, &pipeline);
+  ASSERT_EQ(stamps.size(), flight().frames.size());
+  for (size_t i = 0; i < stamps.size(); ++i) EXPECT_EQ(stamps[i], flight().frames[i].t);
 }
 
 TEST_F(PipelineLive, LiveImagesThatStopAreSaidAtOnce) {

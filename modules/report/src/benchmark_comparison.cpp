@@ -98,8 +98,8 @@ PairedComparison compareFigures(const Figures& a, const Figures& b, const Window
     if (pairs == by_sequence.end()) continue;
     clusters.push_back(pairs->second.values);
     clusters.back().block = pairs->second.overlapping((shape.keyframes - 1) / shape.rate_hz);
-    comparison.apart += static_cast<int>((clusters.back().a.size() + clusters.back().block - 1) /
-                                         clusters.back().block);
+    comparison.apart +=
+        (clusters.back().a.size() + clusters.back().block - 1) / clusters.back().block;
     comparison.by_recording.push_back({sequence, static_cast<int>(clusters.back().a.size()),
                                        differenceOf(clusters.back(), rate)});
   }

@@ -68,7 +68,7 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
         key.initializer = initializer;
         const SummaryRow& row = rowOf(summary, key);
         table.setNumber(cellKey(initializer, stage), value(row));
-        // Who answers only where it is easy is not the best.
+        // A method that answers only where it is easy is not the best.
         if (row.estimates >= kShareForBest * row.count)
           cells.push_back(cellKey(initializer, stage));
         more(&table, row);
@@ -225,10 +225,9 @@ TitledTable neesTable(const BenchmarkRecord& record, const std::vector<SummaryRo
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
                        WindowShape shape, const WindowMetric& metric, SummaryStatistic statistic) {
   const std::vector<WindowMetric> metrics = windowMetrics();
-  const auto index =
-      static_cast<size_t>(std::find_if(metrics.begin(), metrics.end(),
-                                       [&](const WindowMetric& m) { return m.key == metric.key; }) -
-                          metrics.begin());
+  const size_t index = std::find_if(metrics.begin(), metrics.end(),
+                                    [&](const WindowMetric& m) { return m.key == metric.key; }) -
+                       metrics.begin();
   Layout layout;
   layout.decimals = metric.decimals;
   layout.factor = metric.factor;

@@ -40,7 +40,7 @@ class TrajectoryPlot {
     if (options.alignment)
       if (const auto alignment = alignmentOf(associate(estimate, ground_truth), *options.alignment))
         estimate_ = transformed(estimate, *alignment);
-    for (const GroundTruthState& state : ground_truth.states)
+    for (const StampedState& state : ground_truth.states)
       if (state.t >= estimate.front().t && state.t <= estimate.back().t)
         truth_.push_back(state.T_WB.t);
     errors_ = poseErrors(associate(estimate_, ground_truth));

@@ -80,8 +80,8 @@ std::vector<std::vector<size_t>> Table::pieces(const TextStyle& style) const {
   };
   for (const Group& group : groups(shown)) {
     if (group.first < left.size()) continue;
-    const auto first = shown.begin() + static_cast<std::ptrdiff_t>(group.first);
-    const std::vector<size_t> columns(first, first + static_cast<std::ptrdiff_t>(group.count));
+    const auto first = shown.begin() + group.first;
+    const std::vector<size_t> columns(first, first + group.count);
     if (add(columns)) continue;
     for (const size_t c : columns) add({c});
   }

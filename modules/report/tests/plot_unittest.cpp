@@ -26,7 +26,7 @@ struct Flight {
     truth.has_velocity = false;
     for (int i = 0; i <= 400; ++i) {
       const double s = i / 400.0 * 2 * M_PI;
-      GroundTruthState state;
+      StampedState state;
       state.t = testing::kFirstImage + 50'000'000LL * i;
       state.T_WB =
           SE3(expSO3(Eigen::Vector3d(0.1 * std::sin(5 * s), 0.1 * std::cos(3 * s), s)),

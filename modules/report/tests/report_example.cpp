@@ -15,9 +15,9 @@ constexpr TimeNs kFirstImage = 1403636579763555584;
 TimeNs nanoseconds(double seconds) { return static_cast<TimeNs>(std::llround(1e9 * seconds)); }
 
 /** A flight: loops of some metres, at rest for the first three seconds. */
-GroundTruthState truthAt(double t_s, int sequence) {
+StampedState truthAt(double t_s, int sequence) {
   const double s = std::max(0.0, t_s - 3.0), turn = 0.25 + 0.05 * sequence;
-  GroundTruthState state;
+  StampedState state;
   state.t = kFirstImage + nanoseconds(t_s);
   state.T_WB.t = Eigen::Vector3d(3.0 * std::sin(turn * s), 2.0 * std::sin(1.7 * turn * s),
                                  1.0 + 0.4 * std::sin(2.3 * turn * s));
@@ -38,20 +38,20 @@ class Maker {
     return std::uniform_real_distribution<double>(0.0, 1.0)(random_) < probability;
   }
 
-  StageRecord stage(const std::string& name, const std::vector<GroundTruthState>& truth,
-                    double size, bool with_errors) {
+  StageRecord stage(const std::string& name, const std::vector<StampedState>& truth, double size,
+                    bool with_errors) {
     StageRecord stage;
     stage.stage = name;
     const SE3 T_VW(expSO3(Eigen::Vector3d(0, 0, 1.0)), Eigen::Vector3d(1, 2, 3));
-    for (const GroundTruthState& state : truth) {
+    for (const StampedState& state : truth) {
       const Eigen::Vector3d noise(normal_(random_), normal_(random_), normal_(random_));
-      KeyframeState keyframe{state.t, T_VW * state.T_WB, state.v_WB};
+      StampedState keyframe{state.t, T_VW * state.T_WB, state.v_WB};
       keyframe.T_WB.t += 0.01 * size * noise;
       stage.states.push_back(keyframe);
     }
     if (!with_errors) return stage;
     WindowErrors errors;
-    errors.keyframes = static_cast<int>(truth.size());
+    errors.keyframes = truth.size();
     errors.rre_deg = about(0.03 * size);
     errors.ate_m = about(0.008 * size);
     errors.ate_yaw_m = 1.2 * errors.ate_m;
@@ -67,10 +67,10 @@ class Maker {
   }
 
   /** One attempt by initializer number `method`, the harder the worse. */
-  AttemptRecord attempt(const std::vector<GroundTruthState>& truth, int method, double hardness,
+  AttemptRecord attempt(const std::vector<StampedState>& truth, int method, double hardness,
                         bool with_errors) {
     AttemptRecord attempt;
-    for (const GroundTruthState& state : truth) attempt.keyframes.push_back(state.t);
+    for (const StampedState& state : truth) attempt.keyframes.push_back(state.t);
     attempt.t = truth.back().t;
     attempt.timings = {{kTimingStereoOdometry, about(12.0, 0.2)},
                        {kTimingInitialize, about(0.5 * std::pow(1.9, method), 0.3)}};
@@ -99,9 +99,8 @@ class Maker {
   std::normal_distribution<double> normal_;
 };
 
-std::vector<GroundTruthState> windowAt(double start_s, int keyframes, double rate_hz,
-                                       int sequence) {
-  std::vector<GroundTruthState> truth;
+std::vector<StampedState> windowAt(double start_s, int keyframes, double rate_hz, int sequence) {
+  std::vector<StampedState> truth;
   for (int k = 0; k < keyframes; ++k) truth.push_back(truthAt(start_s + k / rate_hz, sequence));
   return truth;
 }
@@ -116,7 +115,7 @@ constexpr std::array<const char*, 7> kSequences = {
 
 BenchmarkSequence sequenceOf(int s, const ReportExampleSize& size) {
   BenchmarkSequence sequence;
-  sequence.name = kSequences[static_cast<size_t>(s) % kSequences.size()];
+  sequence.name = kSequences[s % kSequences.size()];
   sequence.source = "/recordings/" + sequence.name;
   sequence.source_kind = "euroc";
   sequence.first_image = kFirstImage;
@@ -144,7 +143,7 @@ BenchmarkRecord reportExample(const ReportExampleSize& size) {
   record.config = "[pipeline]\nkeyframes = 10 ; of a window\n";
   for (int i = 0; i < size.initializers; ++i) {
     BenchmarkInitializer initializer;
-    initializer.name = kInitializers[static_cast<size_t>(i)];
+    initializer.name = kInitializers[i];
     initializer.version = "1." + std::to_string(i);
     initializer.config = "[" + initializer.name + "]\n";
     record.initializers.push_back(initializer);
@@ -163,7 +162,7 @@ BenchmarkRecord reportExample(const ReportExampleSize& size) {
             result.window = window;
             result.keyframes = keyframes;
             result.rate_hz = rate_hz;
-            result.initializer = record.initializers[static_cast<size_t>(i)].name;
+            result.initializer = record.initializers[i].name;
             const auto truth = windowAt(2.5 * window, keyframes, rate_hz, s);
             result.t0 = truth.front().t;
             const double short_window = 1.0 + 1.0 / (keyframes / rate_hz);
@@ -206,12 +205,33 @@ RunExample runExample() {
   }
   run.ground_truth.has_velocity = run.ground_truth.has_biases = true;
   for (int i = 0; i <= 8000; ++i) run.ground_truth.states.push_back(truthAt(0.005 * i, 0));
+  const auto at = [](double seconds) { return kFirstImage + durationNs(seconds); };
+  record.events = {{at(0.0), "visual", "images have come", false, {}},
+                   {*record.initialized_at, "inertial", "'eta' was accepted", false, {}},
+                   {at(20.0), "dead_reckoning", "no image <came>", false, {}},
+                   {at(21.0), "inertial", "images are back", false, {}},
+                   {at(30.0), "inertial", "the IMU had a gap", true, {}}};
+  record.statistics.stages = {{"front_end", 801, 5.0, 8.0, 12.0, 4.0},
+                              {"odometry", 801, 2.0, 3.0, 5.0, 1.6}};
   const SE3 T_VW(expSO3(Eigen::Vector3d(0, 0, 0.7)), Eigen::Vector3d(4, 5, 6));
+  int start = -1;  // the first frame that is inertial
   for (int i = 0; i <= 800; ++i) {
-    const GroundTruthState truth = truthAt(0.05 * i, 0);
-    StampedPose pose{truth.t, T_VW * truth.T_WB};
-    pose.T_WB.t += Eigen::Vector3d(0.02 * std::sin(0.05 * i), 1e-4 * i, 0);
-    run.odometry.push_back(pose);
+    const StampedState truth = truthAt(0.05 * i, 0);
+    FrameEstimate e;
+    e.t = truth.t;
+    e.nav.T_WB = T_VW * truth.T_WB;
+    if (truth.t >= *record.initialized_at) {
+      if (start < 0) start = i;
+      e.state = i >= 400 && i < 420 ? PipelineState::kDeadReckoning : PipelineState::kInertial;
+      const double sigma = 1e-4 * (i - start);  // m an axis
+      e.nav.T_WB.t.x() += 2.0 / std::sqrt(3.0) * sigma;
+      e.nav.v_WB = T_VW.R * truth.v_WB + Eigen::Vector3d(0.01, 0.0, 0.0);
+      e.nav.bias = truth.bias;
+      e.pose_covariance.setIdentity();
+      e.pose_covariance *= sigma * sigma;
+      e.motion_variance.setConstant(3e-4);
+    }
+    run.estimates.push_back(e);
   }
   return run;
 }

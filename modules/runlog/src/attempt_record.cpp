@@ -17,7 +17,7 @@ struct Truth {
   const std::optional<Eigen::Vector3d>& gravity_direction_G;
 };
 
-StageRecord makeStage(const std::string& name, std::vector<KeyframeState> states,
+StageRecord makeStage(const std::string& name, std::vector<StampedState> states,
                       const ImuBias& bias, const Eigen::MatrixXd& claimed_covariance,
                       double gravity_mps2, const Truth& truth) {
   StageRecord stage = StageRecord::fromStates(name, std::move(states), bias, gravity_mps2);
@@ -64,10 +64,9 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
     record.stages.push_back(std::move(stage));
   }
   if (attempt.has_vi_ba && attempt.vi_ba.states.size() == attempt.keyframes.size()) {
-    std::vector<KeyframeState> states;
+    std::vector<StampedState> states;
     for (size_t k = 0; k < attempt.keyframes.size(); ++k)
-      states.push_back(
-          {attempt.keyframes[k], attempt.vi_ba.states[k].T_WB, attempt.vi_ba.states[k].v_WB});
+      states.emplace_back(attempt.keyframes[k], attempt.vi_ba.states[k]);
     StageRecord stage = makeStage(kStageViBa, std::move(states), attempt.vi_ba.bias,
                                   claimedCovariance(attempt.vi_ba), gravity_mps2, truth);
     if (attempt.vi_ba.covariance.size() > 0) {

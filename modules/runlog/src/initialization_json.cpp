@@ -159,7 +159,7 @@ RunRecord recordFromJson(const JsonReader& json) {
 
 }  // namespace
 
-StageRecord StageRecord::fromStates(const std::string& stage, std::vector<KeyframeState> states,
+StageRecord StageRecord::fromStates(const std::string& stage, std::vector<StampedState> states,
                                     const ImuBias& bias, double gravity_mps2) {
   StageRecord record;
   record.stage = stage;

@@ -43,17 +43,15 @@ std::vector<CObservation::Ptr> observationsOf(const RunLog& log) {
   }
   if (const AttemptRecord* attempt = attemptToLog(log.record))
     for (const StageRecord& stage : attempt->stages)
-      for (const KeyframeState& state : stage.states)
+      for (const StampedState& state : stage.states)
         add({state.t, state.T_WB}, log.record.initializer + "/" + stage.stage);
-  for (size_t i = 0; i < log.odometry.size(); ++i)
+  for (const FrameEstimate& estimate : log.estimates)
     observations.push_back(std::make_shared<mrpt::obs::CObservationRobotPose>(
-        toObservation(log.odometry[i], log.record.initializer + "/odometry",
-                      i < log.estimates.size()
-                          ? log.estimates[i].pose_covariance
-                          : Eigen::Matrix<double, 6, 6>(Eigen::Matrix<double, 6, 6>::Zero()))));
-  if (!log.odometry.empty())
-    for (const GroundTruthState& state : log.ground_truth.states)
-      if (state.t >= log.odometry.front().t && state.t <= log.odometry.back().t)
+        toObservation({estimate.t, estimate.nav.T_WB}, log.record.initializer + "/odometry",
+                      estimate.pose_covariance)));
+  if (!log.estimates.empty())
+    for (const StampedState& state : log.ground_truth.states)
+      if (state.t >= log.estimates.front().t && state.t <= log.estimates.back().t)
         add({state.t, state.T_WB}, kGroundTruthLabel);
   std::stable_sort(observations.begin(), observations.end(),
                    [](const auto& a, const auto& b) { return a->timestamp < b->timestamp; });

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/text.h"
 #include "etalon/imu/preintegration.h"
 
@@ -31,12 +31,12 @@ std::string statesCsv(const std::vector<FrameEstimate>& estimates) {
     };
     addAll(e.nav.T_WB.t);
     addAll(Eigen::Quaterniond(e.nav.T_WB.R).coeffs());
-    const bool inertial = e.sigma.allFinite();
+    Eigen::Matrix<double, 15, 1> sigma = e.sigma();
+    const bool inertial = sigma.allFinite();
     const Eigen::Vector3d unknown = Eigen::Vector3d::Constant(FrameEstimate::kUnknown);
     addAll(inertial ? e.nav.v_WB : unknown);
     addAll(inertial ? e.nav.bias.gyro : unknown);
     addAll(inertial ? e.nav.bias.accel : unknown);
-    Eigen::Matrix<double, 15, 1> sigma = e.sigma;
     sigma.segment<3>(kRotation) *= kDegreesPerRadian;
     addAll(sigma);
     text += "\n";

@@ -15,12 +15,12 @@ InitializationAttempt exampleAttempt() {
   attempt.init = Initialization();
   Initialization& init = *attempt.init;
   for (int k = 0; k < 3; ++k) {
-    KeyframeState state;
+    StampedState state;
     state.t = 1'000'000'000LL + 250'000'000LL * k;
     state.T_WB.t = Eigen::Vector3d(k, k * k, 0);
     attempt.keyframes.push_back(state.t);
     init.states.push_back(state);
-    attempt.vi_ba.states.push_back({state.T_WB, state.v_WB});
+    attempt.vi_ba.states.push_back(state);
   }
   attempt.t = attempt.keyframes.back();
   init.bias.gyro.x() = 0.02;
@@ -39,7 +39,7 @@ InitializationAttempt exampleAttempt() {
 GroundTruth truthOf(const InitializationAttempt& attempt) {
   GroundTruth truth;
   truth.has_velocity = truth.has_biases = true;
-  for (const KeyframeState& s : attempt.init->states) truth.states.push_back({s.t, s.T_WB});
+  for (const StampedState& s : attempt.init->states) truth.states.push_back({s.t, s.T_WB});
   return truth;
 }
 

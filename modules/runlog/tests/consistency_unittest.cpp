@@ -26,18 +26,17 @@ struct Example {
     truth.has_velocity = truth.has_biases = true;
     attempt.init = Initialization();
     for (int k = 0; k < 3; ++k) {
-      GroundTruthState state;
+      StampedState state;
       state.t = 1'000'000'000LL + 250'000'000LL * k;
       state.T_WB.R = expSO3({0.4, -0.3 * k, 0.2 * k});
       state.v_WB = Eigen::Vector3d(1.0, 0.5 * k, -0.2);
-      state.b_g = Eigen::Vector3d(0.01, 0.0, 0.001 * k);  // 0.001 on average
+      state.bias.gyro = Eigen::Vector3d(0.01, 0.0, 0.001 * k);  // 0.001 on average
       truth.states.push_back(state);
       const Eigen::Vector3d dv = k == 2 ? kVelocityError : Eigen::Vector3d(5.0, 5.0, 5.0);
       attempt.keyframes.push_back(state.t);
       attempt.vi_ba.states.push_back(
-          {{expSO3(kTilt) * kYaw * state.T_WB.R, state.T_WB.t}, kYaw * state.v_WB + dv});
-      attempt.init->states.push_back(
-          {state.t, attempt.vi_ba.states.back().T_WB, attempt.vi_ba.states.back().v_WB});
+          {{expSO3(kTilt) * kYaw * state.T_WB.R, state.T_WB.t}, kYaw * state.v_WB + dv, {}});
+      attempt.init->states.emplace_back(state.t, attempt.vi_ba.states.back());
     }
     attempt.init->bias.gyro = attempt.vi_ba.bias.gyro = {0.012, 0.0, 0.001};
     attempt.has_vi_ba = true;

@@ -97,7 +97,7 @@ TEST(RunRecordJson, AnEmptyRecordReadsBackToo) {
 }
 
 TEST(StageRecord, KeepsGravityInTheFirstBody) {
-  KeyframeState state;
+  StampedState state;
   state.T_WB.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;  // 90 degrees about x: the body's y points up
   const StageRecord stage = StageRecord::fromStates("init", {state}, {}, 9.8);
   EXPECT_EQ(stage.gravity_B0, Eigen::Vector3d(0, -9.8, 0));

@@ -77,12 +77,12 @@ TEST(RunLog, PosesAndImagesAreWhatWasGiven) {
     if (observation->sensorLabel == "eta/odometry") {
       const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation);
       ASSERT_NE(pose, nullptr);
-      const StampedPose& given = log.odometry.at(odometry++);
+      const FrameEstimate& given = log.estimates.at(odometry++);
       EXPECT_EQ(fromMrptTime(pose->timestamp), truncateToMrptTick(given.t));
       // MRPT keeps yaw, pitch and roll: a few roundings.
       const SE3 read = fromMrptPose(pose->pose.mean);
-      EXPECT_LT((read.t - given.T_WB.t).norm(), 1e-14);
-      EXPECT_LT((read.R - given.T_WB.R).norm(), 1e-14);
+      EXPECT_LT((read.t - given.nav.T_WB.t).norm(), 1e-14);
+      EXPECT_LT((read.R - given.nav.T_WB.R).norm(), 1e-14);
     } else if (observation->sensorLabel == "stereo") {
       const auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation);
       ASSERT_NE(stereo, nullptr);
@@ -114,7 +114,7 @@ TEST(RunLog, ARunThatNeverInitialisedCanBeLoggedToo) {
   RunLog log = exampleLog();
   log.record.attempts.resize(1);
   log.record.initialized_at.reset();
-  log.odometry.clear();
+  log.estimates.clear();
   log.images.clear();
   log.ground_truth = {};
   writeRunLog(folder / kRunLogName, log);

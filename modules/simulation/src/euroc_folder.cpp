@@ -120,16 +120,16 @@ void EurocFolder::writeImu(const std::vector<ImuSample>& samples) const {
   writeFile(sensor(kImuFolder) + "/data.csv", text);
 }
 
-void EurocFolder::writeGroundTruth(const std::vector<GroundTruthState>& states) const {
+void EurocFolder::writeGroundTruth(const std::vector<StampedState>& states) const {
   std::string text =
       "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
       "q_RS_z [], v_RS_R_x "
       "[m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad "
       "s^-1], b_w_RS_S_z "
       "[rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
-  for (const GroundTruthState& s : states) {
+  for (const StampedState& s : states) {
     const Eigen::Quaterniond q(s.T_WB.R);
-    const Eigen::Vector3d &p = s.T_WB.t, &v = s.v_WB, &g = s.b_g, &a = s.b_a;
+    const Eigen::Vector3d &p = s.T_WB.t, &v = s.v_WB, &g = s.bias.gyro, &a = s.bias.accel;
     text += std::to_string(s.t) + "," +
             list({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), g.x(),
                   g.y(), g.z(), a.x(), a.y(), a.z()}) +

@@ -30,7 +30,7 @@ class EurocFolder {
                         const std::string& comment) const;
   void writeImu(const std::vector<ImuSample>& samples) const;
   /** 17 columns. */
-  void writeGroundTruth(const std::vector<GroundTruthState>& states) const;
+  void writeGroundTruth(const std::vector<StampedState>& states) const;
   /** The files as they are, byte for byte. */
   void copyImu(const std::string& file) const;
   void copyGroundTruth(const std::string& file) const;
@@ -38,7 +38,7 @@ class EurocFolder {
   void writeImageLists(const std::vector<TimeNs>& stamps) const;
   /** One PNG. May be called from several threads, for different images. */
   void writeImage(size_t camera, TimeNs t, const cv::Mat& image) const;
-  /** Puts everything in place; without, nothing of it is left. */
+  /** Puts everything in place. Without this call nothing of it is left. */
   void complete() { output_->putInPlace(); }
 
  private:

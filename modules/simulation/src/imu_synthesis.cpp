@@ -1,6 +1,7 @@
 #include "etalon/simulation/imu_synthesis.h"
 
 #include <cmath>
+#include <utility>
 
 #include "etalon/core/errors.h"
 #include "random.h"
@@ -41,37 +42,43 @@ ImuBias randomImuBias(std::uint64_t seed) {
   return bias;
 }
 
-SyntheticImu synthesizeImu(const SimulatedTrajectory& trajectory, TimeNs from, TimeNs to,
-                           const ImuSynthesisOptions& options) {
+SyntheticImu withImuErrors(std::vector<ImuSample> exact, const ImuSynthesisOptions& options) {
   check(options);
   const double sqrt_rate = std::sqrt(options.rate_hz);
   const double white = options.white_noise ? sqrt_rate : 0.0;
   const double walk = options.bias_walk ? 1.0 / sqrt_rate : 0.0;
   const ImuNoiseDensities& density = options.noise;
-  const Vector3d g_W(0.0, 0.0, -options.gravity);
   Random random(options.seed, kImuNoiseStream);
 
   SyntheticImu imu;
+  imu.samples = std::move(exact);
   ImuBias bias = options.initial_bias;
-  for (std::int64_t k = 0;; ++k) {
-    const TimeNs t = stampAtRate(from, options.rate_hz, k);
-    if (t > to) break;
-    if (options.recorded_bias) bias = options.recorded_bias(t);
-    const TrajectoryState state = trajectory.at(t);
+  for (ImuSample& sample : imu.samples) {
+    if (options.recorded_bias) bias = options.recorded_bias(sample.t);
     // The same number of draws a sample, whatever is switched off: seeds stay comparable.
     const Vector3d n_g = random.normal3(), n_a = random.normal3();
     const Vector3d w_g = random.normal3(), w_a = random.normal3();
-    ImuSample sample;
-    sample.t = t;
-    sample.gyro = state.omega_B + bias.gyro + density.gyro_noise_density * white * n_g;
-    sample.accel = state.T_WB.R.transpose() * (state.a_W - g_W) + bias.accel +
-                   density.accel_noise_density * white * n_a;
-    imu.samples.push_back(sample);
+    sample.gyro = sample.gyro + bias.gyro + density.gyro_noise_density * white * n_g;
+    sample.accel = sample.accel + bias.accel + density.accel_noise_density * white * n_a;
     imu.biases.push_back(bias);
     bias.gyro += density.gyro_random_walk * walk * w_g;
     bias.accel += density.accel_random_walk * walk * w_a;
   }
   return imu;
+}
+
+SyntheticImu synthesizeImu(const SimulatedTrajectory& trajectory, TimeNs from, TimeNs to,
+                           const ImuSynthesisOptions& options) {
+  check(options);
+  const Vector3d g_W(0.0, 0.0, -options.gravity);
+  std::vector<ImuSample> exact;
+  for (std::int64_t k = 0;; ++k) {
+    const TimeNs t = stampAtRate(from, options.rate_hz, k);
+    if (t > to) break;
+    const TrajectoryState state = trajectory.at(t);
+    exact.push_back({t, state.omega_B, state.T_WB.R.transpose() * (state.a_W - g_W)});
+  }
+  return withImuErrors(std::move(exact), options);
 }
 
 }  // namespace etalon

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "etalon/core/errors.h"
-#include "etalon/core/so3.h"
 #include "etalon/imu/preintegration.h"
 
 namespace etalon {
@@ -34,25 +33,16 @@ IntegratedTrajectory::IntegratedTrajectory(const SimulatedTrajectory& smooth, do
 
 TrajectoryState IntegratedTrajectory::step(const TrajectoryState& from, const ImuSample& a,
                                            const ImuSample& b) const {
-  const Preintegration integral({a, b}, ImuBias(), ImuNoiseDensities());
-  const Preintegration::Deltas& delta = integral.deltas();
-  const double dt = integral.dt();
-  const Eigen::Matrix3d& R = from.T_WB.R;
-  TrajectoryState to;
-  to.t = b.t;
-  to.T_WB.R = nearestRotation(R * delta.dR);
-  to.T_WB.t = from.T_WB.t + from.v_WB * dt + 0.5 * dt * dt * g_W_ + R * delta.dp;
-  to.v_WB = from.v_WB + g_W_ * dt + R * delta.dv;
-  to.a_W = to.T_WB.R * b.accel + g_W_;
-  to.omega_B = b.gyro;
-  return to;
+  const NavState end = Preintegration({a, b}, ImuBias(), ImuNoiseDensities())
+                           .predict({from.T_WB, from.v_WB, ImuBias()}, g_W_);
+  return {b.t, end.T_WB, end.v_WB, end.T_WB.R * b.accel + g_W_, b.gyro};
 }
 
 TrajectoryState IntegratedTrajectory::at(TimeNs t) const {
   const TimeNs inside = std::clamp(t, start_, end_);
   const auto after = std::upper_bound(samples_.begin(), samples_.end(), inside,
                                       [](TimeNs a, const ImuSample& b) { return a < b.t; });
-  const size_t k = static_cast<size_t>(after - samples_.begin()) - 1;
+  const size_t k = after - samples_.begin() - 1;
   TrajectoryState state = states_[k];
   if (samples_[k].t != inside) {
     const ImuSample &a = samples_[k], &b = samples_[k + 1];

@@ -106,7 +106,7 @@ TrajectoryState ProfileTrajectory::at(TimeNs t) const {
   TrajectoryState state;
   state.t = t;
   for (int i = 0; i < 3; ++i) {
-    const Series& p = q[static_cast<size_t>(i)];
+    const Series& p = q[i];
     state.T_WB.t[i] = p.c[0];
     state.v_WB[i] = p.c[1];
     state.a_W[i] = 2.0 * p.c[2];

@@ -24,9 +24,9 @@ Basis basisAt(double u, int degree) {
   n[0] = 1.0;
   for (int d = 1; d <= degree; ++d) {
     for (int j = d; j >= 0; --j) {
-      const double left = j > 0 ? n[static_cast<size_t>(j - 1)] : 0.0;
-      const double right = j < d ? n[static_cast<size_t>(j)] : 0.0;
-      n[static_cast<size_t>(j)] = ((u + d - j) * left + (1.0 - u + j) * right) / d;
+      const double left = j > 0 ? n[j - 1] : 0.0;
+      const double right = j < d ? n[j] : 0.0;
+      n[j] = ((u + d - j) * left + (1.0 - u + j) * right) / d;
     }
   }
   return n;
@@ -73,7 +73,7 @@ void SplineTrajectory::fit(const GroundTruth& recorded) {
   Eigen::Matrix<double, Eigen::Dynamic, 7> rhs =
       Eigen::Matrix<double, Eigen::Dynamic, 7>::Zero(count, 7);
   Eigen::Vector4d last_q = Eigen::Vector4d::Zero();
-  for (const GroundTruthState& state : recorded.states) {
+  for (const StampedState& state : recorded.states) {
     Eigen::Matrix<double, 1, 7> row;
     Eigen::Vector4d q = Eigen::Quaterniond(state.T_WB.R).coeffs();
     if (q.dot(last_q) < 0.0) q = -q;
@@ -82,10 +82,10 @@ void SplineTrajectory::fit(const GroundTruth& recorded) {
     const Local local = locate(state.t);
     const Basis w = derivativeWeights(local.u, 0);
     for (Eigen::Index i = 0; i < kOrder; ++i) {
-      rhs.row(local.first + i) += w[static_cast<size_t>(i)] * row;
+      rhs.row(local.first + i) += w[i] * row;
       for (Eigen::Index j = 0; j < kOrder; ++j) {
         triplets.emplace_back(static_cast<int>(local.first + i), static_cast<int>(local.first + j),
-                              w[static_cast<size_t>(i)] * w[static_cast<size_t>(j)]);
+                              w[i] * w[j]);
       }
     }
   }
@@ -113,9 +113,9 @@ TrajectoryState SplineTrajectory::at(TimeNs t) const {
     const Basis w = derivativeWeights(local.u, d);
     Eigen::Matrix<double, 1, 7> sum = Eigen::Matrix<double, 1, 7>::Zero();
     for (Eigen::Index i = 0; i < kOrder; ++i) {
-      sum += w[static_cast<size_t>(i)] * control_.row(local.first + i);
+      sum += w[i] * control_.row(local.first + i);
     }
-    value[static_cast<size_t>(d)] = sum / std::pow(knot_s_, d);
+    value[d] = sum / std::pow(knot_s_, d);
   }
   const auto quaternion = [](const Eigen::Matrix<double, 1, 7>& row) {
     return Eigen::Quaterniond(row[6], row[3], row[4], row[5]);
@@ -140,7 +140,7 @@ InterpolatedTrajectory::InterpolatedTrajectory(GroundTruth recorded)
   end_ = recorded_.states.back().t;
 }
 
-GroundTruthState InterpolatedTrajectory::row(TimeNs t) const {
+StampedState InterpolatedTrajectory::row(TimeNs t) const {
   constexpr double kAnyGap = 1e9;  // s
   return recorded_.at(t, kAnyGap).value();
 }
@@ -148,9 +148,9 @@ GroundTruthState InterpolatedTrajectory::row(TimeNs t) const {
 TrajectoryState InterpolatedTrajectory::at(TimeNs t) const {
   constexpr TimeNs kHalfStep = 5'000'000;
   const TimeNs inside = std::clamp(t, start_, end_);
-  const GroundTruthState now = row(inside);
-  const GroundTruthState before = row(std::max(start_, inside - kHalfStep));
-  const GroundTruthState after = row(std::min(end_, inside + kHalfStep));
+  const StampedState now = row(inside);
+  const StampedState before = row(std::max(start_, inside - kHalfStep));
+  const StampedState after = row(std::min(end_, inside + kHalfStep));
   const double dt = secondsBetween(before.t, after.t);
   TrajectoryState state;
   state.t = t;

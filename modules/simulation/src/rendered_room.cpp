@@ -15,7 +15,7 @@ using Eigen::Vector3f;
 
 constexpr size_t kTextures = 4;
 
-/** The direction with components that may be divided by. */
+/** The direction, with components that are safe to divide by. */
 Vector3f withoutZeros(Vector3f d) {
   constexpr float kTiny = 1e-12f;
   for (int k = 0; k < 3; ++k) {
@@ -53,7 +53,7 @@ RenderedRoom::RenderedRoom(const Room& room, std::uint64_t seed) {
     solid.sin_yaw = static_cast<float>(std::sin(box.yaw));
     solid.radius = solid.half_size.norm();
     solids_.push_back(solid);
-    const size_t texture = static_cast<size_t>(random.uniformInt(static_cast<int>(kTextures)));
+    const size_t texture = random.uniformInt(static_cast<int>(kTextures));
     for (size_t face = 0; face < 6; ++face) solid_coats_.push_back(coat(texture, 0.6, 1.25));
   }
 }
@@ -99,7 +99,7 @@ float RenderedRoom::shade(const Coat& coat, float u, float v, float du, float dv
 float RenderedRoom::trace(const Vector3f& o, const std::vector<PlacedSolid>& candidates,
                           const Vector3f& direction, float spread, float length) const {
   const Vector3f d = withoutZeros(direction);
-  // Out of the room, whose walls are met from inside.
+  // The ray leaves the room: its walls are hit from inside.
   const float sx = (std::copysign(half_room_.x(), d.x()) - o.x()) / d.x();
   const float sy = (std::copysign(half_room_.y(), d.y()) - o.y()) / d.y();
   const float sz = (std::copysign(half_room_.z(), d.z()) - o.z()) / d.z();
@@ -132,7 +132,7 @@ float RenderedRoom::trace(const Vector3f& o, const std::vector<PlacedSolid>& can
   }
   const Vector3f p = o + nearest * d;
   const Vector3f local = hit ? Vector3f(hit->origin + nearest * hit_d) : p;
-  const size_t face = 2 * static_cast<size_t>(axis) + (hit_d[axis] > 0.0f ? 1 : 0);
+  const size_t face = 2 * axis + (hit_d[axis] > 0.0f ? 1 : 0);
   const Coat& coat = hit ? solid_coats_[6 * hit->index + face] : room_coats_[face];
   const int iu = axis == 0 ? 1 : 0, iv = axis == 2 ? 1 : 2;
   const float footprint = nearest * spread;

@@ -11,8 +11,8 @@
 namespace etalon {
 
 /**
- * A room with its textures and its light: how bright what a ray meets is. Positions are relative to
- * the centre of the room, in the axes of the world, in m.
+ * A room with its textures and its light, which says how bright the surface is that a ray meets.
+ * Positions are relative to the centre of the room, in the axes of the world, in m.
  */
 class RenderedRoom {
  public:
@@ -46,7 +46,7 @@ class RenderedRoom {
   std::vector<PlacedSolid> placed(const Eigen::Vector3f& origin) const;
 
   /**
-   * Of what the rays from `origin` meet first, gray levels, summed over `count` of them.
+   * The gray levels of what `count` rays from `origin` meet first, summed.
    * @param candidates the boxes that they may meet, placed() for the same origin
    * @param R_WC from the camera's axes to the world's
    */

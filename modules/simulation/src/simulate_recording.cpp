@@ -27,7 +27,7 @@ constexpr double kLongestDuration = 86400.0;  // s
 constexpr double kImuLead = 0.1;              // s of IMU before the first image
 constexpr double kImuTail = 0.05;             // s of IMU after the last image
 
-/** Everything that is to be written but the images. */
+/** Everything that is written except the images. */
 struct Flight {
   std::unique_ptr<SimulatedTrajectory> trajectory;
   std::vector<TimeNs> image_stamps;
@@ -94,11 +94,11 @@ Flight profileFlight(const SimulationOptions& options) {
   }
   flight.imu = synthesizeImu(*flight.trajectory, flight.trajectory->start(),
                              flight.trajectory->end(), imuOptions(options));
-  flight.imu_samples = static_cast<int>(flight.imu.samples.size());
+  flight.imu_samples = flight.imu.samples.size();
   return flight;
 }
 
-/** Stamps of the file, or at the camera's rate. */
+/** The stamps in the file, or stamps at the camera's rate. */
 std::vector<TimeNs> wantedStamps(const SimulationOptions& options, TimeNs start, TimeNs end) {
   if (!options.stamps_file.empty()) return readStamps(options.stamps_file);
   std::vector<TimeNs> stamps;
@@ -123,17 +123,16 @@ Flight recordedFlight(const SimulationOptions& options) {
     ImuSynthesisOptions imu = imuOptions(options);
     if (truth.has_biases && !options.noise_free) {
       imu.recorded_bias = [&truth](TimeNs t) {
-        const GroundTruthState state = truth.at(t, std::numeric_limits<double>::max()).value();
-        return ImuBias{state.b_g, state.b_a};
+        return truth.at(t, std::numeric_limits<double>::max()).value().bias;
       };
     }
     flight.imu = synthesizeImu(*flight.trajectory, imu_start, imu_end, imu);
-    flight.imu_samples = static_cast<int>(flight.imu.samples.size());
+    flight.imu_samples = flight.imu.samples.size();
     imu_end = flight.imu.samples.back().t;
   } else {
     flight.trajectory = std::make_unique<InterpolatedTrajectory>(truth);
     const std::vector<ImuSample> samples = readImuCsv(options.imu_file);
-    flight.imu_samples = static_cast<int>(samples.size());
+    flight.imu_samples = samples.size();
     imu_start = samples.front().t;
     imu_end = samples.back().t;
   }
@@ -159,12 +158,11 @@ Flight recordedFlight(const SimulationOptions& options) {
   return flight;
 }
 
-std::vector<GroundTruthState> truthOf(const Flight& flight) {
-  std::vector<GroundTruthState> states;
+std::vector<StampedState> truthOf(const Flight& flight) {
+  std::vector<StampedState> states;
   for (size_t k = 0; k < flight.imu.samples.size(); ++k) {
     const TrajectoryState state = flight.trajectory->at(flight.imu.samples[k].t);
-    states.push_back(
-        {state.t, state.T_WB, state.v_WB, flight.imu.biases[k].gyro, flight.imu.biases[k].accel});
+    states.emplace_back(state.t, state.T_WB, state.v_WB, flight.imu.biases[k]);
   }
   return states;
 }
@@ -189,7 +187,7 @@ void renderAll(const Flight& flight, const StereoRenderer& renderer, const Euroc
         }
         const std::lock_guard<std::mutex> lock(mutex);
         ++done;
-        if (options.progress) options.progress(done, static_cast<int>(count));
+        if (options.progress) options.progress(done, count);
       }
     } catch (...) {
       next = count;
@@ -201,7 +199,7 @@ void renderAll(const Flight& flight, const StereoRenderer& renderer, const Euroc
   try {
     pool.reserve(threads);
     for (size_t i = 1; i < threads; ++i) pool.emplace_back(work);
-  } catch (const std::exception&) {  // no more threads, or no memory for them: these must do
+  } catch (const std::exception&) {  // no more threads can be made: these must do
   }
   work();
   for (std::thread& thread : pool) thread.join();
@@ -238,7 +236,7 @@ SimulationSummary simulateRecording(const SimulationOptions& options) {
   folder.complete();
 
   SimulationSummary summary;
-  summary.stereo_frames = static_cast<int>(flight.image_stamps.size());
+  summary.stereo_frames = flight.image_stamps.size();
   summary.imu_samples = flight.imu_samples;
   summary.skipped_stamps = flight.skipped_stamps;
   for (int k = 0; k < 3; ++k) summary.room_size_m[k] = room.high[k] - room.low[k];

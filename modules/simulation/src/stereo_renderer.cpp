@@ -113,19 +113,19 @@ std::vector<StereoRenderer::Impl::Pass> StereoRenderer::Impl::passesOf(
   return passes;
 }
 
-/** Those solids whose enclosing sphere meets the cone around the tile's rays. */
+/** The solids whose enclosing sphere meets the cone around the tile's rays. */
 void StereoRenderer::Impl::solidsInTile(const Camera& camera, const Pass& pass, int x0, int y0,
                                         int x1, int y1, std::vector<PlacedSolid>* found) const {
   found->clear();
   const auto direction = [&](int x, int y, int k) {
-    const Ray& r = camera.rays[camera.index(x, y) * kSubpixels + static_cast<size_t>(k)];
+    const Ray& r = camera.rays[camera.index(x, y) * kSubpixels + k];
     return Vector3f(r.direction.normalized());
   };
   const std::array<Vector3f, 4> corners = {direction(x0, y0, 0), direction(x1 - 1, y0, 1),
                                            direction(x0, y1 - 1, 2), direction(x1 - 1, y1 - 1, 3)};
   const bool dark =
       std::any_of(corners.begin(), corners.end(), [](const Vector3f& c) { return c.isZero(); });
-  if (dark) {  // at the edge of the lens: whatever there is
+  if (dark) {  // at the edge of the lens: every solid
     *found = pass.placed;
     return;
   }
@@ -154,7 +154,7 @@ void StereoRenderer::Impl::drawTile(const Camera& camera, const Pass& pass, int 
   for (int y = y0; y < y1; ++y) {
     for (int x = x0; x < x1; ++x) {
       const size_t pixel = camera.index(x, y);
-      const Ray* rays = &camera.rays[pixel * kSubpixels + static_cast<size_t>(pass.first_subpixel)];
+      const Ray* rays = &camera.rays[pixel * kSubpixels + pass.first_subpixel];
       sum[pixel] += scene.brightness(pass.origin, candidates, pass.R_WC, rays, pass.subpixels);
     }
   }

@@ -140,7 +140,7 @@ Texture::Texture(std::uint64_t seed, std::uint64_t index) {
       }
     } else {
       const Level& above = levels_.back();
-      const size_t n = static_cast<size_t>(size);
+      const size_t n = size;
       for (size_t y = 0; y < n; ++y) {
         for (size_t x = 0; x < n; ++x) {
           const std::uint8_t* p = above.texels.data() + 2 * y * 2 * n + 2 * x;

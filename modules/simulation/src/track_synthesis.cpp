@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "random.h"
 
@@ -11,12 +13,10 @@ namespace etalon {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-std::vector<Vector3d> scatterLandmarks(const SimulatedTrajectory& trajectory, int count,
+std::vector<Vector3d> scatterLandmarks(const std::vector<Vector3d>& positions, int count,
                                        std::uint64_t seed, double margin_m) {
   Eigen::AlignedBox3d box;
-  for (TimeNs t = trajectory.start(); t <= trajectory.end(); t += 50'000'000) {
-    box.extend(trajectory.at(t).T_WB.t);
-  }
+  for (const Vector3d& p_W : positions) box.extend(p_W);
   const Vector3d low = box.min().array() - margin_m, high = box.max().array() + margin_m;
   const Vector3d size = high - low;
   const Vector3d area(size.y() * size.z(), size.x() * size.z(), size.x() * size.y());
@@ -33,6 +33,14 @@ std::vector<Vector3d> scatterLandmarks(const SimulatedTrajectory& trajectory, in
     landmarks.push_back(p);
   }
   return landmarks;
+}
+
+std::vector<Vector3d> scatterLandmarks(const SimulatedTrajectory& trajectory, int count,
+                                       std::uint64_t seed, double margin_m) {
+  std::vector<Vector3d> positions;
+  for (TimeNs t = trajectory.start(); t <= trajectory.end(); t += 50'000'000)
+    positions.push_back(trajectory.at(t).T_WB.t);
+  return scatterLandmarks(positions, count, seed, margin_m);
 }
 
 namespace {
@@ -54,7 +62,7 @@ struct View {
 Vector2d disturb(const Vector2d& pixel, bool outlier, double sigma_px, Random* random) {
   const double dx = random->normal(), dy = random->normal();
   const double angle = random->uniform(0.0, 6.28318530717958647692);
-  const double distance = random->uniform(5.0, 40.0);
+  const double distance = random->uniform(5.0, 50.0);
   Vector2d moved = pixel + sigma_px * Vector2d(dx, dy);
   if (outlier) moved += distance * Vector2d(std::cos(angle), std::sin(angle));
   return moved;
@@ -62,22 +70,20 @@ Vector2d disturb(const Vector2d& pixel, bool outlier, double sigma_px, Random* r
 
 }  // namespace
 
-std::vector<SyntheticFrame> simulateTracks(const SimulatedTrajectory& trajectory,
-                                           const StereoInertialCalibration& calibration,
-                                           const std::vector<TimeNs>& stamps,
-                                           const std::vector<Vector3d>& landmarks,
-                                           const TrackSynthesisOptions& options) {
+std::vector<TrackedFrame> simulateTracks(const Trajectory& poses,
+                                         const StereoInertialCalibration& calibration,
+                                         const std::vector<Vector3d>& landmarks,
+                                         const TrackSynthesisOptions& options) {
   Random random(options.seed, kTrackStream);
-  const size_t max_tracks = static_cast<size_t>(std::max(0, options.max_tracks));
+  const size_t max_tracks = std::max(0, options.max_tracks);
   std::vector<char> tracked(landmarks.size(), 0);
-  std::vector<SyntheticFrame> frames;
-  for (TimeNs t : stamps) {
-    SyntheticFrame frame;
-    frame.t = t;
-    frame.T_WB = trajectory.at(t).T_WB;
+  std::vector<TrackedFrame> frames;
+  for (const StampedPose& pose : poses) {
+    TrackedFrame frame;
+    frame.t = pose.t;
     const auto& cameras = calibration.cameras;
-    const View left{(frame.T_WB * cameras[0].T_BC).inverse(), cameras[0].model};
-    const View right{(frame.T_WB * cameras[1].T_BC).inverse(), cameras[1].model};
+    const View left{(pose.T_WB * cameras[0].T_BC).inverse(), cameras[0].model};
+    const View right{(pose.T_WB * cameras[1].T_BC).inverse(), cameras[1].model};
 
     std::vector<size_t> running, fresh;
     std::vector<Vector2d> pixels(landmarks.size());
@@ -94,19 +100,16 @@ std::vector<SyntheticFrame> simulateTracks(const SimulatedTrajectory& trajectory
     std::sort(running.begin(), running.end());
     for (size_t id : running) {
       tracked[id] = 1;
-      SyntheticObservation observation;
-      observation.id = id;
-      observation.is_outlier = random.uniform() < options.outlier_ratio;
+      const bool left_errs = random.uniform() < options.outlier_ratio;
       const bool keep_right = random.uniform() < options.right_ratio;
-      // An outlier errs in one of the two images.
-      const bool errs_right = random.uniform() < 0.5;
+      const bool right_errs = random.uniform() < options.outlier_ratio;
       const std::optional<Vector2d> pixel = right.see(landmarks[id], options);
+      Observation observation;
+      observation.id = static_cast<LandmarkId>(id);
       observation.has_right = pixel && keep_right;
-      const bool move_right = observation.is_outlier && errs_right && observation.has_right;
-      observation.left =
-          disturb(pixels[id], observation.is_outlier && !move_right, options.sigma_px, &random);
+      observation.left = disturb(pixels[id], left_errs, options.sigma_px, &random);
       observation.right =
-          disturb(pixel.value_or(Vector2d::Zero()), move_right, options.sigma_px, &random);
+          disturb(pixel.value_or(Vector2d::Zero()), right_errs, options.sigma_px, &random);
       frame.observations.push_back(observation);
     }
     frames.push_back(std::move(frame));

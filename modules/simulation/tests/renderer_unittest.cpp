@@ -159,7 +159,7 @@ TEST_F(Renderer, HasTextureEverywhere) {
     int filled = 0;
     std::vector<int> cells(48, 0);  // 8 x 6
     for (const cv::Point2f& c : corners) {
-      ++cells[static_cast<size_t>(static_cast<int>(c.x) / 94 + 8 * (static_cast<int>(c.y) / 80))];
+      ++cells[static_cast<int>(c.x) / 94 + 8 * (static_cast<int>(c.y) / 80)];
     }
     for (int count : cells) filled += count > 0;
     EXPECT_GE(filled, 44) << "cells of the image with a corner, of 48";

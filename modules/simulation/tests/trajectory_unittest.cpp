@@ -48,7 +48,7 @@ GroundTruth recordingOf(const SimulatedTrajectory& trajectory, double rate_hz) {
     const TimeNs t = stampAtRate(trajectory.start(), rate_hz, k);
     if (t > trajectory.end()) return recording;
     const TrajectoryState state = trajectory.at(t);
-    recording.states.push_back({t, state.T_WB, state.v_WB, Vector3d::Zero(), Vector3d::Zero()});
+    recording.states.push_back({t, state.T_WB, state.v_WB});
   }
 }
 
@@ -185,7 +185,7 @@ TEST(SplineTrajectory, DerivativesAgreeWithDifferencesAndRowsAreMet) {
   const GroundTruth recording = recordingOf(original, 200.0);
   const SplineTrajectory spline(recording);
   expectConsistentDerivatives(spline);
-  for (const GroundTruthState& row : recording.states) {
+  for (const StampedState& row : recording.states) {
     const TrajectoryState state = spline.at(row.t);
     // A quintic spline with 50 ms knots on motion below 1 Hz: error of order (2 pi f h)^6 / 720.
     EXPECT_LT((state.T_WB.t - row.T_WB.t).norm(), 1e-5);
@@ -209,7 +209,7 @@ TEST(InterpolatedTrajectory, GivesTheRowsThemselves) {
     recording.has_velocity = has_velocity;
     const InterpolatedTrajectory trajectory(recording);
     for (size_t k = 10; k + 10 < recording.states.size(); k += 13) {
-      const GroundTruthState& row = recording.states[k];
+      const StampedState& row = recording.states[k];
       const TrajectoryState state = trajectory.at(row.t), truth = original.at(row.t);
       EXPECT_LT((state.T_WB.t - row.T_WB.t).norm(), 1e-12);
       EXPECT_LT((state.T_WB.R - row.T_WB.R).norm(), 1e-12);

@@ -141,7 +141,7 @@ class Drt : public Initializer {
    * computed. */
   SolverSummary solvePasses(const ImuAlignment& imu, TranslationConstraint* constraint,
                             LinearState* state) const {
-    const Eigen::Index n = 3 * static_cast<Eigen::Index>(state->p.size());
+    const Eigen::Index n = 3 * state->p.size();
     constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
     constexpr int kWithStereoBases = 4;
     SolverSummary summary;

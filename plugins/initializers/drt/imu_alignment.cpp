@@ -69,12 +69,12 @@ ImuAlignment::Rows ImuAlignment::rowsOf(size_t k, const LinearState& state) cons
 
 void ImuAlignment::addTo(const LinearState& state, Eigen::MatrixXd* H,
                          Eigen::VectorXd* gradient) const {
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(R_VB_.size()), kGravity = 2 * n;
+  const Eigen::Index n = 3 * R_VB_.size(), kGravity = 2 * n;
   for (size_t k = 0; k < preintegrations_.size(); ++k) {
     const Rows rows = rowsOf(k, state);
     const Eigen::Matrix<double, 17, 17> JtJ = rows.J.transpose() * rows.J;
     const Eigen::Matrix<double, 17, 1> Jtr = rows.J.transpose() * rows.r;
-    const Eigen::Index first = 3 * static_cast<Eigen::Index>(k);
+    const Eigen::Index first = 3 * k;
     const Eigen::Index to[3] = {first, n + first, kGravity}, from[3] = {0, 6, 12},
                        size[3] = {6, 6, 5};
     for (int i = 0; i < 3; ++i) {
@@ -96,7 +96,7 @@ double ImuAlignment::priorInformation() const {
 
 ImuAlignment::NoiseResponse ImuAlignment::noiseResponse(const LinearState& state,
                                                         const Matrix3d& gyro_bias) const {
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(R_VB_.size());
+  const Eigen::Index n = 3 * R_VB_.size();
   const Eigen::Index intervals = n / 3 - 1, sources = 9 * intervals + 3;
   NoiseResponse response;
   response.sources = Eigen::MatrixXd::Zero(sources, sources);
@@ -106,7 +106,7 @@ ImuAlignment::NoiseResponse ImuAlignment::noiseResponse(const LinearState& state
   for (size_t k = 0; k < preintegrations_.size(); ++k) {
     const Preintegration& imu = preintegrations_[k];
     const Preintegration::Deltas d = imu.corrected({imu.bias().gyro, state.b_a});
-    const Eigen::Index first = 3 * static_cast<Eigen::Index>(k), own = 3 * first;
+    const Eigen::Index first = 3 * k, own = 3 * first;
     response.sources.block<9, 9>(own, own) = imu.covariance9();
     const Eigen::MatrixXd rotation = response.rotations.middleRows<3>(first);
     Eigen::MatrixXd next = d.dR.transpose() * rotation;
@@ -130,10 +130,10 @@ ImuAlignment::NoiseResponse ImuAlignment::noiseResponse(const LinearState& state
 
 LinearState ImuAlignment::moved(const LinearState& state, const Eigen::VectorXd& step) const {
   LinearState moved = state;
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(R_VB_.size());
+  const Eigen::Index n = 3 * R_VB_.size();
   for (size_t k = 0; k < R_VB_.size(); ++k) {
-    moved.p[k] += step.segment<3>(3 * static_cast<Eigen::Index>(k));
-    moved.v[k] += step.segment<3>(n + 3 * static_cast<Eigen::Index>(k));
+    moved.p[k] += step.segment<3>(3 * k);
+    moved.v[k] += step.segment<3>(n + 3 * k);
   }
   moved.g_V =
       gravity_mps2_ *

@@ -31,7 +31,7 @@ class ImuAlignment {
                const std::vector<Preintegration>& preintegrations, double gravity_mps2,
                const Eigen::Vector3d& prior_mean, double prior_sigma);
 
-  Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(R_VB_.size()) + 5; }
+  Eigen::Index size() const { return 6 * R_VB_.size() + 5; }
 
   /** p and v by integration from rest, gravity against the sum of the velocity increments. */
   LinearState start() const;

@@ -34,7 +34,7 @@ std::vector<SE3> ReprojectionRefinement::poses(const LinearState& state) const {
 }
 
 void ReprojectionRefinement::addTo(double factor, MatrixXd* H, VectorXd* gradient) const {
-  const auto n = static_cast<Index>(R_VB_.size());
+  const Index n = R_VB_.size();
   for (Index i = 1; i < n; ++i) {
     gradient->segment<3>(3 * i) -= factor * tracks_.s().segment<3>(6 * i - 3);
     for (Index j = 1; j < n; ++j)
@@ -44,7 +44,7 @@ void ReprojectionRefinement::addTo(double factor, MatrixXd* H, VectorXd* gradien
 
 SolverSummary ReprojectionRefinement::refine(const ImuAlignment* imu, int passes,
                                              LinearState* state) {
-  const Index n = 3 * static_cast<Index>(R_VB_.size()), all = 2 * n + 5;
+  const Index n = 3 * R_VB_.size(), all = 2 * n + 5;
   const Index size = (imu ? all : n) - 3;  // the first position is the gauge
   tracks_.start(points_, poses(*state));
   SolverSummary summary;
@@ -66,8 +66,7 @@ SolverSummary ReprojectionRefinement::refine(const ImuAlignment* imu, int passes
     if (imu) {
       *state = imu->moved(*state, step);
     } else {
-      for (size_t k = 0; k < R_VB_.size(); ++k)
-        state->p[k] += step.segment<3>(3 * static_cast<Index>(k));
+      for (size_t k = 0; k < R_VB_.size(); ++k) state->p[k] += step.segment<3>(3 * k);
     }
     if (pass > 0 && tracks_.nearFinalScale() &&
         step.head(n).lpNorm<Eigen::Infinity>() < kConverged) {
@@ -80,7 +79,7 @@ SolverSummary ReprojectionRefinement::refine(const ImuAlignment* imu, int passes
 
 MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const LinearState& state,
                                             const Matrix3d& gyro_bias) {
-  const Index n = 3 * static_cast<Index>(R_VB_.size()), all = 2 * n + 5;
+  const Index n = 3 * R_VB_.size(), all = 2 * n + 5;
   tracks_.triangulate(poses(state));
   tracks_.linearize(poses(state));
   const double fisher = tracks_.fisherShare();

@@ -28,7 +28,7 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
                                              const std::vector<const TrackedFrame*>& keyframes,
                                              const std::vector<Matrix3d>& R_VB, double sigma_px,
                                              double min_parallax_rad)
-    : keyframe_count_(static_cast<int>(keyframes.size())), min_parallax_rad_(min_parallax_rad) {
+    : keyframe_count_(keyframes.size()), min_parallax_rad_(min_parallax_rad) {
   sigma_rad_ = sigma_px / std::sqrt(calibration.cameras[0].model.focal().prod());
   std::map<LandmarkId, Landmark> seen;
   for (size_t k = 0; k < keyframes.size(); ++k)
@@ -36,7 +36,7 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
       const CameraCalibration& camera = calibration.cameras[c];
       const Matrix3d R_VC = R_VB[k] * camera.T_BC.R;
       View view;
-      view.keyframe = static_cast<int>(k);
+      view.keyframe = k;
       view.offset = R_VB[k] * camera.T_BC.t;
       for (const Observation& o : keyframes[k]->observations) {
         if (c == 1 && !o.has_right) continue;
@@ -75,7 +75,7 @@ void TranslationConstraint::chooseStereoBase(Landmark* landmark) const {
     if (n.norm() >= min_parallax_rad_ && z > 0.0) distances.emplace_back(z, i);
   }
   if (distances.empty()) return;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  const auto middle = distances.begin() + distances.size() / 2;
   std::nth_element(distances.begin(), middle, distances.end());
   setBase(middle->second, middle->second + 1, landmark);
 }
@@ -102,20 +102,19 @@ void TranslationConstraint::chooseWidestBases() {
 
 double TranslationConstraint::depth(const Landmark& landmark, const std::vector<Vector3d>& p) {
   const View &a = landmark.views[landmark.a], &b = landmark.views[landmark.b];
-  return landmark.slope.dot(p[static_cast<size_t>(b.keyframe)] + b.offset -
-                            p[static_cast<size_t>(a.keyframe)] - a.offset);
+  return landmark.slope.dot(p[b.keyframe] + b.offset - p[a.keyframe] - a.offset);
 }
 
 int TranslationConstraint::landmarks() const {
-  return static_cast<int>(std::count_if(landmarks_.begin(), landmarks_.end(),
-                                        [](const Landmark& l) { return l.hasBase(); }));
+  return std::count_if(landmarks_.begin(), landmarks_.end(),
+                       [](const Landmark& l) { return l.hasBase(); });
 }
 
 int TranslationConstraint::fewestViews() const {
-  std::vector<int> views(static_cast<size_t>(keyframe_count_), 0);
+  std::vector<int> views(keyframe_count_, 0);
   for (const Landmark& landmark : landmarks_)
     for (const View& view : landmark.views)
-      if (landmark.hasBase()) ++views[static_cast<size_t>(view.keyframe)];
+      if (landmark.hasBase()) ++views[view.keyframe];
   return *std::min_element(views.begin(), views.end());
 }
 
@@ -127,13 +126,13 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
     if (!landmark.hasBase()) continue;
     View& a = landmark.views[landmark.a];
     a.residual = 0.0;
-    const Vector3d c_a = p[static_cast<size_t>(a.keyframe)] + a.offset;
+    const Vector3d c_a = p[a.keyframe] + a.offset;
     const double z = depth(landmark, p);
     const double z_noise = std::clamp(z, kMinDistance, kMaxDistance);
     for (size_t i = 0; i < landmark.views.size(); ++i) {
       if (i == landmark.a) continue;
       View& view = landmark.views[i];
-      const Vector3d y = c_a + z * a.ray - p[static_cast<size_t>(view.keyframe)] - view.offset;
+      const Vector3d y = c_a + z * a.ray - p[view.keyframe] - view.offset;
       const double distance = std::clamp(view.ray.dot(y), kMinDistance, kMaxDistance);
       // The noise of the view's own ray, of ray a, and of the depth, seen from the view.
       const double sideways = view.ray.cross(a.ray).norm() / landmark.sine;
@@ -165,8 +164,7 @@ void TranslationConstraint::addTo(const std::vector<Vector3d>& p, Eigen::MatrixX
   for (const Landmark& landmark : landmarks_) {
     if (!landmark.hasBase()) continue;
     const View &a = landmark.views[landmark.a], &b = landmark.views[landmark.b];
-    const Vector3d point =
-        p[static_cast<size_t>(a.keyframe)] + a.offset + depth(landmark, p) * a.ray;
+    const Vector3d point = p[a.keyframe] + a.offset + depth(landmark, p) * a.ray;
     // d(point) = (I - D) dp_a + D dp_b
     const Matrix3d D = a.ray * landmark.slope.transpose();
     const Matrix3d by_a = Matrix3d::Identity() - D;
@@ -178,7 +176,7 @@ void TranslationConstraint::addTo(const std::vector<Vector3d>& p, Eigen::MatrixX
       const View& view = landmark.views[i];
       if (i == landmark.a || !(view.weight > 0.0)) continue;
       const Matrix3d P = view.weight * (Matrix3d::Identity() - view.ray * view.ray.transpose());
-      const Vector3d Py = P * (point - p[static_cast<size_t>(view.keyframe)] - view.offset);
+      const Vector3d Py = P * (point - p[view.keyframe] - view.offset);
       const Eigen::Index ki = 3 * view.keyframe;
       P_sum += P;
       Py_sum += Py;

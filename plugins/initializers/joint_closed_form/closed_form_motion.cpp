@@ -43,7 +43,7 @@ Eigen::Matrix<double, kError, 6> biasJacobian(const Preintegration& p) {
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations) {
   ClosedFormMotion motion;
   motion.nodes.emplace_back();
-  const auto n = static_cast<Eigen::Index>(preintegrations.size());
+  const Eigen::Index n = preintegrations.size();
   motion.covariance = Eigen::MatrixXd::Zero(kError * n, kError * n);
   for (const Preintegration& p : preintegrations) {
     const ClosedFormMotion::Node& last = motion.nodes.back();
@@ -56,7 +56,7 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
     next.beta = last.beta + last.R_VB * d.dv;
     next.bias = F * last.bias + G * biasJacobian(p);
 
-    const Eigen::Index row = kError * (static_cast<Eigen::Index>(motion.nodes.size()) - 1);
+    const Eigen::Index row = kError * (motion.nodes.size() - 1);
     ErrorMatrix own = G * p.covariance9() * G.transpose();
     if (row > 0) {
       const Eigen::Index before = row - kError;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "closed_form_motion.h"
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -129,7 +129,7 @@ class JointClosedForm : public Initializer {
       const bool keyframe = std::binary_search(keyframes.begin(), keyframes.end(), i);
       if (keyframe) nodes.keyframes.push_back(nodes.frames.size());
       if (keyframe || (frame_stride_ > 0 && (i - keyframes.front()) % frame_stride_ == 0))
-        nodes.frames.push_back(&problem.frames()[static_cast<size_t>(i)]);
+        nodes.frames.push_back(&problem.frames()[i]);
     }
     return nodes;
   }

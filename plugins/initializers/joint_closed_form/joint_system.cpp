@@ -25,12 +25,12 @@ constexpr int kPose = 6;  ///< [rotation, position] of a node
 /** The nodes' errors as a linear function of the unknowns: y = J x + c, 9 a node. */
 void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB, MatrixXd* J,
                   VectorXd* c) {
-  const Index n = ClosedFormMotion::kError * (static_cast<Index>(motion.nodes.size()) - 1);
+  const Index n = ClosedFormMotion::kError * (motion.nodes.size() - 1);
   J->setZero(n, kUnknowns);
   c->setZero(n);
   for (size_t k = 1; k < motion.nodes.size(); ++k) {
     const ClosedFormMotion::Node& node = motion.nodes[k];
-    const Index row = ClosedFormMotion::kError * (static_cast<Index>(k) - 1);
+    const Index row = ClosedFormMotion::kError * (k - 1);
     J->block<9, 6>(row, kGyroBias) = node.bias;
     J->block<3, 3>(row + 3, kVelocity).diagonal().setConstant(node.t);
     J->block<3, 3>(row + 3, kGravity).diagonal().setConstant(0.5 * node.t * node.t);
@@ -58,7 +58,7 @@ void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEst
   estimate->g_V = solution.x.tail<3>();
   estimate->v_VB.assign(1, solution.x.segment<3>(kVelocity));
   for (size_t k = 1; k < estimate->T_VB.size(); ++k) {
-    const Index row = ClosedFormMotion::kError * (static_cast<Index>(k) - 1);
+    const Index row = ClosedFormMotion::kError * (k - 1);
     SE3& pose = estimate->T_VB[k];
     pose.R = nearestRotation(pose.R * expSO3(y9.segment<3>(row)));
     pose.t += y9.segment<3>(row + 3);

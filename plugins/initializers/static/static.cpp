@@ -20,8 +20,7 @@ struct ImuStatistics {
   Vector3d mean_gyro = Vector3d::Zero(), mean_accel = Vector3d::Zero();
   double gyro_std = 0.0, accel_std = 0.0;  ///< of the worst axis, rad/s and m/s^2
 
-  explicit ImuStatistics(const std::vector<ImuSample>& window)
-      : samples(static_cast<int>(window.size())) {
+  explicit ImuStatistics(const std::vector<ImuSample>& window) : samples(window.size()) {
     for (const ImuSample& s : window) {
       mean_gyro += s.gyro / samples;
       mean_accel += s.accel / samples;
@@ -85,7 +84,7 @@ class Static : public Initializer {
                                                   problem.keyframe(problem.keyframeCount() - 1).t));
     if (const auto still = checkImu(problem, imu); !still) return refuse(still.error());
 
-    const auto n = static_cast<size_t>(problem.keyframeCount());
+    const size_t n = problem.keyframeCount();
     VisualFrameEstimate estimate;
     estimate.T_VB.assign(n, SE3());
     estimate.v_VB.assign(n, Vector3d::Zero());
@@ -102,8 +101,8 @@ class Static : public Initializer {
   /** Refuses images that do not stand still. */
   Expected<void> checkImages(const InitializationProblem& problem) const {
     const std::vector<TrackedFrame>& frames = problem.frames();
-    const auto first = static_cast<size_t>(problem.keyframeIndices().front());
-    const auto last = static_cast<size_t>(problem.keyframeIndices().back());
+    const size_t first = problem.keyframeIndices().front();
+    const size_t last = problem.keyframeIndices().back();
     double farthest = 0.0;
     for (size_t k = first + 1; k <= last; ++k) {
       std::vector<double> moved = displacements(frames[first], frames[k]);

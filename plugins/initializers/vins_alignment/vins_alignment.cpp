@@ -98,7 +98,7 @@ class VinsAlignment : public Initializer {
    */
   bool estimateGyroBias(const VisualSolution& visual, std::vector<Preintegration>* preintegrations,
                         ImuBias* bias, MatrixXd* response) const {
-    const Index rows = 3 * static_cast<Index>(preintegrations->size());
+    const Index rows = 3 * preintegrations->size();
     const MatrixXd whitening = rotationWhitening(visual, *preintegrations);
     for (int pass = 0; pass < gyro_passes_; ++pass) {
       MatrixXd J(rows, 3);
@@ -108,8 +108,8 @@ class VinsAlignment : public Initializer {
         const Matrix3d error =
             p.deltas().dR.transpose() * visual.T_VB[k].R.transpose() * visual.T_VB[k + 1].R;
         const Eigen::Quaterniond q(error);
-        J.middleRows<3>(3 * static_cast<Index>(k)) = p.dR_dbg();
-        r.segment<3>(3 * static_cast<Index>(k)) = (q.w() < 0 ? -2.0 : 2.0) * q.vec();
+        J.middleRows<3>(3 * k) = p.dR_dbg();
+        r.segment<3>(3 * k) = (q.w() < 0 ? -2.0 : 2.0) * q.vec();
       }
       if (whitening.size() > 0) {
         J = whitening * J;
@@ -131,13 +131,12 @@ class VinsAlignment : public Initializer {
 
   /** dr_k/d(poses) of all pairs, r_k near zero: 3(N-1) x 6(N-1). */
   static MatrixXd rotationByPoses(const VisualSolution& visual) {
-    const Index n = static_cast<Index>(visual.T_VB.size()) - 1;
+    const Index n = visual.T_VB.size() - 1;
     MatrixXd J = MatrixXd::Zero(3 * n, 6 * n);
     for (Index k = 0; k < n; ++k) {
       J.block<3, 3>(3 * k, 6 * k).setIdentity();
       if (k > 0)
-        J.block<3, 3>(3 * k, 6 * (k - 1)) = -visual.T_VB[static_cast<size_t>(k) + 1].R.transpose() *
-                                            visual.T_VB[static_cast<size_t>(k)].R;
+        J.block<3, 3>(3 * k, 6 * (k - 1)) = -visual.T_VB[k + 1].R.transpose() * visual.T_VB[k].R;
     }
     return J;
   }
@@ -148,7 +147,7 @@ class VinsAlignment : public Initializer {
                                                const VisualSolution& visual,
                                                const std::vector<Preintegration>& preintegrations,
                                                const MatrixXd& gyro_bias_response) {
-    const Index n = static_cast<Index>(preintegrations.size());
+    const Index n = preintegrations.size();
     if (visual.covariance.rows() != 6 * n) return {};
     StateErrors errors{ErrorSources(problem, preintegrations), {}};
     MatrixXd rotations = rotationByPoses(visual) * errors.sources.poses();
@@ -162,7 +161,7 @@ class VinsAlignment : public Initializer {
   /** W with W^T W the inverse covariance of all r_k; empty if the rows count alike. */
   MatrixXd rotationWhitening(const VisualSolution& visual,
                              const std::vector<Preintegration>& preintegrations) const {
-    const Index n = static_cast<Index>(preintegrations.size());
+    const Index n = preintegrations.size();
     if (weights_ == Weights::kNone) return {};
     MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
     if (weights_ == Weights::kImuAndVision && visual.covariance.rows() == 6 * n) {
@@ -170,8 +169,7 @@ class VinsAlignment : public Initializer {
       covariance = J * visual.covariance * J.transpose();
     }
     for (Index k = 0; k < n; ++k)
-      covariance.block<3, 3>(3 * k, 3 * k) +=
-          preintegrations[static_cast<size_t>(k)].covariance().topLeftCorner<3, 3>();
+      covariance.block<3, 3>(3 * k, 3 * k) += preintegrations[k].covariance().topLeftCorner<3, 3>();
     const Eigen::LLT<MatrixXd> factor(covariance);
     if (factor.info() != Eigen::Success) return {};
     return factor.matrixL().solve(MatrixXd::Identity(3 * n, 3 * n));

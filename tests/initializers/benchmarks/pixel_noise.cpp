@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
-#include <sstream>
 #include <string>
 
 #include "etalon/contract/synthetic_window.h"
@@ -20,6 +19,7 @@
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/track_synthesis.h"
+#include "etalon/testing/program.h"
 
 namespace etalon {
 namespace {
@@ -66,14 +66,11 @@ class Flight {
     TrackSynthesisOptions options;
     options.sigma_px = sigma_px;
     options.seed = seed_ + static_cast<std::uint64_t>(start);
-    for (const SyntheticFrame& seen :
-         simulateTracks(trajectory_, calibration_, at, landmarks_, options)) {
-      window.keyframe_indices.push_back(static_cast<int>(window.frames.size()));
-      window.frames.push_back({seen.t, {}, {}});
-      for (const SyntheticObservation& o : seen.observations)
-        window.frames.back().observations.push_back(
-            {static_cast<LandmarkId>(o.id), o.left, o.right, o.has_right});
-      window.truth.push_back({seen.t, seen.T_WB, trajectory_.at(seen.t).v_WB});
+    window.frames = simulateTracks(posesAt(trajectory_, at), calibration_, landmarks_, options);
+    for (const TimeNs t : at) {
+      const TrajectoryState state = trajectory_.at(t);
+      window.keyframe_indices.push_back(window.truth.size());
+      window.truth.emplace_back(t, state.T_WB, state.v_WB);
     }
     window.imu = ImuBuffer(imu_.between(at.front(), at.back()));
     const auto after = std::lower_bound(imu_.samples().begin(), imu_.samples().end(), at.back(),
@@ -130,14 +127,13 @@ void attempt(const testing::SyntheticWindow& window, const testing::SyntheticWin
     ++after->refused;
     return;
   }
-  std::vector<KeyframeState> states;
+  std::vector<StampedState> states;
   for (size_t k = 0; k < result.vi_ba.states.size(); ++k)
-    states.push_back(
-        {result.keyframes[k], result.vi_ba.states[k].T_WB, result.vi_ba.states[k].v_WB});
+    states.emplace_back(result.keyframes[k], result.vi_ba.states[k]);
   after->add(testing::errorsOf(states, result.vi_ba.bias, window));
 }
 
-int run(const std::vector<std::string>& files, double every_s, const std::vector<double>& pixels) {
+void run(const std::vector<std::string>& files, double every_s, const std::vector<double>& pixels) {
   std::vector<Flight> flights;
   for (const std::string& file : files) flights.emplace_back(file, 1 + flights.size());
   PluginLoader loader(PluginLoader::defaultSearchPath({}));
@@ -172,7 +168,6 @@ int run(const std::vector<std::string>& files, double every_s, const std::vector
     }
     std::fflush(stdout);
   }
-  return 0;
 }
 
 }  // namespace
@@ -182,29 +177,16 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   std::vector<double> pixels{0.05, 0.2, 0.5, 1.0};
   double every_s = 10.0;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument == "--every" && i + 1 < argc) {
-      every_s = std::atof(argv[++i]);
-    } else if (argument == "--pixels" && i + 1 < argc) {
-      pixels.clear();
-      std::istringstream list(argv[++i]);
-      for (std::string value; std::getline(list, value, ',');)
-        pixels.push_back(std::atof(value.c_str()));
-    } else {
-      files.push_back(argument);
-    }
-  }
-  if (files.empty() || !(every_s > 0.0) ||
-      std::any_of(pixels.begin(), pixels.end(), [](double p) { return !(p > 0.0); })) {
-    std::fprintf(stderr,
-                 "usage: etalon_pixel_noise [--every S] [--pixels PX,PX...] GROUND_TRUTH.csv...\n");
-    return 2;
-  }
-  try {
-    return etalon::run(files, every_s, pixels);
-  } catch (const etalon::Error& e) {
-    std::fprintf(stderr, "etalon_pixel_noise: %s\n", e.what());
-    return 3;
-  }
+  CLI::App app("Errors of all initializers over the noise of the pixels", "etalon_pixel_noise");
+  app.add_option("GROUND_TRUTH", files, "EuRoC's csv of 8 or 17 columns")->required();
+  app.add_option("--every", every_s, "Seconds from window to window")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--pixels", pixels, "Standard deviations, px")
+      ->delimiter(',')
+      ->expected(1)
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  return etalon::testing::runProgram(&app, argc, argv,
+                                     [&] { etalon::run(files, every_s, pixels); });
 }

@@ -31,7 +31,7 @@ WindowResult exampleResult(const std::string& sequence, int window, const std::s
   const bool with_truth = sequence != "none";
   if (with_truth) result.gyro_bound = {0.01 * (window + 1), 0.001 * (window + 1)};
   for (int k = 0; k < 10 && with_truth; ++k) {
-    GroundTruthState state;
+    StampedState state;
     state.t = result.t0 + 250'000'000LL * k;
     if (window != 4) {
       state.T_WB.t.x() = 0.1 * k;

@@ -9,9 +9,9 @@
 namespace etalon::testing {
 
 static StageRecord exampleStage(const std::string& name, double seed) {
-  std::vector<KeyframeState> states;
+  std::vector<StampedState> states;
   for (int k = 0; k < 3; ++k) {
-    KeyframeState state;
+    StampedState state;
     state.t = kFirstImage + 250'000'000LL * k + 1;
     state.T_WB = SE3(expSO3(Eigen::Vector3d(seed, 0.1 * k, -1.0 / 3.0)),
                      Eigen::Vector3d(k / 3.0, seed, 1e-17));
@@ -93,11 +93,14 @@ RunLog exampleLog() {
     const SE3 T_WB(expSO3(Eigen::Vector3d(0.01 * i, 0, 0)), Eigen::Vector3d(0.1 * i, 0, 1));
     const std::string name = std::to_string(t) + ".png";
     log.images.push_back({t, "/data/cam0/" + name, "/data/cam1/" + name});
-    log.odometry.push_back({t, T_WB});
+    FrameEstimate estimate;
+    estimate.t = t;
+    estimate.nav.T_WB = T_WB;
+    log.estimates.push_back(estimate);
   }
   log.images[5].left_path.clear();  // as if embedded: cannot be referenced
   for (int i = -3; i < 15; ++i) {   // reaches beyond the run at both ends
-    GroundTruthState state;
+    StampedState state;
     state.t = kFirstImage + 50'000'000LL * i;
     log.ground_truth.states.push_back(state);
   }

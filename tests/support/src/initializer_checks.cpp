@@ -13,11 +13,10 @@ namespace etalon::testing {
 
 namespace {
 
-std::vector<KeyframeState> statesAfterViBa(const InitializationAttempt& attempt) {
-  std::vector<KeyframeState> result;
+std::vector<StampedState> statesAfterViBa(const InitializationAttempt& attempt) {
+  std::vector<StampedState> result;
   for (size_t k = 0; k < attempt.vi_ba.states.size(); ++k)
-    result.push_back(
-        {attempt.keyframes[k], attempt.vi_ba.states[k].T_WB, attempt.vi_ba.states[k].v_WB});
+    result.emplace_back(attempt.keyframes[k], attempt.vi_ba.states[k]);
   return result;
 }
 

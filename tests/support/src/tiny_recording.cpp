@@ -170,14 +170,14 @@ void expectSameGroundTruth(const GroundTruth& a, const GroundTruth& b) {
   EXPECT_EQ(a.has_biases, b.has_biases);
   ASSERT_EQ(a.states.size(), b.states.size());
   for (size_t i = 0; i < a.states.size(); ++i) {
-    const GroundTruthState &s = a.states[i], &t = b.states[i];
+    const StampedState &s = a.states[i], &t = b.states[i];
     ASSERT_EQ(s.t, t.t);
     EXPECT_EQ(s.T_WB.t, t.T_WB.t);
     // The rotation passes through MRPT's quaternion: a few roundings.
     EXPECT_LT((s.T_WB.R - t.T_WB.R).cwiseAbs().maxCoeff(), 1e-14);
     EXPECT_EQ(s.v_WB, t.v_WB);
-    EXPECT_EQ(s.b_g, t.b_g);
-    EXPECT_EQ(s.b_a, t.b_a);
+    EXPECT_EQ(s.bias.gyro, t.bias.gyro);
+    EXPECT_EQ(s.bias.accel, t.bias.accel);
   }
 }
 

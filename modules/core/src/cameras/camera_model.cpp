@@ -128,7 +128,7 @@ size_t indexOf(const std::string& name, const CameraKind* kind) {
     std::vector<std::string> names = kind->intrinsics;
     names.insert(names.end(), kind->coefficients.begin(), kind->coefficients.end());
     const auto found = std::find(names.begin(), names.end(), name);
-    if (found != names.end()) return static_cast<size_t>(found - names.begin());
+    if (found != names.end()) return found - names.begin();
   }
   throw ConfigError("the camera has no parameter '" + name + "'");
 }

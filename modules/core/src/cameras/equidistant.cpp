@@ -53,7 +53,7 @@ class Equidistant final : public CameraProjection {
 /** The least angle at which theta_d stops rising; pi if it rises all the way. */
 double Equidistant::firstTurn() const {
   constexpr double kPi = 3.14159265358979323846;
-  constexpr int kSteps = 4096;  // a dip that is narrower is one of the slope's, not of the image's
+  constexpr int kSteps = 4096;  // a dip narrower than this does not show in the image
   for (int i = 1; i <= kSteps; ++i) {
     double high = kPi * i / kSteps;
     if (slope(high) > 0.0) continue;
@@ -81,7 +81,7 @@ std::optional<Vector2d> Equidistant::project(const Vector3d& p_C,
   if (J) {
     // u = fu s x + cu with s(r, z) = theta_d / r; d(theta)/dr = z / n2, d(theta)/dz = -r / n2.
     const double g = slope(theta);
-    // (ds/dr) / r. What the difference loses close to the axis is multiplied by x^2 < r^2.
+    // (ds/dr) / r. The digits that the difference loses near the axis are multiplied by x^2 < r^2.
     const double a = on_axis ? 0.0 : (g * z / n2 - s) / r2;
     const double b = -g / n2;                                   // ds/dz
     *J << fu_ * (s + a * x * x), fu_ * a * x * y, fu_ * b * x,  //

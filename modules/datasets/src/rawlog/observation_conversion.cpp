@@ -151,8 +151,8 @@ obs::CObservationIMU toObservation(const ImuSample& sample) {
   observation.timestamp = toMrptTime(sample.t);
   observation.sensorLabel = kImuLabel;
   for (size_t i = 0; i < 3; ++i) {
-    observation.set(kGyro[i], sample.gyro[static_cast<int>(i)]);
-    observation.set(kAccel[i], sample.accel[static_cast<int>(i)]);
+    observation.set(kGyro[i], sample.gyro[i]);
+    observation.set(kAccel[i], sample.accel[i]);
   }
   return observation;
 }
@@ -200,8 +200,8 @@ std::optional<ImuSample> toImuSample(const obs::CObservationIMU& observation) {
   sample.t = fromMrptTime(observation.timestamp);
   for (size_t i = 0; i < 3; ++i) {
     if (!observation.has(kGyro[i]) || !observation.has(kAccel[i])) return std::nullopt;
-    sample.gyro[static_cast<int>(i)] = observation.get(kGyro[i]);
-    sample.accel[static_cast<int>(i)] = observation.get(kAccel[i]);
+    sample.gyro[i] = observation.get(kGyro[i]);
+    sample.accel[i] = observation.get(kAccel[i]);
   }
   return sample;
 }

@@ -116,7 +116,7 @@ class Scanner {
 
   void add(const mrpt::obs::CObservationRobotPose& pose) {
     if (pose.sensorLabel != scan_.ground_truth_label) return;
-    GroundTruthState state;
+    StampedState state;
     state.t = fromMrptTime(pose.timestamp);
     state.T_WB = fromMrptPose(pose.pose.mean);
     if (!state.T_WB.matrix().allFinite())
@@ -137,7 +137,7 @@ std::optional<size_t> findExact(TimeNs t, const Elements& exact, Stamp stamp) {
   const auto found = std::lower_bound(exact.begin(), exact.end(), t,
                                       [&](const auto& e, TimeNs v) { return stamp(e) < v; });
   if (found == exact.end() || truncateToMrptTick(stamp(*found)) != t) return std::nullopt;
-  return static_cast<size_t>(found - exact.begin());
+  return found - exact.begin();
 }
 
 template <typename Elements>
@@ -147,7 +147,7 @@ double measuredRate(const Elements& elements, double fallback) {
          secondsBetween(elements.front().t, elements.back().t);
 }
 
-/** What is not usable as a calibration, whoever wrote the log. */
+/** Throws if the log has no usable calibration, whoever wrote it. */
 void checkCalibration(const StereoInertialCalibration& calibration, const std::string& path) {
   const auto require = [&path](bool condition, const std::string& expected) {
     if (!condition)
@@ -185,18 +185,17 @@ void restoreExact(RawlogScan* scan, GroundTruth* truth) {
       sample.t = index.imu_stamps[*i];
   truth->has_velocity = index.ground_truth.has_velocity;
   truth->has_biases = index.ground_truth.has_biases;
-  for (GroundTruthState& state : truth->states) {
-    const auto i = findExact(state.t, index.ground_truth.states,
-                             [](const GroundTruthState& s) { return s.t; });
+  for (StampedState& state : truth->states) {
+    const auto i =
+        findExact(state.t, index.ground_truth.states, [](const StampedState& s) { return s.t; });
     if (!i) {
       truth->has_velocity = truth->has_biases = false;
       continue;
     }
-    const GroundTruthState& exact = index.ground_truth.states[*i];
+    const StampedState& exact = index.ground_truth.states[*i];
     state.t = exact.t;
     state.v_WB = exact.v_WB;
-    state.b_g = exact.b_g;
-    state.b_a = exact.b_a;
+    state.bias = exact.bias;
   }
 }
 

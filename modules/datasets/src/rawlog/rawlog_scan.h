@@ -26,7 +26,7 @@ struct RawlogScan {
   std::vector<RawlogFrame> frames;
   size_t stereo_observations = 0;
   std::vector<ImuSample> imu;
-  std::vector<GroundTruthState> truth;
+  std::vector<StampedState> truth;
   std::optional<mrpt::obs::CObservationStereoImages> first_stereo;  ///< without its images
   SE3 T_RB;
   std::vector<TimeNs> without_right;

@@ -151,13 +151,13 @@ std::string toJson(const RecordingIndex& index) {
   if (!truth.empty()) {
     std::vector<TimeNs> stamps;
     Json rows = Json::array();
-    for (const GroundTruthState& state : truth.states) {
+    for (const StampedState& state : truth.states) {
       stamps.push_back(state.t);
       Json row = Json::array();
       if (truth.has_velocity) append(&row, state.v_WB);
       if (truth.has_biases) {
-        append(&row, state.b_g);
-        append(&row, state.b_a);
+        append(&row, state.bias.gyro);
+        append(&row, state.bias.accel);
       }
       if (!row.empty()) rows.push_back(row);
     }
@@ -204,13 +204,13 @@ RecordingIndex recordingIndexFromJson(const std::string& text, const std::string
     truth.has_velocity = json.at("ground_truth").at("has_velocity");
     truth.has_biases = json.at("ground_truth").at("has_biases");
     for (const TimeNs t : stampsFromJson(json.at("stamps_ns").at("ground_truth"))) {
-      GroundTruthState state;
+      StampedState state;
       state.t = t;
       const size_t i = truth.states.size();
       if (truth.has_velocity) state.v_WB = vectorAt(rows.at(i), 0);
       if (truth.has_biases) {
-        state.b_g = vectorAt(rows.at(i), truth.has_velocity ? 3 : 0);
-        state.b_a = vectorAt(rows.at(i), truth.has_velocity ? 6 : 3);
+        state.bias.gyro = vectorAt(rows.at(i), truth.has_velocity ? 3 : 0);
+        state.bias.accel = vectorAt(rows.at(i), truth.has_velocity ? 6 : 3);
       }
       truth.states.push_back(state);
     }

@@ -58,7 +58,7 @@ void EpipolarBiasCovariance::add(const EpipolarPair& pair, const Matrix3d& R, co
       by_rotation += w * c * c.transpose();
       const Vector3d gradient = w * (A.transpose() * c);
       const auto note = [&](int number, const Vector3d& f, const Vector3d& residual_by_bearing) {
-        Observation& o = observations_[static_cast<size_t>(number)];
+        Observation& o = observations_[number];
         o.camera = pair.camera;
         o.f = f;
         o.by_bearing += gradient * residual_by_bearing.transpose();
@@ -69,16 +69,14 @@ void EpipolarBiasCovariance::add(const EpipolarPair& pair, const Matrix3d& R, co
   }
   H_ += A.transpose() * by_rotation * A;
   for (int k = pair.i; k < pair.j; ++k)
-    by_gyro_[static_cast<size_t>(k)] +=
-        A.transpose() * by_rotation * by_interval[static_cast<size_t>(k - pair.i)];
+    by_gyro_[k] += A.transpose() * by_rotation * by_interval[k - pair.i];
 }
 
 Matrix3d EpipolarBiasCovariance::covariance(const std::vector<Matrix3d>& gyro_noise) const {
   Matrix3d S = Matrix3d::Zero();
   for (const Observation& o : observations_) {
     const Eigen::Matrix<double, 3, 2> B =
-        o.by_bearing *
-        bearingNoise(calibration_.cameras[static_cast<size_t>(o.camera)].model, sigma_px_, o.f);
+        o.by_bearing * bearingNoise(calibration_.cameras[o.camera].model, sigma_px_, o.f);
     S += B * B.transpose();
   }
   for (size_t k = 0; k < by_gyro_.size(); ++k)

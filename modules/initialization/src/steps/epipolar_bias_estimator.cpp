@@ -22,7 +22,7 @@ constexpr double kTukeyWidth = 4.685;      // likewise
 constexpr double kInlier = 4.0;            // standard deviations
 constexpr double kConverged = 2e-5;        // rad/s, a fifth of what the gyro's noise allows in 2 s
 
-/** From the median; outliers inflate it: once more without those that it shows. */
+/** Robust, from the median. Outliers inflate it, so it is taken again without those it shows. */
 double robustSigma(std::vector<double> sizes) {
   if (sizes.empty()) return 0.0;
   const double limit = 3.0 * kMedianToSigma * median(sizes);
@@ -52,7 +52,7 @@ EpipolarBiasEstimator::EpipolarBiasEstimator(const StereoInertialCalibration& ca
 }
 
 Matrix3d EpipolarBiasEstimator::rotation(const EpipolarPair& pair) const {
-  const Matrix3d& R_BC = R_BC_[static_cast<size_t>(pair.camera)];
+  const Matrix3d& R_BC = R_BC_[pair.camera];
   return R_BC.transpose() * relative(pair).R * R_BC;
 }
 
@@ -81,7 +81,7 @@ void EpipolarBiasEstimator::integrateRotations(const Vector3d& b_g, int span) {
 
 void EpipolarBiasEstimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R,
                                           bool rotation_only) const {
-  const double sigma = sigma_rad_[static_cast<size_t>(pair->camera)];
+  const double sigma = sigma_rad_[pair->camera];
   // Rayleigh's median, so that the robust standard deviation is one here as well.
   const double rotation_scale = 1.0 / (kMedianToSigma * 1.17741 * std::sqrt(2.0) * sigma);
   const Vector3d& t = pair->direction;
@@ -124,7 +124,7 @@ EpipolarBiasEstimator::Linearization EpipolarBiasEstimator::linearize(const Vect
     pair.certainty = cost.certainty;
     sum.cost += pair.factor * cost.value;
     if (!with_derivatives) continue;
-    const Matrix3d A = R_BC_[static_cast<size_t>(pair.camera)].transpose() * relative(pair).dR_dbg;
+    const Matrix3d A = R_BC_[pair.camera].transpose() * relative(pair).dR_dbg;
     sum.gradient += pair.factor * (A.transpose() * cost.gradient);
     sum.hessian += pair.factor * (A.transpose() * cost.hessian * A);
   }
@@ -133,7 +133,7 @@ EpipolarBiasEstimator::Linearization EpipolarBiasEstimator::linearize(const Vect
 
 void EpipolarBiasEstimator::fillMoments(EpipolarPair* pair, const Matrix3d& R,
                                         Weights weights) const {
-  const double sigma = sigma_rad_[static_cast<size_t>(pair->camera)];
+  const double sigma = sigma_rad_[pair->camera];
   pair->moments.clear();
   for (EpipolarMatch& match : pair->matches) {
     double w = 0.0;
@@ -233,11 +233,11 @@ void EpipolarBiasEstimator::describe(NormalEpipolarBias* result) const {
   result->summary = summary_;
   int inliers = 0;
   for (const EpipolarPair& pair : pairs_) {
-    result->matches += static_cast<int>(pair.matches.size());
+    result->matches += pair.matches.size();
     for (const EpipolarMatch& match : pair.matches)
       inliers += std::abs(match.residual) < kInlier * std::max(1.0, pair.sigma);
   }
-  result->pairs = static_cast<int>(pairs_.size());
+  result->pairs = pairs_.size();
   result->inlier_share = static_cast<double>(inliers) / std::max(1, result->matches);
   result->rotation_only = rotation_only_;
 }
@@ -246,10 +246,9 @@ void EpipolarBiasEstimator::fillCovariance(const Vector3d& b_g, Matrix3d* inform
                                            Matrix3d* covariance) {
   summary_.final_cost = linearize(b_g, longestSpan()).cost;
   const double sigma_px = options_.sigma_px * std::max(1.0, noise(longestSpan()));
-  EpipolarBiasCovariance sum(calibration_, sigma_px, preintegrations_.size(),
-                             static_cast<size_t>(observations_));
+  EpipolarBiasCovariance sum(calibration_, sigma_px, preintegrations_.size(), observations_);
   for (const EpipolarPair& pair : pairs_) {
-    const Matrix3d R_CB = R_BC_[static_cast<size_t>(pair.camera)].transpose();
+    const Matrix3d R_CB = R_BC_[pair.camera].transpose();
     std::vector<Matrix3d> by_interval;
     for (int k = pair.i + 1; k < pair.j; ++k)
       by_interval.emplace_back(R_CB * relative(k, pair.j).R.transpose());

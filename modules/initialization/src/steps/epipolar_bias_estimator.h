@@ -71,8 +71,7 @@ class EpipolarBiasEstimator {
 
   void integrateRotations(const Eigen::Vector3d& b_g, int span);
   const Relative& relative(int i, int j) const {
-    return relative_[static_cast<size_t>(i) * (preintegrations_.size() + 1) +
-                     static_cast<size_t>(j)];
+    return relative_[i * (preintegrations_.size() + 1) + j];
   }
   const Relative& relative(const EpipolarPair& pair) const { return relative(pair.i, pair.j); }
   Eigen::Matrix3d rotation(const EpipolarPair& pair) const;  // R_CiCj

@@ -37,7 +37,7 @@ std::vector<EpipolarMatch> matchesOf(const std::vector<Bearing>& a, const std::v
   return matches;
 }
 
-/** Keeps at most `count`, evenly among them. */
+/** Thins the matches evenly to at most `count`. */
 void thin(size_t count, std::vector<EpipolarMatch>* matches) {
   if (matches->size() <= count) return;
   for (size_t k = 0; k < count; ++k) (*matches)[k] = (*matches)[k * matches->size() / count];
@@ -49,27 +49,25 @@ void thin(size_t count, std::vector<EpipolarMatch>* matches) {
 EpipolarPairs collectEpipolarPairs(const StereoInertialCalibration& calibration,
                                    const std::vector<const TrackedFrame*>& keyframes,
                                    const NormalEpipolarBiasOptions& options) {
-  const int n = static_cast<int>(keyframes.size());
+  const int n = keyframes.size();
   EpipolarPairs found;
   std::vector<int> neighbours(keyframes.size() - 1, 0);
   for (int camera = 0; camera < (options.both_cameras ? 2 : 1); ++camera) {
     std::vector<std::vector<Bearing>> bearings;
     for (const TrackedFrame* frame : keyframes)
-      bearings.push_back(bearingsOf(calibration.cameras[static_cast<size_t>(camera)].model, camera,
-                                    *frame, &found.observations));
+      bearings.push_back(
+          bearingsOf(calibration.cameras[camera].model, camera, *frame, &found.observations));
     for (int i = 0; i < n; ++i)
       for (int j = i + 1; j < (options.all_pairs ? n : std::min(n, i + 2)); ++j) {
         EpipolarPair pair;
         pair.i = i;
         pair.j = j;
         pair.camera = camera;
-        pair.matches =
-            matchesOf(bearings[static_cast<size_t>(i)], bearings[static_cast<size_t>(j)]);
-        const int count = static_cast<int>(pair.matches.size());
-        if (j == i + 1)
-          neighbours[static_cast<size_t>(i)] = std::max(neighbours[static_cast<size_t>(i)], count);
+        pair.matches = matchesOf(bearings[i], bearings[j]);
+        const int count = pair.matches.size();
+        if (j == i + 1) neighbours[i] = std::max(neighbours[i], count);
         if (count < options.min_matches) continue;
-        if (j > i + 1) thin(static_cast<size_t>(options.max_matches), &pair.matches);
+        if (j > i + 1) thin(options.max_matches, &pair.matches);
         found.pairs.push_back(std::move(pair));
       }
   }

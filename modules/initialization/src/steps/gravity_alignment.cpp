@@ -11,11 +11,8 @@ Initialization alignWithGravity(const InitializationProblem& problem,
   Initialization result;
   result.bias = estimate.bias;
   for (size_t k = 0; k < estimate.T_VB.size(); ++k) {
-    KeyframeState state;
-    state.t = problem.keyframe(static_cast<int>(k)).t;
-    state.T_WB = T_WV * estimate.T_VB[k];
-    state.v_WB = R_WV * estimate.v_VB[k];
-    result.states.push_back(state);
+    result.states.emplace_back(problem.keyframe(k).t, T_WV * estimate.T_VB[k],
+                               R_WV * estimate.v_VB[k]);
   }
   if (estimate.errors)
     result.covariance =

@@ -56,8 +56,7 @@ class InertialOnlyProblem {
     m.g_V = (s.g_V + options_.gravity_mps2 * tangentBasis(s.g_V) * step.segment<2>(kGravity))
                 .normalized() *
             options_.gravity_mps2;
-    for (size_t k = 0; k < s.v_VB.size(); ++k)
-      m.v_VB[k] += step.segment<3>(kVelocity + 3 * static_cast<Eigen::Index>(k));
+    for (size_t k = 0; k < s.v_VB.size(); ++k) m.v_VB[k] += step.segment<3>(kVelocity + 3 * k);
     return m;
   }
 
@@ -94,12 +93,12 @@ class InertialOnlyProblem {
 
   InertialOnlyResponse response(const State& s) const {
     using Eigen::Index;
-    const Index n = static_cast<Index>(preintegrations_.size());
+    const Index n = preintegrations_.size();
     InertialOnlyResponse out;
     out.residuals_by_poses = Eigen::MatrixXd::Zero(9 * n, 6 * n);
     Eigen::MatrixXd AtW = Eigen::MatrixXd::Zero(size(), 9 * n);
     for (Index k = 0; k < n; ++k) {
-      const auto i = static_cast<size_t>(k);
+      const size_t i = k;
       PreintegrationJacobians J;
       preintegrationResidual(preintegrations_[i], T_VB_[i], s.v_VB[i], T_VB_[i + 1], s.v_VB[i + 1],
                              s.bias, s.g_V, &J);
@@ -148,7 +147,7 @@ class InertialOnlyProblem {
       const Eigen::Matrix<double, 9, 14> A = L * columns(s, J);
       const Eigen::Matrix<double, 14, 14> AtA = A.transpose() * A;
       const Eigen::Matrix<double, 14, 1> Atr = A.transpose() * r;
-      const Eigen::Index v = kVelocity + 3 * static_cast<Eigen::Index>(k);
+      const Eigen::Index v = kVelocity + 3 * k;
       H->block<8, 8>(0, 0) += AtA.topLeftCorner<8, 8>();
       H->block<8, 6>(0, v) += AtA.topRightCorner<8, 6>();
       H->block<6, 8>(v, 0) += AtA.bottomLeftCorner<6, 8>();

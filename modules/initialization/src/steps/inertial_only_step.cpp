@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 
 namespace etalon {
 

@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-Index offset(size_t k, Index size) { return size * static_cast<Index>(k); }
+Index offset(size_t k, Index size) { return size * k; }
 
 /** Rows of all pairs: A (v_0 .. v_N-1, g) = y. */
 struct Rows {

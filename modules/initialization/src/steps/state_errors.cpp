@@ -14,13 +14,13 @@ using Eigen::Vector3d;
 ErrorSources::ErrorSources(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
                            const Matrix3d& measured_gyro_bias)
-    : intervals_(static_cast<Index>(preintegrations.size())) {
+    : intervals_(preintegrations.size()) {
   const Index n = 15 * intervals_ + 9;
   covariance_ = MatrixXd::Zero(n, n);
   covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = problem.visualSolution()->covariance;
   for (Index k = 0; k < intervals_; ++k)
     covariance_.block<9, 9>(6 * intervals_ + 9 * k, 6 * intervals_ + 9 * k) =
-        preintegrations[static_cast<size_t>(k)].covariance9();
+        preintegrations[k].covariance9();
   const BiasPriors& priors = problem.priors();
   covariance_.diagonal().segment<3>(n - 9).setConstant(priors.sigma_gyro_rps *
                                                        priors.sigma_gyro_rps);
@@ -78,7 +78,7 @@ bool alignErrors(const std::vector<SE3>& T_VB, const std::vector<Preintegration>
     const Preintegration& p = preintegrations[k];
     Eigen::Matrix<double, 6, 6> by_bias;  // of the deltas, [position, velocity]
     by_bias << p.dp_dbg(), p.dp_dba(), p.dv_dbg(), p.dv_dba();
-    const Index i = static_cast<Index>(k);
+    const Index i = k;
     rows.middleRows<6>(6 * i) -= imu.middleRows<6>(9 * i + 3) + by_bias * errors->map.topRows<6>();
   }
   const MatrixXd solution = response.by_rows * rows;

@@ -47,8 +47,7 @@ bool meet(const VisualWindow& window, const VisualMeasurement& left, const Visua
   double chi2 = 0.0;
   for (const VisualMeasurement* m : {&left, &right}) {
     Eigen::Vector2d r;
-    if (!reprojectionResidual(window.T_CB[static_cast<size_t>(m->camera)], m->measurement, SE3(),
-                              *p_B, &r))
+    if (!reprojectionResidual(window.T_CB[m->camera], m->measurement, SE3(), *p_B, &r))
       return false;
     chi2 += r.squaredNorm();
   }
@@ -65,7 +64,7 @@ StereoPoints stereoPoints(const VisualWindow& window, double max_chi2) {
     if (left.landmark != right.landmark || left.keyframe != right.keyframe) continue;
     Vector3d p_B;
     if (meet(window, left, right, max_chi2, &p_B))
-      points.of_landmark[static_cast<size_t>(left.landmark)].push_back({left.keyframe, p_B});
+      points.of_landmark[left.landmark].push_back({left.keyframe, p_B});
   }
   return points;
 }
@@ -86,7 +85,7 @@ std::vector<TurnedPoint> turnedPoints(const StereoPoints& points,
   for (const auto& seen : points.of_landmark)
     for (size_t i = 1; i < seen.size(); ++i) {
       if (seen[i].keyframe != seen[i - 1].keyframe + 1) continue;
-      const auto step = static_cast<size_t>(seen[i - 1].keyframe);
+      const size_t step = seen[i - 1].keyframe;
       const Preintegration& imu = preintegrations[step];
       const Vector3d &p = seen[i - 1].p_B, &q = seen[i].p_B;
       const double range = p.norm();
@@ -141,7 +140,7 @@ std::vector<SE3> medianPositions(const StereoPoints& points, const std::vector<M
   for (const auto& seen : points.of_landmark)
     for (size_t i = 1; i < seen.size(); ++i) {
       if (seen[i].keyframe != seen[i - 1].keyframe + 1) continue;
-      const auto k = static_cast<size_t>(seen[i].keyframe);
+      const size_t k = seen[i].keyframe;
       steps[k].emplace_back(R_VB[k - 1] * seen[i - 1].p_B - R_VB[k] * seen[i].p_B);
     }
   std::vector<SE3> T_VB{SE3(R_VB[0], Vector3d::Zero())};

@@ -63,7 +63,7 @@ void TrackInformation::start(const StereoPoints& points, const std::vector<SE3>&
   for (size_t l = 0; l < landmarks_.size(); ++l) {
     std::vector<Vector3d> in_V;
     for (const StereoPoints::Point& point : points.of_landmark[l])
-      in_V.emplace_back(T_VB[static_cast<size_t>(point.keyframe)] * point.p_B);
+      in_V.emplace_back(T_VB[point.keyframe] * point.p_B);
     if (in_V.empty()) continue;
     landmarks_[l] = medianOf(in_V);
     valid_[l] = 1;
@@ -76,14 +76,14 @@ double TrackInformation::weight(double r2) const {
 }
 
 void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
-  const auto index = static_cast<size_t>(l);
+  const size_t index = l;
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   std::vector<Vector3d> towards;  // of every camera: d(depth)/d(landmark) by the depth
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
-    const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
-    const SE3& T_CB = window_.T_CB[static_cast<size_t>(m.camera)];
-    const SE3& pose = T_VB[static_cast<size_t>(m.keyframe)];
+    const VisualMeasurement& m = window_.measurements[i];
+    const SE3& T_CB = window_.T_CB[m.camera];
+    const SE3& pose = T_VB[m.keyframe];
     Vector2d r;
     Matrix23 A;
     if (!reprojectionResidual(T_CB, m.measurement, pose, landmarks_[index], &r, nullptr, &A))
@@ -107,16 +107,15 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
 
 void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
   for (int l = 0; l < window_.landmarkCount(); ++l) {
-    const auto index = static_cast<size_t>(l);
+    const size_t index = l;
     if (!valid_[index]) continue;
     moveLandmark(l, T_VB);
     for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
-      const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+      const VisualMeasurement& m = window_.measurements[i];
       Vector2d r;
-      const bool seen =
-          reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                               T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r);
-      r2_[static_cast<size_t>(i)] = seen ? r.squaredNorm() : kBehind;
+      const bool seen = reprojectionResidual(window_.T_CB[m.camera], m.measurement,
+                                             T_VB[m.keyframe], landmarks_[index], &r);
+      r2_[i] = seen ? r.squaredNorm() : kBehind;
     }
   }
   updateScale();
@@ -125,7 +124,7 @@ void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
 void TrackInformation::updateScale() {
   std::vector<double> of_valid;
   for (size_t i = 0; i < r2_.size(); ++i)
-    if (valid_[static_cast<size_t>(window_.measurements[i].landmark)]) of_valid.push_back(r2_[i]);
+    if (valid_[window_.measurements[i].landmark]) of_valid.push_back(r2_[i]);
   if (of_valid.empty()) return;
   // |r| of two Gaussian coordinates has its median at 1.18 sigma: c is two sigmas of what is seen.
   constexpr double kFactor = 2.0 / 1.18;
@@ -133,11 +132,11 @@ void TrackInformation::updateScale() {
 }
 
 void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
-  const Index n = 6 * (static_cast<Index>(T_VB.size()) - 1);
+  const Index n = 6 * (T_VB.size() - 1);
   S_.setZero(n, n);
   s_.setZero(n);
   for (int l = 0; l < window_.landmarkCount(); ++l)
-    if (valid_[static_cast<size_t>(l)]) eliminate(l, T_VB);
+    if (valid_[l]) eliminate(l, T_VB);
   S_.triangularView<Eigen::StrictlyUpper>() = S_.transpose();
   const double factor = score_scale_ * scale_ * scale_ / c2_;
   S_ *= factor;
@@ -145,7 +144,7 @@ void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
 }
 
 void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
-  const auto index = static_cast<size_t>(l);
+  const size_t index = l;
   struct Block {
     int node;
     Eigen::Matrix<double, 6, 3> H_kl;
@@ -154,12 +153,12 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
-    const VisualMeasurement& m = window_.measurements[static_cast<size_t>(i)];
+    const VisualMeasurement& m = window_.measurements[i];
     Vector2d r;
     Matrix26 J;
     Matrix23 A;
-    if (!reprojectionResidual(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                              T_VB[static_cast<size_t>(m.keyframe)], landmarks_[index], &r, &J, &A))
+    if (!reprojectionResidual(window_.T_CB[m.camera], m.measurement, T_VB[m.keyframe],
+                              landmarks_[index], &r, &J, &A))
       continue;
     const double root = std::sqrt(weight(r.squaredNorm()));
     r *= root;
@@ -190,14 +189,12 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
   }
 }
 
-int TrackInformation::validCount() const {
-  return static_cast<int>(std::count(valid_.begin(), valid_.end(), 1));
-}
+int TrackInformation::validCount() const { return std::count(valid_.begin(), valid_.end(), 1); }
 
 double TrackInformation::inlierShare(double max_chi2) const {
   int inliers = 0, all = 0;
   for (size_t i = 0; i < r2_.size(); ++i) {
-    if (!valid_[static_cast<size_t>(window_.measurements[i].landmark)]) continue;
+    if (!valid_[window_.measurements[i].landmark]) continue;
     ++all;
     inliers += r2_[i] <= max_chi2;
   }

@@ -39,8 +39,7 @@ class TranslationSolver {
     Eigen::VectorXd dt = Eigen::VectorXd::Zero(n + 3);
     dt.tail(n) = factor.solve(b.tail(n));
     if (!factor.isPositive() || !(factor.rcond() > 1e-15) || !dt.allFinite()) return false;
-    for (int k = 1; k < window_.keyframe_count; ++k)
-      result_.T_VB[static_cast<size_t>(k)].t += dt.segment<3>(3 * k);
+    for (int k = 1; k < window_.keyframe_count; ++k) result_.T_VB[k].t += dt.segment<3>(3 * k);
     if (options_.landmarks_free) moveLandmarks(dt);
     *step_norm = dt.lpNorm<Eigen::Infinity>();
     return true;
@@ -53,7 +52,7 @@ class TranslationSolver {
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 3);
     for (int landmark = 0; landmark < window_.landmarkCount(); ++landmark) {
       addToReducedSystem(landmark, &H, &b);
-      const size_t l = static_cast<size_t>(landmark);
+      const size_t l = landmark;
       Eigen::Vector3d e;
       const Eigen::Matrix3d V_inv =
           options_.landmarks_free ? landmarkCovariance(l, &e) : Eigen::Matrix3d::Zero();
@@ -74,7 +73,7 @@ class TranslationSolver {
   void relabel() {
     double sum = 0.0;
     result_.inliers = 0;
-    std::vector<int> per_keyframe(static_cast<size_t>(window_.keyframe_count), 0);
+    std::vector<int> per_keyframe(window_.keyframe_count, 0);
     for (VisualMeasurement& m : window_.measurements) {
       Eigen::Vector2d r;
       m.inlier = landmark(m).known && residual(m, &r, nullptr) &&
@@ -82,7 +81,7 @@ class TranslationSolver {
       if (!m.inlier) continue;
       sum += r.squaredNorm();
       ++result_.inliers;
-      ++per_keyframe[static_cast<size_t>(m.keyframe)];
+      ++per_keyframe[m.keyframe];
     }
     result_.summary.final_cost = 0.5 * sum;
     result_.rms_px_over_sigma = result_.inliers ? std::sqrt(sum / (2.0 * result_.inliers)) : 0.0;
@@ -91,7 +90,7 @@ class TranslationSolver {
 
  private:
   const BundleLandmark& landmark(const VisualMeasurement& m) const {
-    return result_.bundle.landmarks[static_cast<size_t>(m.landmark)];
+    return result_.bundle.landmarks[m.landmark];
   }
 
   bool residual(const VisualMeasurement& m, Eigen::Vector2d* r, Eigen::Matrix<double, 2, 3>* J,
@@ -107,7 +106,7 @@ class TranslationSolver {
     first_.assign(1, 0);
     for (int l = 0; l < window_.landmarkCount(); ++l) {
       int current = -1;
-      for (const VisualMeasurement& m : window_.measurementsOf(static_cast<size_t>(l))) {
+      for (const VisualMeasurement& m : window_.measurementsOf(l)) {
         Eigen::Vector2d r;
         Eigen::Matrix<double, 2, 3> J;
         Eigen::Matrix<double, 2, 6> J_pose;
@@ -143,7 +142,7 @@ class TranslationSolver {
   // d(r)/d(translation) = -J: the gradient with respect to a translation is -a, its right-hand side
   // +a.
   void addToReducedSystem(int landmark, Eigen::MatrixXd* H, Eigen::VectorXd* b) const {
-    const size_t l = static_cast<size_t>(landmark);
+    const size_t l = landmark;
     for (size_t i = first_[l]; i < first_[l + 1]; ++i) {
       const Contribution& c = contributions_[i];
       H->block<3, 3>(3 * c.keyframe, 3 * c.keyframe) += c.A;
@@ -190,7 +189,7 @@ TranslationBaResult solveTranslationBa(BundleProblem bundle, const std::vector<S
   result.bundle = std::move(bundle);
   result.T_VB = T_VB;
   for (VisualMeasurement& m : result.bundle.window.measurements)
-    m.inlier = result.bundle.landmarks[static_cast<size_t>(m.landmark)].known;
+    m.inlier = result.bundle.landmarks[m.landmark].known;
   if (result.bundle.window.keyframe_count < 2) {
     result.summary.stop(Termination::kNotStarted, "one keyframe has nothing to translate");
     return result;

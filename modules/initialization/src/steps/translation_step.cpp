@@ -65,13 +65,13 @@ Eigen::MatrixXd poseErrors(const std::vector<Preintegration>& preintegrations,
                            const Eigen::MatrixXd& position_by_rotation, const StateErrors& errors) {
   using Eigen::Index;
   using Eigen::MatrixXd;
-  const Index n = static_cast<Index>(preintegrations.size());
+  const Index n = preintegrations.size();
   const MatrixXd imu = errors.sources.imu();
   MatrixXd poses = errors.sources.poses();
   MatrixXd moved(3 * n, poses.cols());  // from the rotations of stereo odometry
   MatrixXd rotation = MatrixXd::Zero(3, poses.cols());
   for (Index k = 0; k < n; ++k) {
-    const Preintegration& p = preintegrations[static_cast<size_t>(k)];
+    const Preintegration& p = preintegrations[k];
     rotation = p.deltas().dR.transpose() * rotation + p.dR_dbg() * errors.map.topRows<3>() +
                imu.middleRows<3>(9 * k);
     moved.middleRows<3>(3 * k) = rotation - poses.middleRows<3>(6 * k);

@@ -6,7 +6,7 @@
 namespace etalon {
 
 namespace {
-constexpr double kMaxImuStep = 0.03;  // s between samples; what is longer is a gap
+constexpr double kMaxImuStep = 0.03;  // s between samples; a longer step is a gap
 }  // namespace
 
 bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {

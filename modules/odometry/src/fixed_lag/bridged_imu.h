@@ -12,9 +12,9 @@ namespace etalon {
 bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1);
 
 /**
- * In place of an IMU that is missing or has gaps: what there is, or else a body that keeps its
- * velocity and attitude; and noise of the size of a flight's rates (0.5 rad/s) and accelerations
- * (2 m/s^2) that are correlated over the gap.
+ * Takes the place of an IMU that is missing or has gaps: the samples that there are, and elsewhere
+ * a body that keeps its velocity and attitude, with noise as large as the rates (0.5 rad/s) and
+ * accelerations (2 m/s^2) of a flight, correlated over the gap.
  * @param from the state at t0
  */
 Preintegration bridgedImu(const NavState& from, TimeNs t0, TimeNs t1, std::vector<ImuSample> imu,

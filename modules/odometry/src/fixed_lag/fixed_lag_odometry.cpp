@@ -74,7 +74,7 @@ class FixedLagOdometry::Impl {
     out.state = start.state;
     out.covariance = covariance_ = start.covariance;
     out.keyframe = true;
-    out.observations = static_cast<int>(frame.observations.size() + frame.right_only.size());
+    out.observations = frame.observations.size() + frame.right_only.size();
     return out;
   }
 
@@ -118,7 +118,7 @@ class FixedLagOdometry::Impl {
     out.state = newest.now;
     out.covariance = covariance_;
     out.keyframe = newest.keyframe;
-    out.observations = static_cast<int>(frame.observations.size() + frame.right_only.size());
+    out.observations = frame.observations.size() + frame.right_only.size();
     out.used = counts.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
@@ -148,8 +148,8 @@ class FixedLagOdometry::Impl {
     views_->dropAllBut(stamps);
   }
 
-  /** Of the newest pose relative to the window, before its images are used: noise of the IMU, the
-   * velocity's error, and what the window itself may be off by. */
+  /** Covariance of the newest pose relative to the window before its images are used: the noise of
+   * the IMU, the error of the velocity, and the error of the window itself. */
   Eigen::Matrix<double, 6, 6> predictedPoseCovariance() const {
     const Preintegration& imu = window_.states.back().imu;
     const Eigen::Matrix3d R = window_.states[window_.states.size() - 2].now.T_WB.R;
@@ -162,8 +162,8 @@ class FixedLagOdometry::Impl {
     return P;
   }
 
-  /** Integrates the raw samples anew where the bias has moved so far that the correction to first
-   * order is off by a tenth of a per mille of the rate. */
+  /** Integrates the raw samples anew where the bias has moved so far that the first-order
+   * correction is off by a tenth of a per mille of the rate. */
   void reintegrate() {
     for (size_t i = window_.firstFull() + 1; i < window_.states.size(); ++i) {
       WindowState& state = window_.states[i];
@@ -220,8 +220,7 @@ std::map<LandmarkId, Eigen::Vector3d> FixedLagOdometry::landmarks() const {
   std::map<LandmarkId, Eigen::Vector3d> landmarks;
   const fixed_lag::Window& window = impl_->window();
   for (const auto& [id, landmark] : window.landmarks)
-    landmarks[id] =
-        window.states[static_cast<size_t>(landmark.host)].now.T_WB * landmark.in_host.position();
+    landmarks[id] = window.states[landmark.host].now.T_WB * landmark.in_host.position();
   return landmarks;
 }
 

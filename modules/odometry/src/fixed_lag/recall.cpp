@@ -46,8 +46,7 @@ std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
     if (!landmark.seenIn(newest.serial) || landmark.observations.size() < kMinObservations ||
         !(landmark.in_host.parameters.z() > 1e-3))
       continue;
-    const SE3 T_NH =
-        relativePose(newest.now.T_WB, window.states[static_cast<size_t>(landmark.host)].now.T_WB);
+    const SE3 T_NH = relativePose(newest.now.T_WB, window.states[landmark.host].now.T_WB);
     seen.push_back(
         {o.id, o.left, T_NH * landmark.in_host.position(), covarianceInNewest(landmark, T_NH.R)});
   }
@@ -81,8 +80,7 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.seen.size() > b.seen.size(); });
-  if (candidates.size() > static_cast<size_t>(options_.views))
-    candidates.resize(static_cast<size_t>(options_.views));
+  if (candidates.size() > static_cast<size_t>(options_.views)) candidates.resize(options_.views);
   if (candidates.empty()) return {};
 
   std::vector<Eigen::Index> unknowns;
@@ -100,12 +98,12 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
     Eigen::Matrix<double, 6, 12> both;
     both << J.by_host, J.by_target;
     Eigen::Matrix<double, 12, 12> P;
-    const Eigen::Index at = 6 + 6 * static_cast<Eigen::Index>(k);
+    const Eigen::Index at = 6 + 6 * k;
     P << joint.topLeftCorner<6, 6>(), joint.block<6, 6>(0, at), joint.block<6, 6>(at, 0),
         joint.block<6, 6>(at, at);
     candidate.view.covariance = both * P * both.transpose();
     candidate.view.covariance.diagonal().array() += 1e-10;
-    // Of too many, every so-manieth: neighbouring ids began at the same time, all over the image.
+    // Of too many every n-th is taken: neighbouring ids began together, all over the image.
     const size_t most = std::min(candidate.seen.size(), static_cast<size_t>(options_.landmarks));
     std::vector<size_t> asked;
     for (size_t i = 0; i < most; ++i) {
@@ -151,7 +149,7 @@ void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>&
     const ViewMatch& match = *match_of.at(f.landmark);
     recalled->push_back({state.t, {landmark.id, match.left, match.right, f.has_right}});
   }
-  // Where the view was found, those that were not are not sought there again.
+  // Once the view is found, no landmark is looked for there a second time.
   if (!believed.empty())
     for (const size_t l : candidate.seen)
       window->landmarks.at(seen[l].id).sought.push_back(state.serial);

@@ -11,9 +11,9 @@
 namespace etalon::fixed_lag {
 
 /**
- * Looks for the landmarks of the newest state in the retained keyframes that see the same, and
- * gives them their observations there. A landmark that was found is tied to the old keyframe for as
- * long as it is followed, and goes into the prior with that.
+ * Looks for the landmarks of the newest state in the retained keyframes that see the same scene,
+ * and gives them their observations there. A landmark that was found stays tied to the old keyframe
+ * for as long as it is followed, and goes into the prior with that observation.
  */
 class Recall {
  public:

@@ -10,16 +10,16 @@ namespace etalon::fixed_lag {
 namespace {
 
 constexpr double kCalmFor = 0.5;  // s
-// Median distance of tracks between two frames, in sigma_px. With Gaussian noise it is 1.67 at rest.
+// Median distance of tracks between two frames, in sigma_px; with Gaussian noise 1.67 at rest.
 constexpr double kMoved = 2.2;
-constexpr size_t kFewestTracks = 20;  // of which a median says something
-constexpr double kMostSpeed = 0.05;   // m/s; more contradicts a rest
+constexpr size_t kFewestTracks = 20;  // fewer say too little for a median
+constexpr double kMostSpeed = 0.05;   // m/s; a faster platform is not at rest
 // Standard deviations of the worst axis. A MEMS sensor's noise is a tenth of them; a flying
 // platform has several times as much.
 constexpr double kCalmGyro = 0.02;  // rad/s
 constexpr double kCalmAccel = 0.2;  // m/s^2
 
-// Of the pose from frame to frame and the velocity, at rest: over an hour at 20 Hz the first two
+// At rest, of the pose from frame to frame and of the velocity. Over an hour at 20 Hz the first two
 // add up to 3 mm and 0.15 deg.
 constexpr double kSigmaRotation = 1e-5;  // rad
 constexpr double kSigmaPosition = 1e-5;  // m
@@ -67,7 +67,7 @@ bool RestDetector::atRest(const TrackedFrame& frame, const std::vector<ImuSample
   at_rest_ = long_enough && moved.size() >= kFewestTracks &&
              median(std::move(moved)) < kMoved * sigma_px && speed < kMostSpeed && imuIsCalm();
   references_.push_back(std::move(now));
-  if (at_rest_)  // the front one stays until the rest ends
+  if (at_rest_)  // the first one stays until the rest ends
     references_.erase(references_.begin() + 1, references_.end());
   else if (was_at_rest)
     references_.erase(references_.begin(), references_.end() - 1);

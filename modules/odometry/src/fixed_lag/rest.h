@@ -10,11 +10,11 @@
 namespace etalon::fixed_lag {
 
 /**
- * Says whether the body stands still, by images and IMU together: over the last half second rates
- * and accelerations hardly vary, and no track has moved since the rest began (before that, since
- * half a second ago). Either alone would be deceived: the IMU by a steady motion, the images by a
- * camera that repeats its image. A creeping motion ends the rest when it has moved the tracks by
- * more than their noise.
+ * Decides from images and IMU together whether the body stands still: over the last half second the
+ * rates and accelerations hardly vary, and no track has moved since the rest began (before a rest,
+ * over the last half second). Either alone would be deceived: the IMU by a steady motion, the
+ * images by a camera that repeats its image. A creeping motion ends the rest when it has moved the
+ * tracks by more than their noise.
  */
 class RestDetector {
  public:

@@ -11,14 +11,14 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** The unknowns that leave, column by column. */
+/** The columns of the unknowns that leave. */
 std::vector<Eigen::Index> columnsOf(const WindowState& state, Eigen::Index first) {
   std::vector<Eigen::Index> columns;
   for (Eigen::Index i = first; i < state.size(); ++i) columns.push_back(state.column + i);
   return columns;
 }
 
-/** Landmarks that the newest full states do not see any more. */
+/** Landmarks that none of the newest full states sees. */
 std::vector<Landmark*> endedLandmarks(Window* window, size_t oldest_full) {
   const int newest = window->states[oldest_full].serial;
   std::vector<Landmark*> ended;
@@ -27,12 +27,12 @@ std::vector<Landmark*> endedLandmarks(Window* window, size_t oldest_full) {
   return ended;
 }
 
-/** Gives a landmark whose host leaves the next keyframe that sees it as host; false if there is
- * none. */
+/** Makes the next keyframe that sees the landmark its host, because the present host leaves; false
+ * if there is none. */
 bool moveHost(const Window& window, Landmark* landmark) {
-  const SE3& T_WH = window.states[static_cast<size_t>(landmark->host)].now.T_WB;
+  const SE3& T_WH = window.states[landmark->host].now.T_WB;
   for (const LandmarkObservation& o : landmark->observations) {
-    const WindowState& state = window.states[static_cast<size_t>(o.state)];
+    const WindowState& state = window.states[o.state];
     if (o.state == landmark->host || !state.keyframe || state.retained) continue;
     const SE3 T_NH = relativePose(state.now.T_WB, T_WH);
     const Eigen::Vector3d camera_N = window.T_CB[0].inverse().t;
@@ -44,7 +44,7 @@ bool moveHost(const Window& window, Landmark* landmark) {
   return false;
 }
 
-/** squareRoot() of the equations' first `unknowns`, most of which they may not touch. */
+/** squareRoot() of the equations in the first `unknowns`, most of which may not occur in them. */
 LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) {
   std::vector<Eigen::Index> touched;
   for (Eigen::Index i = 0; i < unknowns; ++i)
@@ -56,8 +56,8 @@ LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) 
   return rows;
 }
 
-/** Rows of what leaves, over the window's first `unknowns` columns: prior, IMU, rest, ended
- * landmarks. */
+/** The rows that leave, over the window's first `unknowns` columns: those of the prior, the IMU, a
+ * rest and ended landmarks. */
 LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
                   Eigen::Index unknowns) {
   Matrix15d J_i, J_j;
@@ -102,7 +102,7 @@ LinearRows without(const LinearRows& rows, const std::vector<Eigen::Index>& leav
   LinearRows ordered;
   ordered.A = rows.A(Eigen::all, order);
   ordered.b = rows.b;
-  return compressed(marginalizeFirst(ordered, static_cast<Eigen::Index>(leaving.size())));
+  return compressed(marginalizeFirst(ordered, leaving.size()));
 }
 
 }  // namespace
@@ -131,10 +131,10 @@ size_t dispensableKeyframe(const Window& window) {
   for (const auto& [id, landmark] : window.landmarks)
     for (const LandmarkObservation& o : landmark.observations)
       if (static_cast<size_t>(o.state) < count) {
-        ++hosted[static_cast<size_t>(o.state)];
-        alive[static_cast<size_t>(o.state)] += landmark.seenIn(newest);
+        ++hosted[o.state];
+        alive[o.state] += landmark.seenIn(newest);
       }
-  // The newest two stay, so that there is always someone to take over.
+  // The newest two stay, so that a landmark always finds another host.
   for (size_t i = 0; i + 2 < count; ++i)
     if (!window.states[i].retained && (alive[i] < 0.05 * hosted[i] || alive[i] == 0)) return i;
   size_t worst = 0;

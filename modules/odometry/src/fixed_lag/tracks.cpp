@@ -10,11 +10,11 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** Squared residual of the track against the landmark, both cameras, relative to what it should be
- * at most; above 1 is too far. */
+/** Squared residual of the track against the landmark in both cameras, divided by its bound: the
+ * track is too far away where it exceeds 1. */
 double distance(const Window& window, const Landmark& landmark, const MeasuredFrame::Track& track,
                 const Eigen::Matrix<double, 6, 6>& pose_covariance, double gate) {
-  const WindowState& host = window.states[static_cast<size_t>(landmark.host)];
+  const WindowState& host = window.states[landmark.host];
   const SE3 T_HT = relativePose(host.now.T_WB, window.states.back().now.T_WB);
   double worst = 0.0;
   for (size_t camera = track.has_left ? 0 : 1; camera < (track.has_right ? 2u : 1u); ++camera) {
@@ -33,7 +33,7 @@ double distance(const Window& window, const Landmark& landmark, const MeasuredFr
   return worst;
 }
 
-/** In the axes of the body, of the left camera, or of the right one where that alone sees it. */
+/** The ray in the body's axes: the left camera's, or the right one's where that alone sees it. */
 Eigen::Vector3d rayInBody(const MeasuredFrame::Track& track, const Window& window) {
   const size_t camera = track.has_left ? 0 : 1;
   return window.T_CB[camera].R.transpose() * track.measurements[camera].ray();
@@ -93,7 +93,7 @@ Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
   }
   rejected_ = std::move(still_rejected);
   Counts counts;
-  // Where most tracks disagree with the prediction, it is the prediction that is wrong.
+  // If most tracks disagree with the prediction, the prediction is wrong.
   if (others.size() > agreeing.size()) {
     agreeing.insert(agreeing.end(), others.begin(), others.end());
     others.clear();
@@ -104,8 +104,8 @@ Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
                                       track->has_right, track->measurements, track->has_left});
   for (const auto& [landmark, track] : others)
     if (++landmark->strikes >= 2) rejected_.insert(track->id);
-  counts.used = static_cast<int>(agreeing.size());
-  counts.gated = static_cast<int>(others.size());
+  counts.used = agreeing.size();
+  counts.gated = others.size();
   return counts;
 }
 
@@ -122,7 +122,7 @@ bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
     parallax.push_back(angleBetween(R_LB * rayInBody(track, window), before->second.ray));
   }
   if (parallax.empty()) return true;
-  auto middle = parallax.begin() + static_cast<std::ptrdiff_t>(parallax.size() / 2);
+  auto middle = parallax.begin() + parallax.size() / 2;
   std::nth_element(parallax.begin(), middle, parallax.end());
   return *middle * calibration_->cameras[0].model.focal().x() > options_.keyframe_parallax_px;
 }
@@ -132,7 +132,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   const int newest_index = static_cast<int>(window->states.size()) - 1;
   VisualWindow views;
   views.T_CB = window->T_CB;
-  views.keyframe_count = static_cast<int>(window->states.size());
+  views.keyframe_count = window->states.size();
   views.first.push_back(0);
   std::vector<std::vector<LandmarkObservation>> observations;
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending;
@@ -145,7 +145,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
     for (LandmarkObservation& o : pending_[track.id])
       for (size_t i = 0; i < window->states.size(); ++i)
         if (window->states[i].serial == o.serial) {
-          o.state = static_cast<int>(i);
+          o.state = i;
           all.push_back(o);
         }
     all.push_back(
@@ -156,15 +156,15 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
       for (size_t camera = o.first(); camera < o.end(); ++camera)
         views.measurements.push_back(
             {o.state, l, static_cast<int>(camera), o.measurements[camera]});
-    views.first.push_back(static_cast<int>(views.measurements.size()));
+    views.first.push_back(views.measurements.size());
     observations.push_back(std::move(all));
   }
   std::vector<SE3> T_WB;
   for (const WindowState& state : window->states) T_WB.push_back(state.now.T_WB);
   for (int l = 0; l < views.landmarkCount(); ++l) {
-    const LandmarkId id = views.landmark_ids[static_cast<size_t>(l)];
+    const LandmarkId id = views.landmark_ids[l];
     const auto p_W = triangulate(views, l, T_WB);
-    std::vector<LandmarkObservation>& all = observations[static_cast<size_t>(l)];
+    std::vector<LandmarkObservation>& all = observations[l];
     if (!p_W) {
       pending[id] = std::move(all);
       continue;
@@ -186,14 +186,14 @@ void Tracks::followNoise(Window* window) const {
   std::vector<double> squares;
   for (const auto& [id, landmark] : window->landmarks) {
     if (!landmark.seenIn(newest) || landmark.observations.size() < 3) continue;
-    const SE3& T_WH = window->states[static_cast<size_t>(landmark.host)].now.T_WB;
+    const SE3& T_WH = window->states[landmark.host].now.T_WB;
     int pixels = 0;
     for (const LandmarkObservation& o : landmark.observations)
       pixels += static_cast<int>(o.end() - o.first());
     // Of 2 n coordinates the landmark itself takes three.
     const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
     for (const LandmarkObservation& o : landmark.observations) {
-      const SE3 T_HT = relativePose(T_WH, window->states[static_cast<size_t>(o.state)].now.T_WB);
+      const SE3 T_HT = relativePose(T_WH, window->states[o.state].now.T_WB);
       for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
         if (reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
@@ -203,7 +203,7 @@ void Tracks::followNoise(Window* window) const {
     }
   }
   if (squares.size() < 100) return;
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  const auto middle = squares.begin() + squares.size() / 2;
   std::nth_element(squares.begin(), middle, squares.end());
   constexpr double kMedian = 1.386;   // of chi-square with 2 degrees of freedom
   constexpr double kFollowed = 0.02;  // a frame: over fifty of them
@@ -216,10 +216,10 @@ void Tracks::dropOutliers(Window* window) {
   const int newest = window->states.back().serial;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     Landmark& landmark = it->second;
-    const SE3& T_WH = window->states[static_cast<size_t>(landmark.host)].now.T_WB;
+    const SE3& T_WH = window->states[landmark.host].now.T_WB;
     auto& observations = landmark.observations;
     const auto misfits = [&](const LandmarkObservation& o) {
-      const SE3 T_HT = relativePose(T_WH, window->states[static_cast<size_t>(o.state)].now.T_WB);
+      const SE3 T_HT = relativePose(T_WH, window->states[o.state].now.T_WB);
       for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
         if (!reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
@@ -237,7 +237,7 @@ void Tracks::dropOutliers(Window* window) {
       landmark.strikes = 0;
     else if (seen)
       ++landmark.strikes;
-    // What does not fit its own host, or again and again, is no landmark.
+    // A landmark goes that misses its observations repeatedly, or most of them at once.
     const bool lost =
         observations.empty() || landmark.strikes >= 2 || 2 * observations.size() < before;
     if (lost) rejected_.insert(landmark.id);

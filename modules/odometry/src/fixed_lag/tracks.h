@@ -43,8 +43,8 @@ class Tracks {
     int used = 0, gated = 0;
   };
   /**
-   * Gives the window's landmarks their observations in the newest state, but for those that are
-   * farther from where the state predicts them than its error explains.
+   * Gives the window's landmarks their observations in the newest state, except where one is
+   * farther from its prediction than the error of the state explains.
    * @param pose_covariance of the newest pose relative to the window, [rotation, position in W]
    */
   Counts associate(const MeasuredFrame& frame, const Eigen::Matrix<double, 6, 6>& pose_covariance,
@@ -54,11 +54,11 @@ class Tracks {
    * has changed. */
   bool wantsKeyframe(const MeasuredFrame& frame, const Counts& counts, const Window& window) const;
 
-  /** The newest state is a keyframe: its tracks that are no landmarks become some, from both
-   * cameras or from keyframes before. */
+  /** Called when the newest state is a keyframe: its tracks that are no landmarks yet become
+   * landmarks, triangulated from both cameras or with earlier keyframes. */
   void createLandmarks(const MeasuredFrame& frame, Window* window);
 
-  /** Drops observations that do not fit after the optimisation, and landmarks that go on not to. */
+  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing. */
   void dropOutliers(Window* window);
 
   /** Lets the window's pixel variance follow the residuals' median. */

@@ -9,7 +9,7 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** What a landmark behind a camera costs: as much as a pixel that is off by so many sigma. */
+/** A landmark behind a camera costs as much as a pixel that is off by this many sigma. */
 constexpr double kBehindCamera = 30.0;
 
 }  // namespace
@@ -32,8 +32,8 @@ void VisualTerms::addResidual(const Window& window, const ReprojectionMeasuremen
   Eigen::Vector2d r;
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 3> J_landmark;
-  if (!reprojectionResidual(window.T_CB[static_cast<size_t>(camera)], measurement, T_HT,
-                            landmark.in_host, &r, target ? &J_pose : nullptr, &J_landmark)) {
+  if (!reprojectionResidual(window.T_CB[camera], measurement, T_HT, landmark.in_host, &r,
+                            target ? &J_pose : nullptr, &J_landmark)) {
     cost_.add(kBehindCamera * kBehindCamera);
     return;
   }
@@ -67,14 +67,13 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
       target->H_pl.setZero();
       target->g_p.setZero();
     }
-    const SE3& T_HT =
-        relative_[static_cast<size_t>(landmark->host) * n + static_cast<size_t>(o.state)];
+    const SE3& T_HT = relative_[landmark->host * n + o.state];
     for (size_t camera = o.first(); camera < o.end(); ++camera)
       addResidual(window, o.measurements[camera], static_cast<int>(camera), *landmark, T_HT, target,
                   &V, &e.g_l);
   }
   e.last = targets_.size();
-  // At infinity, and wanted farther: its distance is no unknown.
+  // At infinity, and the residuals want it farther: its distance is no unknown.
   const bool held = !(landmark->in_host.parameters.z() > 0.0) && e.g_l.z() >= 0.0;
   if (held) {
     V.row(2).setZero();
@@ -94,8 +93,8 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
 
 /** The landmark's Schur complement, added to its host's sums. */
 void VisualTerms::eliminate(const Eliminated& e) {
-  HostSums& sums = hosts_[static_cast<size_t>(e.landmark->host)];
-  const Eigen::Index size = 6 * static_cast<Eigen::Index>(hosts_.size());
+  HostSums& sums = hosts_[e.landmark->host];
+  const Eigen::Index size = 6 * hosts_.size();
   if (!sums.used) {
     sums.used = true;
     sums.H.setZero(size, size);
@@ -117,21 +116,20 @@ void VisualTerms::eliminate(const Eliminated& e) {
 }
 
 void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* equations) const {
-  const HostSums& sums = hosts_[static_cast<size_t>(host)];
-  const int n = static_cast<int>(window.states.size());
-  const WindowState& h = window.states[static_cast<size_t>(host)];
-  std::vector<RelativeJacobians> J(static_cast<size_t>(n));
+  const HostSums& sums = hosts_[host];
+  const int n = window.states.size();
+  const WindowState& h = window.states[host];
+  std::vector<RelativeJacobians> J(n);
   std::vector<int> seen;
   for (int k = 0; k < n; ++k) {
     if (k == host || sums.H(6 * k, 6 * k) == 0.0) continue;
     seen.push_back(k);
-    J[static_cast<size_t>(k)] = relativeJacobians(
-        h.linearization.T_WB, window.states[static_cast<size_t>(k)].linearization.T_WB);
+    J[k] = relativeJacobians(h.linearization.T_WB, window.states[k].linearization.T_WB);
   }
   Eigen::MatrixXd& H = equations->H;
   for (const int k : seen) {
-    const RelativeJacobians& J_k = J[static_cast<size_t>(k)];
-    const Eigen::Index column = window.states[static_cast<size_t>(k)].column;
+    const RelativeJacobians& J_k = J[k];
+    const Eigen::Index column = window.states[k].column;
     Matrix6d by_host = Matrix6d::Zero();  // the row of k times the host's derivatives
     for (const int l : seen) {
       Matrix6d block;
@@ -139,11 +137,10 @@ void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* eq
         block = sums.H.block<6, 6>(6 * k, 6 * l);
       else
         block = sums.H.block<6, 6>(6 * l, 6 * k).transpose();
-      by_host.noalias() += block * J[static_cast<size_t>(l)].by_host;
+      by_host.noalias() += block * J[l].by_host;
       if (l < k) continue;
-      const Eigen::Index other = window.states[static_cast<size_t>(l)].column;
-      const Matrix6d absolute =
-          J_k.by_target.transpose() * block * J[static_cast<size_t>(l)].by_target;
+      const Eigen::Index other = window.states[l].column;
+      const Matrix6d absolute = J_k.by_target.transpose() * block * J[l].by_target;
       H.block<6, 6>(column, other) += absolute;
       if (l > k) H.block<6, 6>(other, column) += absolute.transpose();
     }
@@ -194,8 +191,7 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
   for (const Eliminated& e : eliminated_) {
     Eigen::Vector3d g = e.g_l;
     for (size_t i = e.first; i < e.last; ++i) {
-      const size_t pair =
-          static_cast<size_t>(e.landmark->host) * n + static_cast<size_t>(targets_[i].state);
+      const size_t pair = e.landmark->host * n + targets_[i].state;
       g.noalias() += targets_[i].H_pl.transpose() * relative[pair];
     }
     Eigen::Vector3d& parameters = e.landmark->in_host.parameters;
@@ -216,9 +212,8 @@ double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& lan
       for (const LandmarkObservation& o : landmark->observations)
         for (size_t camera = o.first(); camera < o.end(); ++camera) {
           Eigen::Vector2d r;
-          const bool ahead =
-              reprojectionResidual(window.T_CB[camera], o.measurements[camera],
-                                   relative[static_cast<size_t>(o.state)], landmark->in_host, &r);
+          const bool ahead = reprojectionResidual(window.T_CB[camera], o.measurements[camera],
+                                                  relative[o.state], landmark->in_host, &r);
           const double r2 =
               ahead ? r.squaredNorm() / window.pixel_variance : kBehindCamera * kBehindCamera;
           cost.add(r2);

@@ -63,7 +63,7 @@ void appendState(Preintegration preintegration, Window* window) {
   WindowState state;
   state.serial = last.serial + 1;
   state.t = preintegration.end();
-  state.now = state.linearization = predict(last.now, preintegration, window->g_W);
+  state.now = state.linearization = preintegration.predict(last.now, window->g_W);
   state.imu_sqrt_information = inertialSqrtInformation(preintegration);
   state.imu = std::move(preintegration);
   window->states.push_back(std::move(state));

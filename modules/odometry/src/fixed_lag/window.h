@@ -30,7 +30,7 @@ struct WindowState {
   bool keyframe = false;
   bool is_view = false;   ///< landmarks can be found in it again
   bool at_rest = false;   ///< since the state before
-  bool retained = false;  ///< an old keyframe that stays for being found again
+  bool retained = false;  ///< an old keyframe, kept to be found again
   Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
   Matrix15d imu_sqrt_information = Matrix15d::Zero();
   Eigen::Index column = 0;  ///< of its first unknown

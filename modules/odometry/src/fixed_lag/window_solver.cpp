@@ -8,7 +8,7 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** What a step may have to be taken back to. */
+/** The values that a rejected step goes back to. */
 struct Saved {
   std::vector<NavState> states;
   std::vector<Eigen::Vector3d> landmarks;
@@ -100,7 +100,7 @@ void WindowSolver::linearize(Window* window, NormalEquations* equations) {
   *equations = NormalEquations(window->unknowns());
   addPrior(*window, prior_H_, equations);
   addInertialTerms(*window, equations);
-  visual_.linearize(*window, landmarks_, static_cast<int>(window->states.size()), equations);
+  visual_.linearize(*window, landmarks_, window->states.size(), equations);
 }
 
 double WindowSolver::costOf(const Window& window) const {
@@ -114,7 +114,7 @@ double WindowSolver::costOf(const Window& window) const {
   return cost;
 }
 
-/** What stays the same over the steps. */
+/** Prepares what stays the same over the steps. */
 void WindowSolver::begin(Window* window, bool same_prior) {
   landmarks_.clear();
   for (auto& [id, landmark] : window->landmarks)
@@ -132,9 +132,8 @@ void WindowSolver::eliminateUntouched(const Window& window) {
   std::vector<char> touched(window.states.size(), 0);
   for (size_t i = 0; i < window.states.size(); ++i) touched[i] = !window.states[i].retained;
   for (const Landmark* landmark : landmarks_) {
-    touched[static_cast<size_t>(landmark->host)] = 1;
-    for (const LandmarkObservation& o : landmark->observations)
-      touched[static_cast<size_t>(o.state)] = 1;
+    touched[landmark->host] = 1;
+    for (const LandmarkObservation& o : landmark->observations) touched[o.state] = 1;
   }
   untouched_.clear();
   rest_.clear();
@@ -144,15 +143,13 @@ void WindowSolver::eliminateUntouched(const Window& window) {
   if (untouched_.empty()) return;
   const Eigen::Index in_prior = prior_H_.cols();
   untouched_factor_.compute(prior_H_(untouched_, untouched_));
-  untouched_rest_.setZero(static_cast<Eigen::Index>(untouched_.size()),
-                          static_cast<Eigen::Index>(rest_.size()));
+  untouched_rest_.setZero(untouched_.size(), rest_.size());
   for (size_t c = 0; c < rest_.size(); ++c)
-    if (rest_[c] < in_prior)
-      untouched_rest_.col(static_cast<Eigen::Index>(c)) = prior_H_(untouched_, rest_[c]);
+    if (rest_[c] < in_prior) untouched_rest_.col(c) = prior_H_(untouched_, rest_[c]);
   follows_ = untouched_factor_.solve(untouched_rest_);
 }
 
-/** Of what is left when the untouched unknowns are eliminated. */
+/** Factorizes the equations that remain when the untouched unknowns are eliminated. */
 bool WindowSolver::factorize(const NormalEquations& equations, double damping) {
   Eigen::MatrixXd H;
   if (!untouched_.empty()) {
@@ -185,11 +182,11 @@ Eigen::VectorXd WindowSolver::stepOf(const NormalEquations& equations) const {
 Eigen::MatrixXd WindowSolver::covariance(const std::vector<Eigen::Index>& unknowns) const {
   if (factor_.info() != Eigen::Success) return {};
   // x_untouched = -follows_ x_rest + e with e independent of x_rest, of the inverse of their block.
-  const auto n = static_cast<Eigen::Index>(unknowns.size());
-  Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rest_.size()), n);
-  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(untouched_.size()), n);
+  const Eigen::Index n = unknowns.size();
+  Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(rest_.size(), n);
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(untouched_.size(), n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index unknown = unknowns[static_cast<size_t>(i)];
+    const Eigen::Index unknown = unknowns[i];
     const auto in_rest = std::lower_bound(rest_.begin(), rest_.end(), unknown);
     if (in_rest != rest_.end() && *in_rest == unknown) {
       by_rest(in_rest - rest_.begin(), i) = 1.0;
@@ -246,7 +243,7 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
     equations = std::move(next);
   }
   if (positive) {
-    const auto n = static_cast<Eigen::Index>(rest_.size());
+    const Eigen::Index n = rest_.size();
     const Eigen::MatrixXd newest = Eigen::MatrixXd::Identity(n, n).rightCols(15);
     const Eigen::VectorXd tail = scale_.tail(15);
     const Matrix15d block = factor_.solve(newest).bottomRows(15);

@@ -15,7 +15,7 @@ BundleProblem::BundleProblem(VisualWindow visual_window,
 
 void BundleProblem::triangulateMissing(const std::vector<SE3>& T_WB) {
   for (int l = 0; l < window.landmarkCount(); ++l) {
-    BundleLandmark& landmark = landmarks[static_cast<size_t>(l)];
+    BundleLandmark& landmark = landmarks[l];
     if (landmark.known) continue;
     if (const auto p_W = triangulate(window, l, T_WB)) landmark = {*p_W, true, false};
   }
@@ -45,8 +45,8 @@ double BundleProblem::relabel(const std::vector<SE3>& T_WB, double chi2_threshol
 }
 
 int BundleProblem::inlierCount() const {
-  return static_cast<int>(std::count_if(window.measurements.begin(), window.measurements.end(),
-                                        [](const VisualMeasurement& m) { return m.inlier; }));
+  return std::count_if(window.measurements.begin(), window.measurements.end(),
+                       [](const VisualMeasurement& m) { return m.inlier; });
 }
 
 std::map<LandmarkId, Eigen::Vector3d> BundleProblem::validLandmarks() const {

@@ -25,7 +25,7 @@ Eigen::MatrixXd timesTransposed(const Eigen::MatrixXd& JP, const LinearizedResid
   return JPJ;
 }
 
-/** Leverage of the residuals; adds the inertial ones' part of the check as if no pixel were
+/** The leverage of the residuals. Adds the inertial part of the check as if no pixel were
  * truncated. */
 double addResiduals(const std::vector<LinearizedResidual>& residuals, const Eigen::MatrixXd& P,
                     NoiseCheck* check) {
@@ -91,7 +91,7 @@ double meanOfClippedPair(double variance, double bound) {
 }
 
 double varianceOfClippedPairs(double mean, double bound) {
-  // Clipping takes away, so half the mean is too small. Above kMost the mean says next to nothing.
+  // Clipping lowers the mean, so half of it is too small. Above kMost it says almost nothing.
   constexpr double kMost = 100.0;
   double low = std::min(0.5 * mean, kMost), high = kMost;
   for (int i = 0; i < 60 && high - low > 1e-10 * low; ++i) {
@@ -111,7 +111,7 @@ NoiseCheck checkNoise(const SolvedPixels& pixels, const std::vector<LinearizedRe
   const double parameters = static_cast<double>(covariance.rows() + pixels.landmark_unknowns);
   const double dof = 2.0 * visual.inliers - (parameters - leverage);
   if (!(dof > 0.0)) return {};
-  // Of a pair's two numbers the fit leaves the same share everywhere, to good approximation.
+  // The fit leaves nearly the same share of the two numbers of every pair.
   const double redundancy = dof / (2.0 * visual.inliers);
   const double variance =
       varianceOfClippedPairs(visual.clipped / visual.all, pixels.chi2_pixel) / redundancy;

@@ -61,8 +61,7 @@ class PoseOnlySolver {
  private:
   bool residual(const PointMeasurement& m, Eigen::Vector2d* r,
                 Eigen::Matrix<double, 2, 6>* J) const {
-    return reprojectionResidual(T_CB_[static_cast<size_t>(m.camera)], m.measurement, result_.T_WB,
-                                m.p_W, r, J);
+    return reprojectionResidual(T_CB_[m.camera], m.measurement, result_.T_WB, m.p_W, r, J);
   }
 
   const std::array<SE3, 2>& T_CB_;

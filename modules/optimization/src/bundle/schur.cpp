@@ -57,13 +57,13 @@ Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB
 void bend(const std::vector<SE3>& T_WB, const InverseDepthLandmark& landmark,
           const Eigen::Matrix3d& V_inv, std::vector<PoseContribution>* poses) {
   PoseContribution& anchor = poses->front();
-  const SE3& T_WA = T_WB[static_cast<size_t>(anchor.keyframe)];
+  const SE3& T_WA = T_WB[anchor.keyframe];
   for (PoseContribution& pose : *poses) {
     pose.pull = pose.H_pl * V_inv.col(2);
     if (pose.keyframe == anchor.keyframe) continue;
     pose.bent.tail<3>() = pose.mixed;
     anchor.bent.tail<3>() -= pose.mixed;
-    const Eigen::Vector3d way = T_WB[static_cast<size_t>(pose.keyframe)].t - T_WA.t;
+    const Eigen::Vector3d way = T_WB[pose.keyframe].t - T_WA.t;
     anchor.bent.head<3>() -= T_WA.R.transpose() * way.cross(pose.mixed);
   }
   // 1 / rho is the distance along the bearing c; a landmark that the anchor takes along moves it.

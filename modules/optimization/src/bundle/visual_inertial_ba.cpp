@@ -9,6 +9,7 @@
 #include "bundle/residual_list.h"
 #include "bundle/schur.h"
 #include "bundle/visual_problem.h"
+#include "etalon/core/angles.h"
 #include "residuals/bias_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/preintegration_cost.h"
@@ -55,7 +56,7 @@ double VisualInertialBaResult::sigmaTilt() const {
 
 double VisualInertialBaResult::sigmaVelocity() const {
   if (covariance.size() == 0) return std::numeric_limits<double>::infinity();
-  const Eigen::Index v = 9 * (static_cast<Eigen::Index>(states.size()) - 1) + 6;
+  const Eigen::Index v = 9 * (states.size() - 1) + 6;
   return std::sqrt(std::max(0.0, covariance.diagonal().segment<3>(v).maxCoeff()));
 }
 
@@ -68,15 +69,15 @@ namespace {
  */
 class StepWatch : public ceres::IterationCallback {
  public:
-  /** Inverse of the damping relative to the diagonal: where it is larger even the direction known
-   * worst, gravity against b_a, is not held back. */
+  /** Inverse of the damping relative to the diagonal. Above this value not even the weakest
+   * direction, gravity against b_a, is held back. */
   static constexpr double kUndamped = 1e7;
 
   explicit StepWatch(double converged_sigmas) : converged_sigmas_(converged_sigmas) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (summary.iteration == 0 || !summary.step_is_successful) return ceres::SOLVER_CONTINUE;
-    // relative_decrease is what the step brought over what it promised.
+    // relative_decrease is the ratio of the actual to the promised decrease.
     last_step_sigmas_ = std::sqrt(2.0 * std::max(0.0, summary.cost_change) /
                                   std::max(1e-12, summary.relative_decrease));
     const bool enough =
@@ -93,13 +94,13 @@ class StepWatch : public ceres::IterationCallback {
 /** State, residuals and solution of one visual-inertial BA. */
 class VisualInertialSolver {
  public:
-  /** @param problem and options outlive this; its inliers and landmarks are kept up to date */
+  /** Problem and options must outlive this; it keeps the inliers and landmarks up to date. */
   VisualInertialSolver(VisualInertialProblem* problem, const VisualInertialBaOptions& options)
       : problem_(*problem),
         options_(options),
         visual_(problem->bundle, poses(problem->states)),
-        sigma_shared_rad_(M_PI / 180.0 * options.sigma_shared_deg) {
-    for (const VisualInertialState& s : problem->states) {
+        sigma_shared_rad_(radians(options.sigma_shared_deg)) {
+    for (const NavState& s : problem->states) {
       bodies_.push_back(toBlock(s.T_WB));
       velocities_.push_back(s.v_WB);
     }
@@ -129,7 +130,7 @@ class VisualInertialSolver {
     solver.initial_trust_region_radius = 10.0 * StepWatch::kUndamped;
     ceres::Solver::Summary run;
     ceres::Solve(solver, problem.get(), &run);
-    // CONVERGENCE is left to what is exact to rounding: a gradient or a step of zero.
+    // Ceres reports CONVERGENCE only where gradient or step are zero to rounding.
     addRun(run, &result->summary);
     result->last_step_sigmas = watch.lastStepSigmas();
   }
@@ -141,10 +142,8 @@ class VisualInertialSolver {
   }
 
   void store(VisualInertialBaResult* result) const {
-    for (size_t k = 0; k < bodies_.size(); ++k) {
-      result->states[k].T_WB = fromBlock(bodies_[k].data());
-      result->states[k].v_WB = velocities_[k];
-    }
+    for (size_t k = 0; k < bodies_.size(); ++k)
+      result->states[k] = {fromBlock(bodies_[k].data()), velocities_[k], bias()};
     result->bias = bias();
   }
 
@@ -159,7 +158,7 @@ class VisualInertialSolver {
     for (size_t l = 0; l < bundle.landmarks.size(); ++l)
       if (bundle.landmarks[l].valid) landmark_unknowns += visual_.held()[l] ? 2 : 3;
     result->inlier_measurements = bundle.inlierCount();
-    result->measurements = static_cast<int>(bundle.window.measurements.size());
+    result->measurements = bundle.window.measurements.size();
     result->dof_visual = 2 * result->inlier_measurements - landmark_unknowns;
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
@@ -195,13 +194,13 @@ class VisualInertialSolver {
     residuals_.add({std::make_unique<GaugeCost>(problem_.states[0].T_WB), {bodies_[0].data()}});
   }
 
-  static std::vector<SE3> poses(const std::vector<VisualInertialState>& states) {
+  static std::vector<SE3> poses(const std::vector<NavState>& states) {
     std::vector<SE3> T_WB;
-    for (const VisualInertialState& s : states) T_WB.push_back(s.T_WB);
+    for (const NavState& s : states) T_WB.push_back(s.T_WB);
     return T_WB;
   }
 
-  /** Of the state, landmarks and shared errors eliminated. */
+  /** Normal equations of the state, with landmarks and shared errors eliminated. */
   NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals) const {
     const Eigen::Index n = visual_.poseCount();
     NormalEquations equations(state_.columns()), seen(6 * n);
@@ -251,7 +250,7 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
     return result;
   };
   std::vector<SE3> T_WB;
-  for (const VisualInertialState& s : problem.states) T_WB.push_back(s.T_WB);
+  for (const NavState& s : problem.states) T_WB.push_back(s.T_WB);
   // First round: all but gross outliers (30 sigma), the kernel does the rest.
   problem.bundle.relabel(T_WB, kGrossOutlier * kGrossOutlier);
   if (problem.bundle.inlierCount() == 0) {
@@ -259,7 +258,7 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
     return finish();
   }
   VisualInertialSolver solver(&problem, options);
-  // Before outliers are relabelled the minimum is not the last one.
+  // Outliers are relabelled after these rounds, so their minimum need not be exact.
   const double first_rounds = std::max(1.0, options.converged_sigmas);
   for (int round = 0; round < options.rounds; ++round) {
     const bool last = round + 1 == options.rounds;

@@ -11,14 +11,12 @@ VisualProblem::VisualProblem(const BundleProblem& bundle, const std::vector<SE3>
   landmarks_.reserve(bundle.landmarks.size());
   for (size_t l = 0; l < bundle.landmarks.size(); ++l) {
     const VisualMeasurement& m = *window_.measurementsOf(l).begin();
-    const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
-                     window_.T_CB[static_cast<size_t>(m.camera)].inverse();
+    const SE3 T_WC = T_WB[m.keyframe] * window_.T_CB[m.camera].inverse();
     landmarks_.emplace_back(bundle.landmarks[l].position, T_WC.t);
   }
   for (const VisualMeasurement& m : window_.measurements) {
-    const auto l = static_cast<size_t>(m.landmark);
-    costs_.emplace_back(window_.T_CB[static_cast<size_t>(m.camera)], m.measurement, landmarks_[l],
-                        held_[l]);
+    const size_t l = m.landmark;
+    costs_.emplace_back(window_.T_CB[m.camera], m.measurement, landmarks_[l], held_[l]);
   }
 }
 
@@ -58,9 +56,8 @@ std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(
   for (size_t i = 0; i < window_.measurements.size(); ++i) {
     const VisualMeasurement& m = window_.measurements[i];
     if (!m.inlier) continue;
-    problem->AddResidualBlock(&costs_[i], loss_.get(),
-                              poses_[static_cast<size_t>(m.keyframe)].data(),
-                              landmarks_[static_cast<size_t>(m.landmark)].parameters.data());
+    problem->AddResidualBlock(&costs_[i], loss_.get(), poses_[m.keyframe].data(),
+                              landmarks_[m.landmark].parameters.data());
   }
   return problem;
 }
@@ -102,7 +99,7 @@ std::vector<SE3> VisualProblem::poses() const {
 
 void addRun(const ceres::Solver::Summary& run, SolverSummary* summary) {
   if (summary->iterations == 0) summary->initial_cost = run.initial_cost;
-  summary->iterations += static_cast<int>(run.iterations.size());
+  summary->iterations += run.iterations.size();
   summary->final_cost = run.final_cost;
   summary->message.clear();
   switch (run.termination_type) {

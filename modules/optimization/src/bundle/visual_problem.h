@@ -49,7 +49,7 @@ class VisualProblem {
                                        const std::vector<double*>& others, int max_iterations);
 
   double* pose(size_t k) { return poses_[k].data(); }
-  Eigen::Index poseCount() const { return static_cast<Eigen::Index>(poses_.size()); }
+  Eigen::Index poseCount() const { return poses_.size(); }
   std::vector<SE3> poses() const;
   const std::vector<InverseDepthLandmark>& landmarks() const { return landmarks_; }
   /** Stores the landmarks' positions in a bundle problem of the same window. */

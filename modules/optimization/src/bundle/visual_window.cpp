@@ -27,30 +27,30 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
   }
 
   VisualWindow window;
-  window.keyframe_count = static_cast<int>(keyframes.size());
+  window.keyframe_count = keyframes.size();
   for (size_t c = 0; c < 2; ++c) window.T_CB[c] = calibration.cameras[c].T_BC.inverse();
   for (const auto& [id, seen] : sightings) {
     bool has_stereo = false;
     for (const Sighting& s : seen) has_stereo |= s.observation->has_right;
     if (static_cast<int>(seen.size()) + (has_stereo ? 1 : 0) < min_keyframes) continue;
     const int landmark = window.landmarkCount();
-    const int first = static_cast<int>(window.measurements.size());
+    const int first = window.measurements.size();
     for (const Sighting& s : seen) {
       for (int camera = 0; camera < (s.observation->has_right ? 2 : 1); ++camera) {
         const auto m =
-            makeMeasurement(calibration.cameras[static_cast<size_t>(camera)].model,
+            makeMeasurement(calibration.cameras[camera].model,
                             camera == 0 ? s.observation->left : s.observation->right, s.sigma_px);
         if (m) window.measurements.push_back({s.keyframe, landmark, camera, *m, false});
       }
     }
     if (window.measurements.size() < static_cast<size_t>(first) + 2) {
-      window.measurements.resize(static_cast<size_t>(first));
+      window.measurements.resize(first);
       continue;
     }
     window.first.push_back(first);
     window.landmark_ids.push_back(id);
   }
-  window.first.push_back(static_cast<int>(window.measurements.size()));
+  window.first.push_back(window.measurements.size());
   return window;
 }
 
@@ -63,9 +63,8 @@ InverseDepthLandmark firstGuess(const VisualWindow& window, int begin, int end,
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(), first_ray = Eigen::Vector3d::UnitZ();
   double numerator = 0.0, denominator = 0.0;
   for (int i = begin; i < end; ++i) {
-    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
-    const SE3 T_WC = T_WB[static_cast<size_t>(m.keyframe)] *
-                     window.T_CB[static_cast<size_t>(m.camera)].inverse();
+    const VisualMeasurement& m = window.measurements[i];
+    const SE3 T_WC = T_WB[m.keyframe] * window.T_CB[m.camera].inverse();
     const Eigen::Vector3d ray = T_WC.R * m.measurement.ray().normalized();
     if (i == begin) {
       origin = T_WC.t;
@@ -88,7 +87,7 @@ bool refineLandmark(const VisualWindow& window, int begin, int end, const std::v
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     for (int i = begin; i < end; ++i) {
-      const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+      const VisualMeasurement& m = window.measurements[i];
       Eigen::Vector2d r;
       Eigen::Matrix<double, 2, 3> J;
       if (!window.residual(m, T_WB, *landmark, &r, nullptr, &J)) return false;
@@ -115,14 +114,14 @@ bool refineLandmark(const VisualWindow& window, int begin, int end, const std::v
 
 std::optional<Eigen::Vector3d> triangulate(const VisualWindow& window, int l,
                                            const std::vector<SE3>& T_WB) {
-  const int begin = window.first[static_cast<size_t>(l)];
-  const int end = window.first[static_cast<size_t>(l) + 1];
+  const int begin = window.first[l];
+  const int end = window.first[l + 1];
   InverseDepthLandmark landmark = firstGuess(window, begin, end, T_WB);
   if (!refineLandmark(window, begin, end, T_WB, &landmark)) return std::nullopt;
   const Eigen::Vector3d p_W = landmark.position();
   Eigen::Vector2d r;
   for (int i = begin; i < end; ++i) {
-    const VisualMeasurement& m = window.measurements[static_cast<size_t>(i)];
+    const VisualMeasurement& m = window.measurements[i];
     if (!window.residual(m, T_WB, p_W, &r)) return std::nullopt;
   }
   return p_W;

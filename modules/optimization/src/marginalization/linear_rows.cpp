@@ -46,7 +46,7 @@ LinearRows marginalizeFirst(const LinearRows& rows, Eigen::Index count) {
     ++row;
   }
   const Eigen::Index left = T.rows() - row;
-  Eigen::MatrixXd kept(left + static_cast<Eigen::Index>(untouched.size()), M.cols() - count);
+  Eigen::MatrixXd kept(left + untouched.size(), M.cols() - count);
   kept.topRows(left) = T.bottomRightCorner(left, M.cols() - count);
   kept.bottomRows(kept.rows() - left) = M(untouched, Eigen::lastN(M.cols() - count));
   return split(kept);

@@ -3,39 +3,12 @@
 #include <Eigen/Cholesky>
 
 #include "etalon/core/errors.h"
-#include "etalon/core/so3.h"
 
 namespace etalon {
 
 namespace ix = state_index;
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
 using Vector15d = Eigen::Matrix<double, 15, 1>;
-
-NavState NavState::plus(const Vector15d& d) const {
-  NavState out;
-  out.T_WB = {T_WB.R * expSO3(d.segment<3>(ix::kRotation)), T_WB.t + d.segment<3>(ix::kPosition)};
-  out.v_WB = v_WB + d.segment<3>(ix::kVelocity);
-  out.bias = {bias.gyro + d.segment<3>(ix::kGyroBias), bias.accel + d.segment<3>(ix::kAccelBias)};
-  return out;
-}
-
-Vector15d NavState::minus(const NavState& other) const {
-  Vector15d d;
-  d << logSO3(other.T_WB.R.transpose() * T_WB.R), T_WB.t - other.T_WB.t, v_WB - other.v_WB,
-      bias.gyro - other.bias.gyro, bias.accel - other.bias.accel;
-  return d;
-}
-
-NavState predict(const NavState& start, const Preintegration& preintegration,
-                 const Eigen::Vector3d& g_W) {
-  const Preintegration::Deltas deltas = preintegration.corrected(start.bias);
-  const double dt = preintegration.dt();
-  NavState end = start;
-  end.T_WB.R = nearestRotation(start.T_WB.R * deltas.dR);
-  end.T_WB.t += start.v_WB * dt + 0.5 * dt * dt * g_W + start.T_WB.R * deltas.dp;
-  end.v_WB += g_W * dt + start.T_WB.R * deltas.dv;
-  return end;
-}
 
 Vector15d inertialResidual(const Preintegration& preintegration, const NavState& state_i,
                            const NavState& state_j, const Eigen::Vector3d& g_W, Matrix15d* J_i,

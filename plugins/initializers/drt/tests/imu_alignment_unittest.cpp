@@ -31,7 +31,7 @@ struct Case {
     window = testing::makeSyntheticWindow(options);
     preintegrations = makeProblem(window, options).preintegrate(ImuBias());
     const SE3 T_VW = window.truth[0].T_WB.inverse();
-    for (const KeyframeState& state : window.truth) {
+    for (const StampedState& state : window.truth) {
       R_VB.push_back(T_VW.R * state.T_WB.R);
       truth.p.push_back(T_VW * state.T_WB.t);
       truth.v.push_back(T_VW.R * state.v_WB);
@@ -52,7 +52,7 @@ struct Case {
 
 /** The whitened residuals of the equations in README.md, the raw IMU integrated anew at b_a. */
 VectorXd residuals(const Case& c, const LinearState& s, const Vector3d& mean, double sigma) {
-  const auto pairs = static_cast<Index>(c.preintegrations.size());
+  const Index pairs = c.preintegrations.size();
   VectorXd r(6 * pairs + 3);
   for (size_t k = 0; k < c.preintegrations.size(); ++k) {
     const Preintegration imu = c.preintegrations[k].reintegrated({Vector3d::Zero(), s.b_a});
@@ -63,8 +63,7 @@ VectorXd residuals(const Case& c, const LinearState& s, const Vector3d& mean, do
         R_BV * (s.v[k + 1] - s.v[k] - dt * s.g_V) - imu.deltas().dv;
     const Eigen::Matrix<double, 6, 6> covariance =
         c.preintegrations[k].covariance().block<6, 6>(3, 3);
-    r.segment<6>(6 * static_cast<Index>(k)) =
-        Eigen::LLT<Eigen::Matrix<double, 6, 6>>(covariance).matrixL().solve(e);
+    r.segment<6>(6 * k) = Eigen::LLT<Eigen::Matrix<double, 6, 6>>(covariance).matrixL().solve(e);
   }
   r.tail<3>() = (s.b_a - mean) / sigma;
   return r;
@@ -118,7 +117,7 @@ TEST(DrtImuAlignment, FindsTheTruthWhereThePositionsAreGiven) {
   const ImuAlignment alignment = c.alignment(Vector3d::Zero(), 1e5);
   LinearState state = alignment.start();
   state.p = c.truth.p;
-  const Index n = 3 * static_cast<Index>(state.p.size()), others = alignment.size() - n;
+  const Index n = 3 * state.p.size(), others = alignment.size() - n;
   for (int iteration = 0; iteration < 20; ++iteration) {
     MatrixXd H = MatrixXd::Zero(alignment.size(), alignment.size());
     VectorXd gradient = VectorXd::Zero(alignment.size());

@@ -87,7 +87,7 @@ TEST(DrtImuAlignment, CostsWhatItsFreedomSays) {
     LinearState x = imu.start();
     for (size_t k = 0; k < w.T_VB.size(); ++k) x.p[k] = w.T_VB[k].t;
     // Positions are known: the rows determine velocities and gravity.
-    const Index n = imu.size(), positions = 3 * static_cast<Index>(w.T_VB.size());
+    const Index n = imu.size(), positions = 3 * w.T_VB.size();
     for (int pass = 0; pass < 5; ++pass) {
       MatrixXd H = MatrixXd::Zero(n, n);
       VectorXd gradient = VectorXd::Zero(n), step = VectorXd::Zero(n);

@@ -67,10 +67,9 @@ TEST(Eta, GravityInheritsThePinnedAccelerometerBiasUntilViBaFreesIt) {
   const double before = errorsOf(attempt.init->states, attempt.init->bias, window).gravity_deg;
   EXPECT_GT(before, 0.1);
   EXPECT_LT(before, 1.0);  // |b_a| / g is 0.88 deg
-  std::vector<KeyframeState> states;
+  std::vector<StampedState> states;
   for (size_t k = 0; k < attempt.vi_ba.states.size(); ++k)
-    states.push_back(
-        {attempt.keyframes[k], attempt.vi_ba.states[k].T_WB, attempt.vi_ba.states[k].v_WB});
+    states.emplace_back(attempt.keyframes[k], attempt.vi_ba.states[k]);
   EXPECT_LT(errorsOf(states, attempt.vi_ba.bias, window).gravity_deg, 0.3 * before);
 }
 

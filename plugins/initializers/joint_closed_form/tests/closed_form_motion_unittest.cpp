@@ -106,7 +106,7 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
   const Case c;
   const std::vector<Preintegration> preintegrations = c.preintegrations(c.bias);
   const ClosedFormMotion motion = composeMotion(preintegrations);
-  const auto n = 9 * (static_cast<Index>(motion.nodes.size()) - 1);
+  const Index n = 9 * (motion.nodes.size() - 1);
   ASSERT_EQ(motion.covariance.rows(), n);
   EXPECT_LT((motion.covariance - motion.covariance.transpose()).norm(),
             1e-12 * motion.covariance.norm());
@@ -131,8 +131,7 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
     const Vector9 none = Vector9::Zero();
     const MatrixXd F = testing::numericalJacobian(
         [&](const Vector9& error) { return carried(error, k); }, none, 1e-5);
-    const Matrix9 across =
-        motion.covariance.block<9, 9>(9 * (static_cast<Index>(k) - 1), 9);  // node k, node 2
+    const Matrix9 across = motion.covariance.block<9, 9>(9 * (k - 1), 9);  // node k, node 2
     EXPECT_LT((across - F * at_2).norm(), 1e-7 * across.norm());
   }
 }

@@ -20,11 +20,10 @@ using plugins::ClosedFormMotion;
 /** Errors [rotation, alpha, beta] of the nodes but the first, composed less true. */
 VectorXd motionErrors(const NoisyWindow& w, const ClosedFormMotion& motion) {
   constexpr Index kError = ClosedFormMotion::kError;
-  VectorXd e(kError * (static_cast<Index>(motion.nodes.size()) - 1));
+  VectorXd e(kError * (motion.nodes.size() - 1));
   for (size_t k = 1; k < motion.nodes.size(); ++k) {
     const ClosedFormMotion::Node& node = motion.nodes[k];
-    e.segment<kError>(kError * (static_cast<Index>(k) - 1))
-        << logSO3(w.T_VB[k].R.transpose() * node.R_VB),
+    e.segment<kError>(kError * (k - 1)) << logSO3(w.T_VB[k].R.transpose() * node.R_VB),
         node.alpha - (w.T_VB[k].t - w.v_VB[0] * node.t - 0.5 * node.t * node.t * w.g_V),
         node.beta - (w.v_VB[k] - w.v_VB[0] - node.t * w.g_V);
   }
@@ -56,7 +55,7 @@ TEST(ClosedFormMotion, BiasJacobianAgreesWithDifferences) {
       side[s] = motionErrors(w, plugins::composeMotion(w.preintegrate(bias)));
     }
     for (size_t k = 1; k < at.nodes.size(); ++k) {
-      const Index i = 9 * (static_cast<Index>(k) - 1);
+      const Index i = 9 * (k - 1);
       const VectorXd numerical = (side[1] - side[0]).segment<9>(i) / (2.0 * kStep);
       // The midpoint's derivative within a step is of second order in the step as well.
       EXPECT_LT((numerical - at.nodes[k].bias.col(a)).norm(), 1e-3 * (1.0 + numerical.norm()));

@@ -67,7 +67,7 @@ struct WindowResult {
   /** Stages that were reached, their errors, status and reason. No covariances. */
   AttemptRecord attempt;
   /** Ground truth at the window's keyframes, where there is any. */
-  std::vector<GroundTruthState> truth;
+  std::vector<StampedState> truth;
   GyroWindowBound gyro_bound;
   std::optional<NoiseCheck> noise;  ///< of the VI-BA
 

@@ -9,8 +9,8 @@ namespace etalon {
 /**
  * An INI file, parsed strictly: the file must exist, every line must be a comment (';', '#' or '//'
  * on a line of its own, " //" also after a value), a section or `key = value`, and no key may stand
- * twice in a section (upper and lower case are the same for that). What MRPT's parser would read
- * otherwise is refused: it expands `$env{}` and `@define` and joins lines that end with a backslash.
+ * twice in a section (upper and lower case are the same for that). What MRPT's parser would change
+ * is refused: it expands `$env{}` and `@define` and joins lines that end with a backslash.
  * Values keep the line that they came from.
  */
 class IniFile {

@@ -5,14 +5,14 @@
 
 namespace etalon {
 
-/** Makes a folder and those above it, where they are not there; whether it is new. @throws
- * DataError if it cannot be made */
+/** Makes a folder and its missing parents; returns whether it is new. @throws DataError if it
+ * cannot be made */
 bool makeFolder(const std::string& path);
 
 /**
- * A file that appears under its name when it is whole: until then it stands beside, under a name
- * that no other writer has (PATH.PROCESS.part). If several write the same file, the last one wins,
- * whole. What is no regular file, a device for instance, is written directly.
+ * A file that appears under its name only when it is complete. Until then it is written beside,
+ * under a name of its own (PATH.PROCESS.part). If several processes write the same file, the last
+ * one wins. Anything but a regular file, a device for instance, is written directly.
  */
 class OutputFile {
  public:

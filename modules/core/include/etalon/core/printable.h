@@ -5,9 +5,9 @@
 namespace etalon {
 
 /**
- * Text that somebody else wrote (a plugin, a file, a name of a file), fit for a terminal and for a
- * page: control characters, byte order marks, and what turns the direction of writing stand there
- * as escapes ("\x1b", "\n", "\ufeff"), so that they show and do nothing. Any other text, UTF-8 or
+ * Text from outside (a plugin, a file, the name of a file), made safe for a terminal and a page:
+ * control characters, byte order marks and marks that change the direction of writing become
+ * escapes ("\x1b", "\n", "\ufeff"), so that they show and do nothing. Any other text, UTF-8 or
  * not, stays as it is.
  * @param lines whether line ends stay
  */

@@ -19,7 +19,7 @@ struct Observation {
   bool has_right = false;
 };
 
-/** One landmark that of a stereo frame the right image alone shows. */
+/** A landmark that only the right image of a stereo frame shows. */
 struct RightObservation {
   LandmarkId id = -1;
   Eigen::Vector2d right = Eigen::Vector2d::Zero();  ///< px, raw
@@ -29,7 +29,7 @@ struct RightObservation {
 struct TrackedFrame {
   TimeNs t = 0;
   std::vector<Observation> observations;
-  /** None of `observations`; there are such where the left image is, or was, of no use. */
+  /** Landmarks outside of `observations`; they occur where the left image is or was unusable. */
   std::vector<RightObservation> right_only;
 };
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "etalon/core/nav_state.h"
 #include "etalon/core/se3.h"
 #include "etalon/core/time.h"
 
@@ -17,19 +18,9 @@ struct StampedPose {
 /** Poses in strictly increasing time. */
 using Trajectory = std::vector<StampedPose>;
 
-/** One row of ground truth. Velocity and biases are zero where the recording has none (see
- * GroundTruth). */
-struct GroundTruthState {
-  TimeNs t = 0;
-  SE3 T_WB;
-  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< m/s, in W
-  Eigen::Vector3d b_g = Eigen::Vector3d::Zero();   ///< rad/s
-  Eigen::Vector3d b_a = Eigen::Vector3d::Zero();   ///< m/s^2
-};
-
 /** Ground truth of a recording, strictly increasing in time; empty where there is none. */
 struct GroundTruth {
-  std::vector<GroundTruthState> states;
+  std::vector<StampedState> states;  ///< velocity and biases are zero where there are none
   bool has_velocity = false;
   bool has_biases = false;
 
@@ -40,21 +31,25 @@ struct GroundTruth {
    * Hermite polynomial of positions and velocities where there are velocities, else linearly; the
    * rest linearly). Nothing outside the recording or inside a gap longer than `max_gap_s`.
    */
-  std::optional<GroundTruthState> at(TimeNs t, double max_gap_s = 0.1) const;
+  std::optional<StampedState> at(TimeNs t, double max_gap_s = 0.1) const;
 };
 
 /**
- * A trajectory after some of its poses became better ones: what is between two of them follows
- * both, by the time that it is away from each; what is before the first or after the last follows
- * that one.
- * @param better in increasing order of time; those whose stamp `trajectory` does not have are left
- *        out
+ * The trajectory after some of its poses were improved. A pose between two improved ones is carried
+ * along with both, weighted by the time to each; a pose before the first or after the last improved
+ * one is carried along with that one.
+ * @param better the improved poses in increasing order of time; those whose stamp `trajectory` does
+ *        not have are left out
  */
 Trajectory carriedAlong(const Trajectory& trajectory, const Trajectory& better);
 
-/** Writes `t[s, 9 decimals] x y z qx qy qz qw` lines (TUM format, T_WB). Throws DataError if it
- * cannot. */
-void writeTum(const std::string& path, const Trajectory& trajectory);
+/**
+ * Writes lines `t[s, 9 decimals] x y z qx qy qz qw` (TUM format).
+ * @param frames which poses they are, one line; the file begins with it
+ * @throws DataError if the file cannot be written
+ */
+void writeTum(const std::string& path, const Trajectory& trajectory,
+              const std::string& frames = "T_WB");
 
 /** Reads a TUM file; comments start with '#'. Throws DataError naming file and line. */
 Trajectory readTum(const std::string& path);

@@ -14,9 +14,9 @@ namespace etalon {
 /** Why an observation gave no measurement. */
 struct UnusableObservation {
   enum class Kind {
-    kOther,     ///< of a class, or from a camera, that is none of ours: nothing is wrong
+    kOther,     ///< of another class or camera than ours: nothing is wrong
     kWaiting,   ///< an image whose partner may come next: nothing is wrong
-    kUnpaired,  ///< an image of one camera has come whose predecessor's partner never did
+    kUnpaired,  ///< an image came, but the partner of the one before it never did
     kBroken,    ///< it lacks what a measurement needs
   };
   Kind kind = Kind::kOther;

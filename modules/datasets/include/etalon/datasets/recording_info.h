@@ -32,8 +32,8 @@ struct RecordingInfo {
   bool ground_truth_velocity = false, ground_truth_biases = false;
   int unpaired_left = 0, unpaired_right = 0;
   int missing_images = 0;  ///< pairs whose image files do not exist
-  /** Pairs whose images are there, but not what the calibration says or no images; of embedded
-   * images and of what only decoding shows, those that were decoded are counted. */
+  /** Pairs whose files are there but are no images, or not as the calibration says. Embedded
+   * images, and faults that only decoding shows, are counted as far as images were decoded. */
   int unusable_images = 0;
   double mean_accel_norm = 0;         ///< m/s^2, if the unit is right
   std::vector<std::string> errors;    ///< sentences: with this no result can be right

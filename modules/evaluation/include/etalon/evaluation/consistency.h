@@ -23,7 +23,7 @@ Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result);
  * empty or not positive definite.
  * @param covariance 11 x 11 in the order of Initialization::covariance, or empty
  */
-void setNees(const std::vector<KeyframeState>& states, const ImuBias& bias,
+void setNees(const std::vector<StampedState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,
              WindowErrors* errors);
 

@@ -59,7 +59,7 @@ struct WindowErrors {
  * (GroundTruthCheck::gravity_direction_G), for gravity_corrected_deg; NaN without
  */
 WindowErrors evaluateWindow(
-    const std::vector<KeyframeState>& states, const ImuBias& bias, const GroundTruth& ground_truth,
+    const std::vector<StampedState>& states, const ImuBias& bias, const GroundTruth& ground_truth,
     const std::optional<Eigen::Vector3d>& gravity_direction_G = std::nullopt);
 
 /** Statistics of a set of non-negative errors. NaN where the set is empty. */

@@ -45,11 +45,12 @@ struct TrackingStatistics {
 };
 
 /**
- * Follows corners through the raw images of a stereo camera. In time by pyramidal KLT from a guess
- * by the gyro's rotation, checked forwards and backwards; then every track is aligned with the
- * patch that it started from (affine, any gain), so that errors do not add up, and ends where that
- * fits no more. Tracks that do not move as the camera does end. In the right image by aligning the
- * same patch, checked against the epipolar geometry. Same images, same tracks: deterministic.
+ * Follows corners through the raw images of a stereo camera. From frame to frame pyramidal KLT
+ * starts at a guess by the gyro's rotation and is checked forwards and backwards. Then every track
+ * is aligned with the patch that it started from (affine, any gain), so that errors do not add up.
+ * A track ends where that patch no longer fits, or where it does not move as the camera does. The
+ * right image is searched with the same patch and checked against the epipolar geometry. The same
+ * images give the same tracks, bit for bit.
  */
 class StereoTracker {
  public:

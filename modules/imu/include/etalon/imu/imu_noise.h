@@ -9,12 +9,12 @@
 namespace etalon {
 
 /**
- * The accelerometer's white-noise density that the samples themselves show, m/s^2/sqrt(Hz), mean
- * over the axes: from third differences, whose variance is 20 times that of a white sample, and
- * which motion that is slow against the sampling hardly reaches. Vibration counts as noise here.
+ * The white-noise density of the accelerometer that the samples themselves show, m/s^2/sqrt(Hz),
+ * mean over the axes. It comes from third differences: their variance is 20 times that of a white
+ * sample, and motion that is slow against the sampling hardly enters. Vibration counts as noise.
  *
- * The first and the last sample are left out, because they may be interpolated, and so is what lies
- * about a gap. Infinite if fewer than 20 differences remain.
+ * The first and the last sample are left out, because they may be interpolated, and so are those
+ * around a gap. Infinite if fewer than 20 differences remain.
  */
 double shownAccelNoiseDensity(const std::vector<ImuSample>& samples);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "etalon/core/nav_state.h"
 #include "etalon/core/time.h"
 
 namespace etalon {
@@ -11,12 +12,6 @@ struct ImuSample {
   TimeNs t = 0;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< rad/s
   Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< specific force, m/s^2
-};
-
-/** Constant biases: measured = true + bias + noise. */
-struct ImuBias {
-  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< b_g, rad/s
-  Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< b_a, m/s^2
 };
 
 }  // namespace etalon

@@ -4,19 +4,10 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/nav_state.h"
 #include "etalon/imu/imu_sample.h"
 
 namespace etalon {
-
-/** Offsets of the blocks in the 15-dim error state [rotation, position, velocity, b_g, b_a]. */
-namespace state_index {
-constexpr int kRotation = 0;
-constexpr int kPosition = 3;
-constexpr int kVelocity = 6;
-constexpr int kGyroBias = 9;
-constexpr int kAccelBias = 12;
-constexpr int kSize = 15;
-}  // namespace state_index
 
 /**
  * On-manifold preintegration of IMU samples between two instants (Forster et al., TRO 2017),
@@ -66,6 +57,10 @@ class Preintegration {
 
   /** Deltas at other biases, to first order in the difference (dR through Exp). */
   Deltas corrected(const ImuBias& bias) const;
+
+  /** The state at the end of the interval according to the IMU, from the state at its start. The
+   * biases stay as they are. */
+  NavState predict(const NavState& start, const Eigen::Vector3d& g_W) const;
 
   /** Integrated anew from the raw samples. */
   Preintegration reintegrated(const ImuBias& bias) const;

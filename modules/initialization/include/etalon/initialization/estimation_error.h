@@ -24,7 +24,7 @@ struct WindowTruth {
  * R_WB0_true; velocities are compared in that world.
  * @param states one a keyframe, not empty
  */
-Eigen::Matrix<double, 11, 1> estimationError(const std::vector<KeyframeState>& states,
+Eigen::Matrix<double, 11, 1> estimationError(const std::vector<StampedState>& states,
                                              const ImuBias& bias, const WindowTruth& truth);
 
 }  // namespace etalon

@@ -45,9 +45,7 @@ class InitializationProblem {
   const ImuBuffer& imu() const { return data_->imu; }
 
   int keyframeCount() const { return static_cast<int>(data_->keyframe_indices.size()); }
-  const TrackedFrame& keyframe(int k) const {
-    return data_->frames[static_cast<size_t>(data_->keyframe_indices[static_cast<size_t>(k)])];
-  }
+  const TrackedFrame& keyframe(int k) const { return data_->frames[data_->keyframe_indices[k]]; }
   /** All of them, in order; valid as long as the problem. */
   std::vector<const TrackedFrame*> keyframes() const;
   const std::vector<int>& keyframeIndices() const { return data_->keyframe_indices; }

@@ -5,19 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "etalon/core/nav_state.h"
 #include "etalon/core/refusal.h"
-#include "etalon/core/se3.h"
-#include "etalon/core/time.h"
 #include "etalon/core/tracked_frame.h"
-#include "etalon/imu/imu_sample.h"
 
 namespace etalon {
-
-struct KeyframeState {
-  TimeNs t = 0;
-  SE3 T_WB;
-  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< m/s, in W
-};
 
 struct StageTiming {
   std::string stage;
@@ -29,8 +21,8 @@ struct StageTiming {
  * are free (by convention the first keyframe is at the origin).
  */
 struct Initialization {
-  std::vector<KeyframeState> states;  ///< one a keyframe
-  ImuBias bias;
+  std::vector<StampedState> states;  ///< one a keyframe
+  ImuBias bias;                      ///< of the whole window; Initializer copies it to the states
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m; may be empty
   /**
    * 11 x 11 covariance of the errors, estimate less truth, in this order; empty where the method

@@ -50,10 +50,10 @@ struct FoundLandmark {
 };
 
 /**
- * Of what was found in a view, that which agrees: with the prediction, whose covariance is the
- * view's and the landmark's, and with the others about where the view is. Empty if fewer than
- * options.min_landmarks or less than half of it agrees, or if they put the view where its
- * covariance does not have it.
+ * The found landmarks that agree with the prediction, whose covariance is the view's and the
+ * landmark's, and with each other about where the view is. Empty if fewer than
+ * options.min_landmarks or less than half of them agree, or if they put the view where its
+ * covariance does not allow it.
  */
 std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration,
                                     const OldView& view, const std::vector<SeenLandmark>& landmarks,

@@ -20,15 +20,15 @@ struct FlightRecordOptions {
   size_t max_keyframes = 0;
 };
 
-/** A flight as all its measurements together have it. */
+/** The bundle adjustment of a whole flight. */
 struct FinalFlight {
   TrajectoryBaResult ba;
-  Trajectory keyframes;  ///< T_WB, what the BA was about
+  Trajectory keyframes;  ///< their poses T_WB
 };
 
 /**
- * Remembers the keyframes of a flight, so that it can be told better once it is over: the last
- * estimate of each before it left the odometry's window, and, if asked for, what a bundle
+ * Remembers the keyframes of a flight, so that the flight can be estimated better once it is over:
+ * the last estimate of each before it left the odometry's window and, if asked for, what a bundle
  * adjustment of all of them needs. It never changes what the odometry does.
  */
 class FlightRecord {
@@ -45,10 +45,10 @@ class FlightRecord {
   void add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
            const OdometryOutput& output, const Odometry* odometry);
 
-  /** The odometry ended; what comes next is tied to what was before by its poses alone. */
+  /** The odometry ended; later keyframes are tied to earlier ones by their poses alone. */
   void interrupt();
 
-  /** Of flights without end: no smoothed pose from before `stamp` is wanted any more. */
+  /** For flights without end: smoothed poses before `stamp` are no longer wanted. */
   void forgetBefore(TimeNs stamp);
 
   /** The last known pose of every keyframe, by its stamp. */

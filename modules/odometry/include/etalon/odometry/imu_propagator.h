@@ -8,15 +8,15 @@
 
 namespace etalon {
 
-/** The state between frames and ahead of the last one, by the IMU from the last frame's estimate. */
+/** The state between frames and ahead of the last one, by the IMU from the last estimate. */
 class ImuPropagator {
  public:
   ImuPropagator(const ImuNoiseDensities& noise, double gravity_mps2)
       : noise_(noise), g_W_(0.0, 0.0, -gravity_mps2) {}
 
-  /** Nothing is known any more, the clock jumped. */
+  /** Forgets everything, because the clock jumped. */
   void reset();
-  /** The odometry ended: samples are kept for the next estimate. */
+  /** Forgets the state, because the odometry ended; keeps samples for the next estimate. */
   void forgetState() { state_.reset(); }
 
   /** The estimate at `t`; samples after it may have come already. */

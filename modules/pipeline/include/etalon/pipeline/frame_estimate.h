@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
+#include <vector>
 
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/pipeline/pipeline_state.h"
 
 namespace etalon {
@@ -15,12 +17,22 @@ struct FrameEstimate {
   TimeNs t = 0;
   PipelineState state = PipelineState::kVisual;
   NavState nav;  ///< in W; velocity and biases are zero while stereo odometry runs
-  /** Standard deviations of the errors, in the order of state_index; of position and yaw since the
-   * last start. NaN while stereo odometry runs. */
-  Eigen::Matrix<double, 15, 1> sigma = Eigen::Matrix<double, 15, 1>::Constant(kUnknown);
-  /** Of the pose's error, [rotation, position] in the order of state_index, rad and m. */
+  /** Of the pose's error since the last start, [rotation, position] in the order of state_index, rad
+   * and m. NaN while stereo odometry runs. */
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Constant(kUnknown);
+  /** Of the errors of velocity and biases, in the order of state_index. NaN likewise. */
+  Eigen::Matrix<double, 9, 1> motion_variance = Eigen::Matrix<double, 9, 1>::Constant(kUnknown);
+
+  /** Standard deviations of all errors, in the order of state_index. */
+  Eigen::Matrix<double, 15, 1> sigma() const {
+    Eigen::Matrix<double, 15, 1> variance;
+    variance << pose_covariance.diagonal(), motion_variance;
+    return variance.unaryExpr([](double v) { return v < 0.0 ? 0.0 : std::sqrt(v); });
+  }
 };
+
+/** The poses of the estimates. */
+Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates);
 
 /** The state at any instant since the last estimate, carried by the IMU. */
 struct ImuRateState {

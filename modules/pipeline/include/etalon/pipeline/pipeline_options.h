@@ -13,7 +13,8 @@
 
 namespace etalon {
 
-/** [odometry] kind: what runs after the start. */
+/** [odometry] kind: what runs after the start. Names of a table that is open (odometry_kinds.cpp): a
+ * new odometry is one entry there, so the key is no enum. */
 constexpr const char* kFixedLag = "fixed_lag";
 constexpr const char* kStereoVisual = "stereo_visual";
 

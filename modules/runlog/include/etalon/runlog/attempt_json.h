@@ -12,9 +12,9 @@ namespace etalon {
 
 // What the JSON of runs and benchmarks have in common: attempts, and what they consist of.
 
-/** Of a state all but its biases. */
-template <typename Archive, typename State>
-void motionMembers(Archive& json, State& state) {
+/** A state without its biases. */
+template <typename Archive>
+void motionMembers(Archive& json, Member<Archive, StampedState>& state) {
   json("t_ns", state.t);
   json("p_WB_m", state.T_WB.t);
   Eigen::Vector4d q_xyzw = Eigen::Quaterniond(state.T_WB.R).coeffs();
@@ -28,8 +28,11 @@ void motionMembers(Archive& json, State& state) {
   }
 }
 
+/** A state of a stage, whose biases stand in the stage. */
+struct StateOfStage : StampedState {};
+
 template <typename Archive>
-void members(Archive& json, Member<Archive, KeyframeState>& state) {
+void members(Archive& json, Member<Archive, StateOfStage>& state) {
   motionMembers(json, state);
 }
 
@@ -56,7 +59,14 @@ void members(Archive& json, Member<Archive, StageRecord>& stage) {
   json("gyro_bias_rps", stage.bias.gyro);
   json("accel_bias_mps2", stage.bias.accel);
   json("errors", stage.errors);
-  json("states", stage.states);
+  std::vector<StateOfStage> states;
+  for (const StampedState& state : stage.states) states.push_back({state});
+  json("states", states);
+  if constexpr (Archive::kReads)
+    for (const StateOfStage& state : states) {
+      stage.states.push_back(state);
+      stage.states.back().bias = stage.bias;
+    }
   json.unlessNone("covariance_order", stage.covariance_order);
   json.unlessNone("covariance", stage.covariance);
 }

@@ -29,8 +29,8 @@ constexpr const char* kStatusTimeLimit = "time_limit";  ///< it was ended after 
 
 /** What one stage of an attempt estimated. */
 struct StageRecord {
-  std::string stage;                  ///< kStageInit or kStageViBa
-  std::vector<KeyframeState> states;  ///< one a keyframe
+  std::string stage;                 ///< kStageInit or kStageViBa
+  std::vector<StampedState> states;  ///< one a keyframe
   ImuBias bias;
   double gravity_mps2 = 0.0;                             ///< magnitude
   Eigen::Vector3d gravity_B0 = Eigen::Vector3d::Zero();  ///< in the first keyframe's body, m/s^2
@@ -39,7 +39,7 @@ struct StageRecord {
   std::optional<WindowErrors> errors;                    ///< where there is ground truth
 
   /** Gravity in the first keyframe's body, R_WB0^T (0, 0, -g), from the states. */
-  static StageRecord fromStates(const std::string& stage, std::vector<KeyframeState> states,
+  static StageRecord fromStates(const std::string& stage, std::vector<StampedState> states,
                                 const ImuBias& bias, double gravity_mps2);
 };
 

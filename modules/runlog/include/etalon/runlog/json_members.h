@@ -136,14 +136,14 @@ using TextMap = std::map<std::string, std::string>;
 template <typename T>
 T matrixFromJson(const JsonReader& json) {
   const std::vector<JsonReader> rows = json.elements();
-  const auto n = static_cast<Eigen::Index>(rows.size());
+  const Eigen::Index n = rows.size();
   if (T::RowsAtCompileTime != Eigen::Dynamic && n != T::RowsAtCompileTime)
     json.fail("expected " + std::to_string(T::RowsAtCompileTime) + " rows");
   T matrix(n, n);
   for (Eigen::Index r = 0; r < n; ++r) {
-    const std::vector<JsonReader> row = rows[static_cast<std::size_t>(r)].elements();
+    const std::vector<JsonReader> row = rows[r].elements();
     if (row.size() != rows.size()) json.fail("expected a square matrix");
-    for (Eigen::Index c = 0; c < n; ++c) matrix(r, c) = row[static_cast<std::size_t>(c)].number();
+    for (Eigen::Index c = 0; c < n; ++c) matrix(r, c) = row[c].number();
   }
   return matrix;
 }
@@ -189,7 +189,7 @@ T fromJson(const JsonReader& json) {
   } else if constexpr (std::is_same_v<T, int>) {
     return json.count();
   } else if constexpr (std::is_same_v<T, std::size_t>) {
-    return static_cast<std::size_t>(json.count());
+    return json.count();
   } else if constexpr (std::is_same_v<T, TimeNs>) {
     return json.stamp();
   } else if constexpr (std::is_same_v<T, std::string>) {

@@ -73,7 +73,7 @@ class JsonReader {
       fail("expected " + std::to_string(N) + " numbers");
     Eigen::Matrix<double, N, 1> result;
     const std::vector<JsonReader> numbers = elements();
-    for (int i = 0; i < N; ++i) result[i] = numbers[static_cast<size_t>(i)].number();
+    for (int i = 0; i < N; ++i) result[i] = numbers[i].number();
     return result;
   }
 

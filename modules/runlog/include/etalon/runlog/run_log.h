@@ -24,8 +24,7 @@ struct RunLog {
   RunRecord record;
   StereoInertialCalibration calibration;
   std::vector<StereoReference> images;   ///< those whose paths are empty are left out
-  Trajectory odometry;                   ///< T_WB of all frames
-  std::vector<FrameEstimate> estimates;  ///< one a pose of `odometry`, or none
+  std::vector<FrameEstimate> estimates;  ///< of all frames
   GroundTruth ground_truth;              ///< may be empty
 };
 

@@ -35,10 +35,17 @@ struct SyntheticImu {
 };
 
 /**
+ * Exact samples at `options.rate_hz` with the errors of an IMU. A white density sigma_c becomes a
+ * sample noise of sigma_c sqrt(rate_hz); a bias walks by a step of sigma_walk / sqrt(rate_hz) a
+ * sample (the integral of its density over a sample's time).
+ * @throws ConfigError for a rate or a density that cannot be
+ */
+SyntheticImu withImuErrors(std::vector<ImuSample> exact, const ImuSynthesisOptions& options);
+
+/**
  * What an IMU in the body's origin measures, at from + k / rate_hz up to `to`:
- *   gyro = omega_B + b_g + n_g,  accel = R_WB^T (a_W - g_W) + b_a + n_a.
- * A white density sigma_c becomes a sample noise of sigma_c sqrt(rate_hz); a bias walks by a step
- * of sigma_walk / sqrt(rate_hz) a sample (the integral of its density over a sample's time).
+ *   gyro = omega_B + b_g + n_g,  accel = R_WB^T (a_W - g_W) + b_a + n_a,
+ * with the errors of withImuErrors().
  * @throws ConfigError for a rate or a density that cannot be
  */
 SyntheticImu synthesizeImu(const SimulatedTrajectory& trajectory, TimeNs from, TimeNs to,

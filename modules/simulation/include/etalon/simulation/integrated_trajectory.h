@@ -9,10 +9,10 @@ namespace etalon {
 
 /**
  * The motion that Preintegration makes of a smooth trajectory's IMU samples. Preintegration of
- * samples of a smooth motion is off by its discretisation (it takes rate and acceleration to run
- * linearly between samples); this trajectory takes the samples at `rate_hz` as they are and defines
- * its states by Preintegration of each step. Steps compose exactly, so preintegration between any
- * two sample stamps reproduces it to rounding. It stays near the smooth one, but is not the same.
+ * samples of a smooth motion is off by its discretisation, because it takes rate and acceleration
+ * to be linear between samples. This trajectory takes the samples at `rate_hz` as they are and
+ * defines its states by Preintegration of each step. Steps compose exactly, so preintegration
+ * between any two sample stamps reproduces it to rounding. It stays near the smooth motion.
  *
  * Between sample stamps the measurements run linearly; splitting a step there changes the integral
  * by the discretisation of that step. Image stamps should therefore be sample stamps.

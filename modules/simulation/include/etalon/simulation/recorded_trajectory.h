@@ -55,7 +55,7 @@ class InterpolatedTrajectory : public SimulatedTrajectory {
   const GroundTruth& recorded() const { return recorded_; }
 
  private:
-  GroundTruthState row(TimeNs t) const;
+  StampedState row(TimeNs t) const;
 
   GroundTruth recorded_;
 };

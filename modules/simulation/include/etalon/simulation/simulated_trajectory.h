@@ -1,9 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "etalon/core/se3.h"
 #include "etalon/core/time.h"
+#include "etalon/core/trajectory.h"
 
 namespace etalon {
 
@@ -38,6 +42,13 @@ class SimulatedTrajectory {
   TimeNs start_ = 0;
   TimeNs end_ = 0;
 };
+
+inline Trajectory posesAt(const SimulatedTrajectory& trajectory,
+                          const std::vector<TimeNs>& stamps) {
+  Trajectory poses;
+  for (const TimeNs t : stamps) poses.push_back({t, trajectory.at(t).T_WB});
+  return poses;
+}
 
 /** The stamp start + k / rate_hz, rounded to the nearest nanosecond. */
 inline TimeNs stampAtRate(TimeNs start, double rate_hz, std::int64_t k) {

@@ -40,7 +40,7 @@ SyntheticWindowOptions noisyOptions(Motion motion, double outlier_share, const I
 SyntheticWindowOptions freeOptions(Motion motion, const ImuBias& bias);
 
 /** The bars for noise-free data. */
-constexpr WindowErrors kNumericalPrecision{1e-4, 1e-5, 0.01, 1e-4, 1e-5, 1e-5};
+constexpr WindowErrors kNumericalPrecision{0, 1e-4, 1e-5, 0.01, 1e-4, 1e-5, 1e-5};
 
 /** Every error is below its bound; infinity judges nothing. */
 void expectWithin(const WindowErrors& errors, const WindowErrors& bounds);

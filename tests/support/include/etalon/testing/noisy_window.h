@@ -18,7 +18,7 @@ struct NoisyWindow {
     noise = synthetic.calibration.imu.noise;
     noise.gyro_random_walk = noise.accel_random_walk = 1e-12;  // the synthetic noise is white
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
-    for (const KeyframeState& s : synthetic.truth) {
+    for (const StampedState& s : synthetic.truth) {
       T_VB.push_back(T_VW * s.T_WB);
       v_VB.emplace_back(T_VW.R * s.v_WB);
     }
@@ -38,8 +38,7 @@ struct NoisyWindow {
   }
   std::vector<Eigen::Vector3d> landmarksOf(const VisualWindow& window) const {
     std::vector<Eigen::Vector3d> result;
-    for (const LandmarkId id : window.landmark_ids)
-      result.push_back(landmarks_V[static_cast<size_t>(id)]);
+    for (const LandmarkId id : window.landmark_ids) result.push_back(landmarks_V[id]);
     return result;
   }
 
@@ -74,9 +73,9 @@ inline SyntheticWindowOptions withTracks(int run, double sigma_px, int landmarks
 
 /** [rotation (right perturbation), position] of keyframes 1.., estimate less truth. */
 inline Eigen::VectorXd poseErrors(const std::vector<SE3>& estimate, const std::vector<SE3>& truth) {
-  Eigen::VectorXd e(6 * (static_cast<Eigen::Index>(truth.size()) - 1));
+  Eigen::VectorXd e(6 * (truth.size() - 1));
   for (size_t k = 1; k < truth.size(); ++k) {
-    const Eigen::Index i = 6 * (static_cast<Eigen::Index>(k) - 1);
+    const Eigen::Index i = 6 * (k - 1);
     e.segment<3>(i) = logSO3(truth[k].R.transpose() * estimate[k].R);
     e.segment<3>(i + 3) = estimate[k].t - truth[k].t;
   }

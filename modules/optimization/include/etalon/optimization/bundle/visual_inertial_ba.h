@@ -31,17 +31,12 @@ struct VisualInertialBaOptions {
   void declare(ParameterSet& parameters);
 };
 
-struct VisualInertialState {
-  SE3 T_WB;
-  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();
-};
-
 /** What it is solved on. W is gravity-aligned. */
 struct VisualInertialProblem {
   BundleProblem bundle;                         ///< landmarks in W
   std::vector<Preintegration> preintegrations;  ///< between neighbouring keyframes
-  std::vector<VisualInertialState> states;      ///< the start, one a keyframe
-  ImuBias bias;                                 ///< the start
+  std::vector<NavState> states;                 ///< the start, one a keyframe
+  ImuBias bias;                                 ///< the start, of all keyframes
   BiasPriors priors;
   double gravity_mps2 = 9.81;
 };
@@ -52,8 +47,8 @@ struct VisualInertialBaResult {
   /** Length of the last step of all states together by the inverse covariance, that is the root of
    * twice the decrease that it promised. */
   double last_step_sigmas = 0.0;
-  std::vector<VisualInertialState> states;
-  ImuBias bias;
+  std::vector<NavState> states;
+  ImuBias bias;              ///< of all keyframes, and in every state
   BundleProblem bundle;      ///< as given, landmarks and inliers solved
   double chi2_visual = 0.0;  ///< over the inliers
   int dof_visual = 0;        ///< their number less the landmarks' unknowns

@@ -58,9 +58,8 @@ struct VisualWindow {
   bool residual(const VisualMeasurement& m, const std::vector<SE3>& T_WB, const Landmark& landmark,
                 Eigen::Vector2d* r, Eigen::Matrix<double, 2, 6>* J_pose = nullptr,
                 Eigen::Matrix<double, 2, 3>* J_landmark = nullptr) const {
-    return reprojectionResidual(T_CB[static_cast<size_t>(m.camera)], m.measurement,
-                                T_WB[static_cast<size_t>(m.keyframe)], landmark, r, J_pose,
-                                J_landmark);
+    return reprojectionResidual(T_CB[m.camera], m.measurement, T_WB[m.keyframe], landmark, r,
+                                J_pose, J_landmark);
   }
 };
 

@@ -20,22 +20,6 @@
 
 namespace etalon {
 
-/** What odometry knows of the body at one instant. */
-struct NavState {
-  SE3 T_WB;
-  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  ///< m/s, in W
-  ImuBias bias;
-
-  /** This state moved by the error `d`, in the order of state_index. */
-  NavState plus(const Eigen::Matrix<double, 15, 1>& d) const;
-  /** d with other.plus(d) equal to this. */
-  Eigen::Matrix<double, 15, 1> minus(const NavState& other) const;
-};
-
-/** The state at the end of the interval as the IMU has it, from that at its start. */
-NavState predict(const NavState& start, const Preintegration& preintegration,
-                 const Eigen::Vector3d& g_W);
-
 /** @param J_i,J_j receive the derivatives, 15 x 15, if not null */
 Eigen::Matrix<double, 15, 1> inertialResidual(const Preintegration& preintegration,
                                               const NavState& state_i, const NavState& state_j,

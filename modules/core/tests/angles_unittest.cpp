@@ -1,4 +1,4 @@
-#include "etalon/core/aligning_yaw.h"
+#include "etalon/core/angles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,12 @@
-#include "residuals/gauge_cost.h"
+// The costs that state what is known before any measurement.
 
 #include <gtest/gtest.h>
 
 #include "cost_function_checks.h"
 #include "etalon/core/so3.h"
+#include "residuals/bias_prior_cost.h"
+#include "residuals/gauge_cost.h"
+#include "residuals/shared_error_cost.h"
 
 namespace etalon {
 namespace {
@@ -14,6 +17,17 @@ using testing::kAttitudes;
 using testing::kPosition;
 using testing::poseValue;
 using testing::residual;
+
+TEST(BiasPriorCost, JacobianAgreesWithDifferencesAndSigmasWhiten) {
+  const BiasPriorCost cost({{{0.01, -0.02, 0.03}, {0.1, 0.2, -0.3}}, 0.02, 0.5});
+  Eigen::VectorXd bias(6);
+  bias << 0.05, 0.04, -0.03, -0.2, 0.1, 0.4;
+  expectJacobians(cost, {bias});
+  // Gyro first, each in its own sigmas.
+  const Eigen::VectorXd r = residual(cost, {bias});
+  EXPECT_NEAR(r[0], 0.04 / 0.02, 1e-12);
+  EXPECT_NEAR(r[3], -0.3 / 0.5, 1e-12);
+}
 
 TEST(GaugeCost, JacobianAgreesWithDifferences) {
   for (const Vector3d& attitude : kAttitudes)
@@ -34,6 +48,15 @@ TEST(GaugeCost, IsZeroWhereOnlyTheTiltDiffers) {
   EXPECT_LT(residual(cost, {poseValue(tilted)}).norm(), 1e-9);
   const SE3 turned(expSO3({0.0, 0.0, 0.1}) * reference.R, reference.t);
   EXPECT_NEAR(residual(cost, {poseValue(turned)})[3], 0.1 * GaugeCost::kInverseSigma, 1e-6);
+}
+
+TEST(SharedErrorCost, JacobianAgreesWithDifferences) {
+  for (const Vector3d& attitude : kAttitudes)
+    for (const Vector3d& off : {Vector3d(0, 0, 0), Vector3d(0.1, 0.2, -0.3)}) {
+      const SE3 body(expSO3(attitude), kPosition);
+      const SE3 seen(body.R * expSO3(off), body.t + Vector3d(0.1, -0.2, 0.3));
+      expectJacobians(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen)});
+    }
 }
 
 }  // namespace

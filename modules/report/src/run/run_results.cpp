@@ -4,12 +4,12 @@
 #include <cmath>
 #include <filesystem>
 
-#include "etalon/core/degrees.h"
+#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
-#include "etalon/core/tum_file.h"
+#include "etalon/core/trajectory.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"
@@ -40,7 +40,7 @@ StageTimes timesOf(const std::string& stage, const std::vector<FrameTiming>& tim
     times.max_ms = std::max(times.max_ms, t.*member);
     times.total_s += 1e-3 * t.*member;
   }
-  times.frames = static_cast<int>(ms.size());
+  times.frames = ms.size();
   times.median_ms = quantile(ms, 0.5);
   times.p99_ms = quantile(std::move(ms), 0.99);
   return times;
@@ -95,7 +95,7 @@ FinalBaRecord recordOf(const TrajectoryBaResult& ba, double wall_s) {
   FinalBaRecord record;
   record.keyframes = ba.bundle.window.keyframe_count;
   record.landmarks = ba.bundle.window.landmarkCount();
-  record.pixels = static_cast<int>(ba.bundle.window.measurements.size());
+  record.pixels = ba.bundle.window.measurements.size();
   record.inlier_pixels = ba.bundle.inlierCount();
   record.noise_factor = ba.noise_factor;
   record.iterations = ba.summary.iterations;
@@ -148,7 +148,7 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   record.statistics = statisticsOf(run);
   record.warnings = warningsOf(run);
   if (run.final_flight) record.final_ba = recordOf(run.final_flight->ba, run.final_ba_s);
-  const Trajectory& trajectory = run.pipeline.trajectory();
+  const Trajectory trajectory = run.pipeline.trajectory();
   if (ground_truth.empty() || trajectory.empty()) return record;
   record.ground_truth = GroundTruthUse{static_cast<int>(trajectory.size()),
                                        static_cast<int>(coveredPoses(trajectory, ground_truth))};
@@ -173,7 +173,7 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
     files.push_back((fs::path(folder) / name).string());
     return output.path(name);
   };
-  const Trajectory& trajectory = run.pipeline.trajectory();
+  const Trajectory trajectory = run.pipeline.trajectory();
   const std::string frames = record.initialized_at ? "T_WB" : kTumFramesNeverInitialised;
   writeTum(file("trajectory.tum"), trajectory, frames);
   const Trajectory smoothed = run.pipeline.smoothedTrajectory();
@@ -186,7 +186,6 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   log.record = record;
   log.calibration = run.source.calibration();
   log.images = run.images;
-  log.odometry = trajectory;
   log.estimates = run.pipeline.estimates();
   log.ground_truth = run.source.groundTruth();
   writeRunLog(file(kRunLogName), log);
@@ -195,7 +194,8 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   plot.initialized_at = record.initialized_at;
   plot.alignment = rotationAlignment(record);
   drawTrajectoryPlot(file("trajectory.png"), trajectory, run.source.groundTruth(), plot);
-  writeFile(file("report.html"), runReportHtml(record, trajectory, run.source.groundTruth()));
+  writeFile(file("report.html"),
+            runReportHtml(record, run.pipeline.estimates(), run.source.groundTruth()));
   FlightScene scene;
   scene.keyframes = run.pipeline.record().smoothed();
   scene.landmarks = run.pipeline.record().landmarks();

@@ -9,9 +9,9 @@
 
 #include "etalon/core/ini_file.h"
 
-namespace etalon {
+namespace etalon::testing {
 
-/** `-c FILE` and `--set section.key=value`: the configuration of the programs in this folder. */
+/** `-c FILE` and `--set section.key=value`: the configuration of a benchmark program. */
 class IniOptions {
  public:
   void addTo(CLI::App* app) {
@@ -45,4 +45,4 @@ inline int runProgram(CLI::App* app, int argc, char** argv, const std::function<
   return 0;
 }
 
-}  // namespace etalon
+}  // namespace etalon::testing

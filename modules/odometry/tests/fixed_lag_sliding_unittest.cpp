@@ -1,0 +1,229 @@
+// What leaves a window of the fixed-lag odometry, and what stays of it.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+
+#include "../src/fixed_lag/sliding.h"
+#include "../src/fixed_lag/window_solver.h"
+#include "etalon/core/so3.h"
+#include "point_scene.h"
+
+namespace etalon::fixed_lag {
+namespace {
+
+using Eigen::Vector3d;
+
+/** A window that moves along y and sees the same points from everywhere. */
+struct Slider : PointScene {
+  Tracks tracks;
+  explicit Slider(size_t count = 30) : PointScene(count), tracks(calibration, {}) {
+    NavState& start = window.states.back().now;
+    start.v_WB.y() = 1.0;  // 5 cm a step
+    window.states.back().linearization = start;
+    tracks.createLandmarks(measured(seeFromNewest()), &window);
+    window.states.back().is_view = true;
+  }
+  /** One more state, `step` m on. */
+  void add(bool keyframe, double step = 0.05, bool sees = true) {
+    append(movedTo(0.0, window.states.back().now.T_WB.t.y() + step, 0.0));
+    if (sees) {
+      const MeasuredFrame frame = measured(seeFromNewest());
+      tracks.associate(frame, wellKnown(), &window);
+      if (keyframe) tracks.createLandmarks(frame, &window);
+    }
+    window.states.back().keyframe = window.states.back().is_view = keyframe;
+  }
+  std::vector<int> serials() const {
+    std::vector<int> serials;
+    for (const WindowState& state : window.states) serials.push_back(state.serial);
+    return serials;
+  }
+};
+
+TEST(Slide, DoesNothingWhileThereIsRoom) {
+  Slider slider;
+  slider.add(false);
+  slider.add(false);
+  slide({3, 7, {}}, &slider.window);
+  EXPECT_EQ(slider.serials(), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(slider.window.prior.unknowns(), 15);
+  EXPECT_FALSE(slider.window.states[1].fixed);
+}
+
+TEST(Slide, AKeyframeStaysWithItsPoseAndOtherFramesLeaveWithTheirPixels) {
+  Slider slider;
+  for (int k = 1; k <= 3; ++k) slider.add(k == 2);
+  slide({3, 7, {}}, &slider.window);  // 0 is a keyframe
+  EXPECT_EQ(slider.serials(), (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_FALSE(slider.window.states[0].full);
+  EXPECT_TRUE(slider.window.states[1].full);
+  EXPECT_EQ(slider.window.firstFull(), 1U);
+  EXPECT_EQ(slider.window.unknowns(), 6 + 3 * 15);
+  EXPECT_EQ(slider.window.prior.unknowns(), 6 + 15);  // the next state's, too
+  EXPECT_TRUE(slider.window.states[1].fixed);
+  EXPECT_FALSE(slider.window.states[2].fixed);
+  slider.add(false);
+  slide({3, 7, {}}, &slider.window);  // 1 is none
+  EXPECT_EQ(slider.serials(), (std::vector<int>{0, 2, 3, 4}));
+  for (const auto& [id, landmark] : slider.window.landmarks) {
+    EXPECT_EQ(landmark.observations.size(), 4U) << id;
+    for (const LandmarkObservation& o : landmark.observations) {
+      EXPECT_NE(o.serial, 1);
+      EXPECT_EQ(slider.window.states[static_cast<size_t>(o.state)].serial, o.serial);
+    }
+  }
+}
+
+TEST(Slide, LandmarksThatAreSeenNoMoreGoIntoThePriorAtAKeyframe) {
+  Slider slider;
+  slider.add(false);
+  for (int k = 2; k <= 3; ++k) slider.add(false, 0.05, false);  // nothing is seen
+  const size_t count = slider.window.landmarks.size();
+  ASSERT_EQ(count, 30U);
+  const double before = slider.window.prior.A.norm();
+  slide({3, 7, {}}, &slider.window);
+  // State 1, which saw them, is one of the newest: they stay.
+  EXPECT_EQ(slider.window.landmarks.size(), count);
+  Slider once;
+  for (int k = 1; k <= 3; ++k) once.add(false, 0.05, false);
+  slide({3, 7, {}}, &once.window);
+  EXPECT_TRUE(once.window.landmarks.empty());
+  EXPECT_GT(before, 0.0);
+}
+
+TEST(Slide, TheOldestKeyframesGoDownToTheirNumberAndLandmarksGetAnotherHost) {
+  Slider slider;
+  std::map<LandmarkId, Vector3d> places;
+  MapOptions off;
+  off.enabled = false;
+  for (int k = 1; k <= 12; ++k) {
+    slider.add(true);
+    places.clear();
+    for (const auto& [id, landmark] : slider.window.landmarks)
+      places[id] = slider.window.states[static_cast<size_t>(landmark.host)].now.T_WB *
+                   landmark.in_host.position();
+    slide({3, 4, off}, &slider.window);
+    EXPECT_LE(slider.window.firstFull(), 4U);
+    EXPECT_LE(slider.window.states.size(), 7U);
+    for (const auto& [id, landmark] : slider.window.landmarks) {
+      const WindowState& host = slider.window.states[static_cast<size_t>(landmark.host)];
+      EXPECT_EQ(host.serial, landmark.host_serial);
+      EXPECT_LT((host.now.T_WB * landmark.in_host.position() - places.at(id)).norm(), 1e-9);
+      EXPECT_LT((places.at(id) - slider.points[static_cast<size_t>(id)]).norm(), 1e-5);
+    }
+  }
+  EXPECT_EQ(slider.window.landmarks.size(), 30U);
+  EXPECT_EQ(slider.window.firstFull(), 4U);
+  EXPECT_EQ(slider.window.prior.unknowns(), 4 * 6 + 15);
+  EXPECT_LE(slider.window.prior.rows(), slider.window.prior.unknowns());
+  EXPECT_EQ(slider.window.retainedCount(), 0U);
+}
+
+TEST(Slide, WithAMapTheKeyframesThatWouldLeaveAreRetainedUpToTheirNumber) {
+  Slider slider;
+  MapOptions map;
+  map.max_keyframes = 3;
+  for (int k = 1; k <= 14; ++k) {
+    slider.add(k % 5 != 0);  // every fifth frame is no view
+    slide({3, 4, map}, &slider.window);
+    EXPECT_LE(slider.window.retainedCount(), 3U);
+    for (const WindowState& state : slider.window.states)
+      if (state.retained) {
+        EXPECT_TRUE(state.keyframe && state.is_view && !state.full);
+      }
+  }
+  EXPECT_EQ(slider.window.retainedCount(), 3U);
+  EXPECT_EQ(slider.window.firstFull(), 3U + 4U);
+}
+
+TEST(Slide, TheMinimumStaysWhereItWasOnceAllIsSolved) {
+  // The body keeps its velocity, as the bridged IMU has it: all residuals are zero. What leaves a
+  // window then changes nothing.
+  Slider slider;
+  MapOptions off;
+  off.enabled = false;
+  for (int k = 1; k <= 8; ++k) {
+    slider.add(k % 2 == 0);
+    const size_t before = slider.window.states.size();
+    WindowSolver({}).solve(&slider.window);
+    slide({3, 3, off}, &slider.window);
+    std::vector<SE3> poses;
+    for (const WindowState& state : slider.window.states) poses.push_back(state.now.T_WB);
+    SolverOptions options;
+    options.iterations = 5;
+    const SolverResult again = WindowSolver(options).solve(&slider.window);
+    EXPECT_TRUE(again.converged);
+    for (size_t i = 0; i < poses.size(); ++i)
+      EXPECT_LT((slider.window.states[i].now.T_WB.t - poses[i].t).norm(), 1e-6) << i;
+    EXPECT_LE(slider.window.states.size(), before);
+  }
+}
+
+TEST(DispensableKeyframe, IsOneThatHardlySeesWhatTheNewestSees) {
+  Slider slider;
+  for (int k = 1; k <= 6; ++k) slider.add(true);
+  for (size_t i = 0; i < 6; ++i) slider.window.states[i].full = false;
+  slider.window.reindex();
+  // All are alike in what they see; state 2 loses all of it.
+  for (auto& [id, landmark] : slider.window.landmarks)
+    if (id > 0)  // one in thirty is fewer than one in twenty
+      landmark.observations.erase(landmark.observations.begin() + 2);
+    else
+      landmark.observations.pop_back();
+  EXPECT_EQ(dispensableKeyframe(slider.window), 2U);
+  slider.window.states[2].retained = true;  // it is not in question
+  EXPECT_NE(dispensableKeyframe(slider.window), 2U);
+}
+
+TEST(DispensableKeyframe, IsOneThatStandsWhereOthersDo) {
+  Slider slider;
+  for (const double step : {0.5, 0.5, 0.02, 0.5, 0.5, 0.5}) slider.add(true, step);
+  for (size_t i = 0; i < 6; ++i) slider.window.states[i].full = false;
+  slider.window.reindex();
+  // 2 and 3 are 2 cm apart; 2 is farther from the newest, which weighs more.
+  EXPECT_EQ(dispensableKeyframe(slider.window), 2U);
+  // The newest two stay, whatever they see.
+  Slider newest;
+  for (const double step : {0.5, 0.5, 0.5, 0.5, 0.001, 0.5}) newest.add(true, step);
+  for (size_t i = 0; i < 6; ++i) newest.window.states[i].full = false;
+  newest.window.reindex();
+  EXPECT_LT(dispensableKeyframe(newest.window), 4U);
+}
+
+TEST(Window, ReindexDropsWhatIsGone) {
+  Slider slider(10);
+  for (int k = 1; k <= 3; ++k) slider.add(k == 2);
+  slider.window.landmarks.at(4).host_serial = 2;
+  slider.window.landmarks.at(4).host = 2;
+  slider.window.landmarks.at(5).observations.resize(1);  // the host's alone
+  slider.window.states[1].full = false;
+  slider.window.states.erase(slider.window.states.begin());
+  slider.window.reindex();
+  ASSERT_EQ(slider.window.landmarks.size(), 1U);  // all others' host is gone
+  const Landmark& landmark = slider.window.landmarks.at(4);
+  EXPECT_EQ(landmark.host, 1);
+  ASSERT_EQ(landmark.observations.size(), 3U);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(landmark.observations[static_cast<size_t>(i)].state, i);
+  EXPECT_EQ(slider.window.states[0].column, 0);
+  EXPECT_EQ(slider.window.states[1].column, 6);
+  EXPECT_EQ(slider.window.states[2].column, 21);
+  EXPECT_EQ(slider.window.unknowns(), 36);
+  EXPECT_EQ(slider.window.firstFull(), 1U);
+  EXPECT_EQ(Window().unknowns(), 0);
+}
+
+TEST(Window, DeltasAreThoseOfFixedStatesAlone) {
+  Slider slider(10);
+  slider.add(false);
+  slider.window.states[0].now =
+      slider.window.states[0].linearization.plus(1e-3 * Vector15d::LinSpaced(15, 1.0, 15.0));
+  slider.window.states[1].now = slider.window.states[1].now.plus(Vector15d::Ones());
+  const Eigen::VectorXd all = deltas(slider.window, 30);
+  EXPECT_LT((all.head<15>() - 1e-3 * Vector15d::LinSpaced(15, 1.0, 15.0)).norm(), 1e-9);
+  EXPECT_EQ(all.tail<15>().norm(), 0.0);
+  EXPECT_EQ(deltas(slider.window, 6).size(), 6);
+}
+
+}  // namespace
+}  // namespace etalon::fixed_lag

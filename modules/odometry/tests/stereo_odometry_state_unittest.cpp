@@ -1,0 +1,214 @@
+// What stereo odometry keeps from frame to frame: velocity, window, landmarks.
+
+#include <gtest/gtest.h>
+
+#include "etalon/core/so3.h"
+#include "etalon/odometry/stereo_odometry.h"
+#include "etalon/testing/synthetic_window.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing::SyntheticWindow;
+
+/** Exact tracks of a moving platform at 20 Hz, in W. */
+class StereoOdometryState : public ::testing::Test {
+ protected:
+  StereoOdometryState() {
+    testing::SyntheticWindowOptions options;
+    options.motion = testing::Motion::kAggressive;
+    options.keyframe_rate_hz = 20.0;
+    options.frames_per_keyframe = 1;
+    window_ = testing::makeSyntheticWindow(options);
+  }
+  const SE3& truth(size_t k) const { return window_.truth[k].T_WB; }
+  Matrix3d turn(size_t k) const { return truth(k - 1).R.transpose() * truth(k).R; }
+  StereoOdometry odometry(const StereoOdometryOptions& options = {}) const {
+    return StereoOdometry(window_.calibration, options);
+  }
+  /** Begins with the truth of frame 0. */
+  void begin(StereoOdometry* odometry) const {
+    odometry->begin(window_.frames[0], truth(0), window_.truth[0].v_WB);
+  }
+  static double error(const SE3& a, const SE3& b) {
+    return (a.t - b.t).norm() + logSO3(a.R.transpose() * b.R).norm();
+  }
+
+  SyntheticWindow window_;
+};
+
+TEST_F(StereoOdometryState, BeginsWhereItIsToldAndForgetsWhatWas) {
+  StereoOdometry odometry = this->odometry();
+  for (size_t k = 0; k < 3; ++k)
+    odometry.track(window_.frames[k], k ? turn(k) : Matrix3d::Identity(), true);
+  odometry.begin(window_.frames[3], truth(3), window_.truth[3].v_WB);
+  EXPECT_EQ(odometry.pose().t, truth(3).t);
+  EXPECT_EQ(odometry.keyframePoses().size(), 1U);
+  for (const auto& [id, p] : odometry.landmarks())
+    EXPECT_LT((p - window_.landmarks[static_cast<size_t>(id)]).norm(), 1e-5) << id;
+  // From there on in the same world, with the velocity for the prediction.
+  const double dt = secondsBetween(window_.frames[3].t, window_.frames[4].t);
+  EXPECT_LT(
+      (odometry.predict(window_.frames[4].t, turn(4)).t - truth(3).t - dt * window_.truth[3].v_WB)
+          .norm(),
+      1e-12);
+  const auto result = odometry.track(window_.frames[4], turn(4), false);
+  EXPECT_TRUE(result.located);
+  EXPECT_LT(error(result.T_VB, truth(4)), 1e-5);
+  EXPECT_LT(error(odometry.pose(), truth(4)), 1e-5);
+}
+
+TEST_F(StereoOdometryState, AFrameThatIsNoKeyframeAddsNoLandmarks) {
+  StereoOdometry odometry = this->odometry();
+  begin(&odometry);
+  TrackedFrame frame = window_.frames[1];
+  frame.observations.back().id = 9'999;
+  const auto before = odometry.landmarks();
+  odometry.track(frame, turn(1), false);
+  EXPECT_EQ(odometry.landmarks().size(), before.size());
+  EXPECT_EQ(odometry.keyframePoses().size(), 1U);
+  // As a keyframe it does; but not from one camera.
+  frame.observations.front().id = -5;
+  frame.observations.front().has_right = false;
+  odometry.track(frame, Matrix3d::Identity(), true);
+  EXPECT_EQ(odometry.landmarks().count(9'999), 1U);
+  EXPECT_EQ(odometry.landmarks().count(-5), 0U);
+  EXPECT_EQ(odometry.keyframePoses().size(), 2U);
+}
+
+TEST_F(StereoOdometryState, TheWindowIsAsLongAsConfigured) {
+  StereoOdometryOptions options;
+  options.window_keyframes = 3;
+  StereoOdometry odometry = this->odometry(options);
+  begin(&odometry);
+  for (size_t k = 1; k < 6; ++k) {
+    odometry.track(window_.frames[k], turn(k), true);
+    EXPECT_EQ(odometry.keyframePoses().size(), std::min<size_t>(k + 1, 3));
+  }
+  EXPECT_LT(error(odometry.keyframePoses().front(), truth(3)), 1e-5);
+  EXPECT_LT(error(odometry.keyframePoses().back(), truth(5)), 1e-5);
+}
+
+TEST_F(StereoOdometryState, BelievesTheLastVelocityForAWhileOnly) {
+  StereoOdometryOptions options;
+  options.max_prediction_s = 0.3;
+  StereoOdometry odometry = this->odometry(options);
+  begin(&odometry);
+  odometry.track(window_.frames[1], turn(1), true);
+  const TimeNs t = window_.frames[1].t;
+  const Vector3d v = (truth(1).t - truth(0).t) / secondsBetween(window_.frames[0].t, t);
+  const auto moved = [&](double s) {
+    return Vector3d(odometry.predict(t + durationNs(s), Matrix3d::Identity()).t - truth(1).t);
+  };
+  EXPECT_LT((moved(0.1) - 0.1 * v).norm(), 1e-4);
+  EXPECT_LT((moved(0.3) - 0.3 * v).norm(), 1e-4);
+  EXPECT_LT((moved(60.0) - 0.3 * v).norm(), 1e-4);
+  odometry.forgetVelocity();
+  EXPECT_LT(moved(0.3).norm(), 1e-5);
+}
+
+TEST_F(StereoOdometryState, BeforeTheFirstFrameItIsAtTheOrigin) {
+  StereoOdometry odometry = this->odometry();
+  EXPECT_EQ(odometry.predict(7, turn(1)).R, Matrix3d::Identity());
+  const auto result = odometry.track(window_.frames[0], turn(1), true);
+  EXPECT_TRUE(result.located);
+  EXPECT_EQ(result.T_VB.R, Matrix3d::Identity());
+  EXPECT_EQ(result.T_VB.t, Vector3d::Zero());
+}
+
+TEST_F(StereoOdometryState, AFrameThatIsNotLocatedStartsTheMapAnew) {
+  StereoOdometry odometry = this->odometry();
+  begin(&odometry);
+  TrackedFrame others = window_.frames[1];
+  for (Observation& o : others.observations) o.id += 10'000;
+  const auto result = odometry.track(others, turn(1), false);
+  EXPECT_FALSE(result.located);
+  EXPECT_EQ(result.inliers, 0);
+  EXPECT_GT(odometry.landmarks().count(others.observations[0].id), 0U);
+  // The next frame is located among them: relative to the predicted pose without an error.
+  TrackedFrame next = window_.frames[2];
+  for (Observation& o : next.observations) o.id += 10'000;
+  const auto located = odometry.track(next, turn(2), false);
+  EXPECT_TRUE(located.located);
+  EXPECT_LT(error(result.T_VB.inverse() * located.T_VB, truth(1).inverse() * truth(2)), 1e-5);
+}
+
+TEST_F(StereoOdometryState, LocatedIsWhatEnoughMeasurementsAgreeOn) {
+  // Each landmark is two measurements; six landmarks are the twelve that are wanted.
+  for (const size_t count : {6, 5}) {
+    StereoOdometry odometry = this->odometry();
+    begin(&odometry);
+    TrackedFrame few = window_.frames[1];
+    std::vector<Observation> stereo;
+    for (const Observation& o : few.observations)
+      if (o.has_right && odometry.landmarks().count(o.id) && stereo.size() < count)
+        stereo.push_back(o);
+    few.observations = stereo;
+    ASSERT_EQ(stereo.size(), count);
+    const auto result = odometry.track(few, turn(1), false);
+    EXPECT_EQ(result.inliers, 2 * static_cast<int>(count));
+    EXPECT_EQ(result.located, count == 6);
+  }
+}
+
+TEST_F(StereoOdometryState, TransformMovesVelocityAndLandmarksToo) {
+  StereoOdometry odometry = this->odometry();
+  begin(&odometry);
+  odometry.track(window_.frames[1], turn(1), true);
+  StereoOdometry other = odometry;
+  const SE3 T(expSO3({0.1, -0.4, 2.0}), {5.0, -3.0, 1.0});
+  other.transform(T);
+  const TimeNs t = window_.frames[1].t + durationNs(0.5);
+  EXPECT_LT(error(other.predict(t, turn(2)), T * odometry.predict(t, turn(2))), 1e-12);
+  for (const auto& [id, p] : odometry.landmarks())
+    EXPECT_LT((other.landmarks().at(id) - T * p).norm(), 1e-12);
+  for (size_t k = 0; k < 2; ++k)
+    EXPECT_LT(error(other.keyframePoses()[k], T * odometry.keyframePoses()[k]), 1e-12);
+  // It goes on in the new frame.
+  EXPECT_LT(error(other.track(window_.frames[2], turn(2), true).T_VB, T * truth(2)), 1e-5);
+}
+
+TEST_F(StereoOdometryState, AdoptsWhatItKnowsByStampAndId) {
+  StereoOdometry odometry = this->odometry();
+  begin(&odometry);
+  odometry.track(window_.frames[1], turn(1), true);
+  const SE3 a(expSO3({0.1, 0.2, 0.3}), {1, 2, 3}), b(expSO3({0.3, 0.2, 0.1}), {4, 5, 6});
+  const LandmarkId known = odometry.landmarks().begin()->first;
+  const size_t count = odometry.landmarks().size();
+  odometry.adopt({{window_.frames[0].t, a}},
+                 {{known, Vector3d(7, 8, 9)}, {77'777, Vector3d::Zero()}});
+  EXPECT_EQ(odometry.keyframePoses()[0].t, a.t);
+  EXPECT_LT(error(odometry.keyframePoses()[1], truth(1)), 1e-5);  // nothing was said of it
+  EXPECT_LT(error(odometry.pose(), truth(1)), 1e-5);
+  EXPECT_EQ(odometry.landmarks().at(known), Vector3d(7, 8, 9));
+  EXPECT_EQ(odometry.landmarks().size(), count);
+  odometry.adopt({{window_.frames[1].t, b}}, {});
+  EXPECT_EQ(odometry.keyframePoses()[1].t, b.t);
+  EXPECT_EQ(odometry.pose().t, b.t);
+}
+
+TEST_F(StereoOdometryState, RoundsOfBundleAdjustmentMakeNoisyTracksBetter) {
+  testing::SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  options.sigma_px = 0.5;
+  window_ = testing::makeSyntheticWindow(options);
+  const auto errorWith = [&](int rounds) {
+    StereoOdometryOptions with;
+    with.sigma_px = 0.5;
+    with.ba_rounds = rounds;
+    StereoOdometry odometry = this->odometry(with);
+    double sum = 0.0;
+    for (size_t k = 0; k < window_.truth.size(); ++k) {
+      const auto result =
+          odometry.track(*window_.keyframes()[k], k ? turn(k) : Matrix3d::Identity(), true);
+      sum += (result.T_VB.t - (truth(0).inverse() * truth(k)).t).squaredNorm();
+    }
+    return std::sqrt(sum);
+  };
+  EXPECT_LT(errorWith(1), 0.8 * errorWith(0));
+}
+
+}  // namespace
+}  // namespace etalon
