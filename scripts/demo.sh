@@ -100,7 +100,7 @@ for folder in "${runs[@]}"; do
   for file in "$folder"/*; do
     case "$file" in
       *.png) meaning="picture: the trajectory from above, errors over time" ;;
-      *.html) meaning="report: every attempt, its reason and its errors, for a browser" ;;
+      *.html) meaning="report: the flight, its states, its errors beside the predicted ones, for a browser" ;;
       *_smoothed.tum) meaning="the same, each pose as it was last known" ;;
       *.3Dscene) meaning="the flight in three dimensions (SceneViewer3D)" ;;
       *.tum) meaning="trajectory T_WB, TUM format" ;;

@@ -12,6 +12,7 @@
 #include "etalon/frontend/recording_inspection.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/run_results.h"
+#include "gui/flight_window.h"
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
@@ -28,7 +29,7 @@ struct Arguments {
   ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
-  bool final_ba = false, imu_states = false;
+  bool final_ba = false, imu_states = false, gui = false;
 };
 
 /** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
@@ -54,6 +55,7 @@ class Replay {
         if (images_.empty()) state_.first_image = frame.t;
         images_.push_back({frame.t, absolute(frame.left_path), absolute(frame.right_path)});
         pipeline_.add(frame);
+        if (window_) window_->update();
       }
       report(false);
     }
@@ -61,6 +63,12 @@ class Replay {
 
   void keepImuStates() {
     pipeline_.onImuState([this](const ImuRateState& state) { imu_states_.push_back(state); });
+  }
+
+  void openWindow() { window_.emplace(&pipeline_); }
+
+  void waitForWindow() {
+    if (window_) window_->waitUntilClosed();
   }
 
   void finish() {
@@ -118,6 +126,7 @@ class Replay {
   Pipeline pipeline_;
   std::vector<StereoReference> images_;
   std::vector<ImuRateState> imu_states_;
+  std::optional<FlightWindow> window_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
@@ -156,6 +165,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration, state, died);
   if (arguments.imu_states) run.keepImuStates();
+  if (arguments.gui && !died) run.openWindow();
   std::exception_ptr failure;
   try {
     run.run();
@@ -172,6 +182,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   RunRecord record = makeRunRecord(finished);
   if (died) addLostAttempt(*died, &record);
   printSummary(record, writeRunResults(arguments.out, finished, record));
+  run.waitForWindow();
   if (failure) std::rethrow_exception(failure);
   return run.pipeline().initializedAt() ? kOk : kNotInitialised;
 }
@@ -180,6 +191,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
 int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
+  if (arguments.gui) FlightWindow::requireDisplay();
   const auto run = [&arguments](const RunEnd* died) {
     return runSupervised(arguments.time_limit_s, [&arguments, died](RunState& state) {
       return replayHere(arguments, &state, died);
@@ -227,6 +239,8 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--final-ba", arguments->final_ba,
                     "After the run, adjust all keyframes together, images and IMU: "
                     "trajectory_final.tum");
+  command->add_flag("--gui", arguments->gui,
+                    "Show the flight in 3-D and the left image with its tracks while it runs");
   command->add_option("--out", arguments->out, "Folder for the results")
       ->check(checkOutputPath())
       ->capture_default_str();

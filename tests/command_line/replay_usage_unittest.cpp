@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -143,6 +144,11 @@ TEST(ReplayUsage, RefusesPluginsThatCannotBeLoaded) {
 
 TEST(ReplayUsage, RefusesAnOptionInPlaceOfAFolder) {
   expectRefused({{"--out", "--help"}, {"--out", "expected a path, found '--help'"}});
+}
+
+TEST(ReplayUsage, RefusesAWindowWithoutADisplay) {
+  unsetenv("DISPLAY");  // the command inherits it
+  expectRefused({{"--gui"}, {"--gui"}});
 }
 
 TEST(ReplayUsage, RefusesARangeThatIsNone) {

@@ -3,16 +3,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <future>
+#include <limits>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
-#include "etalon/core/stopwatch.h"
 #include "etalon/imu/imu_limits.h"
-#include "etalon/imu/preintegration.h"
-#include "etalon/pipeline/repeated_images.h"
+#include "etalon/pipeline/front_stage.h"
 
 namespace etalon {
 namespace {
@@ -63,14 +62,12 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
 
 SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options) {
   SequenceTracks tracks = withoutTracks(recording);
-  StereoTracker tracker(tracks.calibration, options.frontend);
+  FrontStage front(tracks.calibration, options.frontend, std::numeric_limits<double>::infinity());
   const ImuBias bias{options.gyro_bias, Eigen::Vector3d::Zero()};
   std::vector<double> milliseconds;
   std::string first_problem;
   PairReader reader(recording, options.decode_ahead);
   const size_t pairs = recording.imageStamps().size();
-  std::optional<TimeNs> previous, last;  // tracked; of all
-  RepeatedImages repeated;
   for (size_t i = 0; i < pairs; ++i) {
     if (options.stop && options.stop->load()) throw Interrupted();
     const LoadedFrame pair = reader.read(i);
@@ -80,21 +77,11 @@ SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& o
       if (first_problem.empty()) first_problem = pair.problem;
       continue;
     }
-    const TimeNs t = pair.frame.t;
-    if (!tracks.imu.covers(t, t)) continue;
-    const std::vector<ImuSample> since_last = tracks.imu.between(last.value_or(t), t);
-    last = t;
-    if (repeated.isRepeated(pair.frame.left, pair.frame.right, since_last)) continue;
-    Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
-    if (previous)
-      R_prev_cur =
-          Preintegration(tracks.imu.between(*previous, t), bias, tracks.calibration.imu.noise)
-              .deltas()
-              .dR;
-    tracks.frames.push_back(tracker.track(t, pair.frame.left, pair.frame.right, R_prev_cur));
-    repeated.tracked(tracks.frames.back());
-    milliseconds.push_back(tracker.statistics().milliseconds);
-    previous = t;
+    if (!tracks.imu.covers(pair.frame.t, pair.frame.t)) continue;
+    FrontFrame frame = front.process(pair.frame, tracks.imu, bias);
+    if (!frame.tracked) continue;
+    tracks.frames.push_back(*std::move(frame.tracked));
+    milliseconds.push_back(frame.ms);
   }
   if (tracks.frames.empty())
     throw DataError(recording.name(), 0,

@@ -41,8 +41,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       options_(options),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
-      front_(calibration, options.frontend, noise_, options.input.max_gap_s,
-             std::max(options.input.max_gap_s, options.max_dead_reckoning_s)),
+      front_(calibration, options.frontend, options.input.max_gap_s),
       propagator_(noise_, options.window.gravity_mps2),
       odometry_(calibration, options.window.odometry),
       record_(calibration,
@@ -76,13 +75,9 @@ void Pipeline::estimate(const ClockJump& jump) {
 }
 
 void Pipeline::estimate(const ImuSample& sample) {
-  imu_.add(sample);
+  keepSample(sample, last_frame_, &imu_);
   missing_.sample(sample.t);
   if (options_.live) noticeMissingImages(sample.t);
-  // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
-  const TimeNs needed =
-      sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
-  if (!last_frame_ || *last_frame_ < needed) imu_.dropBefore(needed);
 }
 
 void Pipeline::estimate(const FrontFrame& frame) {
@@ -117,6 +112,7 @@ void Pipeline::estimate(const FrontFrame& frame) {
   }
   timings_.push_back(timing);
   publish(estimates_.back());
+  if (on_tracks_) on_tracks_(frame);
   forgetOld();
 }
 

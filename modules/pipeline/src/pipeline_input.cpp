@@ -1,5 +1,6 @@
 // Pipeline: from whoever delivers measurements to the estimator, on one thread or three.
 
+#include <algorithm>
 #include <cstdio>
 
 #include "etalon/pipeline/pipeline.h"
@@ -79,12 +80,22 @@ void Pipeline::processAdmitted() {
   }
 }
 
+/** Adds the sample to those kept since the last frame; a long time without frames needs less. */
+void Pipeline::keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
+                          ImuBuffer* imu) const {
+  imu->add(sample);
+  // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
+  const TimeNs needed =
+      sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
+  if (!last_frame || *last_frame < needed) imu->dropBefore(needed);
+}
+
 void Pipeline::runFrontEnd(AdmittedInput input) {
   if (const auto* sample = std::get_if<ImuSample>(&input)) {
-    front_.add(*sample);
+    keepSample(*sample, front_.trackedAt(), &front_imu_);
     deliver(*sample);
   } else if (const auto* jump = std::get_if<ClockJump>(&input)) {
-    front_.forgetImu();
+    front_imu_ = ImuBuffer();
     deliver(*jump);
   } else {
     ImuBias bias;
@@ -92,8 +103,11 @@ void Pipeline::runFrontEnd(AdmittedInput input) {
       const std::lock_guard<std::mutex> lock(shared_mutex_);
       bias = front_bias_;
     }
-    FrontFrame frame = front_.process(std::get<StereoFrame>(input), bias);
-    if (!frame.tracked) count(InputFault::kFrameRepeatsImage, frame.t);
+    FrontFrame frame = front_.process(std::get<StereoFrame>(input), front_imu_, bias);
+    if (frame.tracked)
+      front_imu_.dropBefore(frame.t);
+    else
+      count(InputFault::kFrameRepeatsImage, frame.t);
     deliver(std::move(frame));
   }
 }
@@ -138,6 +152,10 @@ InputFaultCounts Pipeline::inputFaults() const {
 
 void Pipeline::onFrame(std::function<void(const FrameEstimate&)> listener) {
   on_frame_ = std::move(listener);
+}
+
+void Pipeline::onTracks(std::function<void(const FrontFrame&)> listener) {
+  on_tracks_ = std::move(listener);
 }
 
 void Pipeline::onImuState(std::function<void(const ImuRateState&)> listener) {

@@ -212,6 +212,21 @@ TEST_F(PipelineLive, TheLastImageOfARecordingIsNoFault) {
   EXPECT_EQ(pipeline.events().size(), 2U);
 }
 
+TEST_F(PipelineLive, TracksComeWithTheirImages) {
+  Pipeline pipeline = this->pipeline(false);
+  std::vector<TimeNs> stamps;
+  pipeline.onTracks([&stamps](const FrontFrame& frame) {
+    stamps.push_back(frame.t);
+    EXPECT_EQ(frame.images.t, frame.t);
+    EXPECT_FALSE(frame.images.left.empty());
+    ASSERT_TRUE(frame.tracked);
+    EXPECT_FALSE(frame.tracked->observations.empty());
+  });
+  flyAndGoOn(0.1, &pipeline);
+  ASSERT_EQ(stamps.size(), flight().frames.size());
+  for (size_t i = 0; i < stamps.size(); ++i) EXPECT_EQ(stamps[i], flight().frames[i].t);
+}
+
 TEST_F(PipelineLive, LiveImagesThatStopAreSaidAtOnce) {
   Pipeline pipeline = this->pipeline(true);
   std::atomic<TimeNs> last{0};

@@ -175,10 +175,10 @@ async function testNarrow(context) {
 
 async function testRun(context) {
   const page = await open(context, "run.html", { width: 1280, height: 900 });
-  await expectCharts(page, ["trajectory", "trajectory-errors", "timeline-0"]);
-  const attempts = await page.evaluate(() => window.etalonReport.results.length);
-  await clickResult(page, attempts - 1);
-  assert.ok((await page.locator("#window-reason").innerText()).includes("success"));
+  await expectCharts(page, ["trajectory", "states", "error-position", "error-tilt", "error-velocity"]);
+  const text = await page.locator("main").innerText();
+  for (const expected of ["no image <came>", "still inertial", "front end", "Errors and what was predicted"])
+    assert.ok(text.includes(expected), `the run's report lacks "${expected}"`);
   await shot(page, "run", { fullPage: true });
   await page.close();
 }

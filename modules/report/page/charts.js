@@ -1,4 +1,4 @@
-// Distributions, success against window length, run time against error, the trajectory of a run.
+// Distributions, success against window length, run time against error.
 
 /** What the controls show; main.js changes it and draws again. */
 const state = { metric: 0, stage: 0, shape: 0, sequence: -1, hidden: new Set(), result: null, time: 0 };
@@ -7,7 +7,6 @@ const initializers = data.initializer_names.map((name, index) => index);
 const shownInitializers = () => initializers.filter((i) => !state.hidden.has(i));
 const initializerName = (i) => data.initializer_names[i];
 const sequenceName = (s) => data.sequence_names[s];
-const windowWord = isRun ? "attempt" : "window";
 
 /** Windows that the controls select, of the initializers that are shown. */
 function selected(shape = state.shape) {
@@ -25,7 +24,7 @@ function byInitializer(list) {
 /** First lines of every tooltip about a window. */
 function resultText(result) {
   const outcome = outcomeNamed.get(outcomeOf(result, state.stage));
-  let text = `<b>${esc(initializerName(result.initializer))}</b>, ${esc(sequenceName(result.sequence))}, ${windowWord} ${result.window}`;
+  let text = `<b>${esc(initializerName(result.initializer))}</b>, ${esc(sequenceName(result.sequence))}, window ${result.window}`;
   text += `, ${number(result.start, 5)} s<br>${esc(outcome.name)}`;
   if (result.status !== "success") text += `: ${esc(result.status)}`;
   if (result.reason) text += `<br>${esc(result.reason)}`;
@@ -49,16 +48,6 @@ function limitLines(metric, values) {
   }
   return lines.map((line) => ({ ...line, align: line.at > middle ? "right" : "left" }));
 }
-function markLine(lines, key, position = "end") {
-  return {
-    silent: true,
-    symbol: "none",
-    lineStyle: { color: cssColour("--quiet"), type: "dashed", width: 1 },
-    label: { color: cssColour("--quiet"), fontSize: 11, position, formatter: (event) => event.name },
-    data: lines.map((line) => ({ [key]: line.at, name: line.name, label: line.align && key === "xAxis" ? { align: line.align } : {} })),
-  };
-}
-
 /** Sorted errors, and the windows behind a cumulative curve: refused ones count, as never reached. */
 function distribution(list, metric) {
   const values = [];
@@ -247,65 +236,5 @@ function runtimeOption() {
       },
     }),
     series,
-  };
-}
-
-/** Ranges of x and y so that a metre is as long on both axes of a plot of width x height pixels. */
-function equalScale(points, width, height) {
-  const xs = points.map((p) => p[0]);
-  const ys = points.map((p) => p[1]);
-  const middle = [(least(xs) + most(xs)) / 2, (least(ys) + most(ys)) / 2];
-  const perPixel = Math.max((most(xs) - least(xs)) / width, (most(ys) - least(ys)) / height, 1e-6) * 1.1;
-  const range = (centre, pixels) => ({ min: centre - (perPixel * pixels) / 2, max: centre + (perPixel * pixels) / 2 });
-  return [range(middle[0], width), range(middle[1], height)];
-}
-/** Axis of a top view: round labels, ends that are not round have none. */
-const metreAxis = (name, range, more = {}) =>
-  axis(name, {
-    type: "value", ...range, ...more,
-    axisLabel: { color: cssColour("--quiet"), fontSize: 11, showMinLabel: false, showMaxLabel: false, hideOverlap: true, formatter: (v) => number(v, 4) },
-  });
-
-// Rows of data.trajectory: t, x, y, z, true x, y, z, position error, rotation error.
-function trajectoryOption(width, height) {
-  const rows = data.trajectory;
-  if (!rows.length) return nothing("no pose");
-  const estimate = rows.map((r) => [r[1], r[2]]);
-  const truth = rows.map((r) => [r[4], r[5]]);
-  const points = [...estimate, ...truth.filter((p) => p[0] !== null)];
-  const [x, y] = equalScale(points, width - 76, height - 82);
-  const series = [
-    { type: "line", name: "estimate", data: estimate, showSymbol: false, lineStyle: { color: colourOf(0), width: 1.6 }, itemStyle: { color: colourOf(0) } },
-    { type: "line", name: "ground truth", data: truth, showSymbol: false, lineStyle: { color: cssColour("--text"), width: 1.2, type: [4, 3] }, itemStyle: { color: cssColour("--text") } },
-  ];
-  const start = rows.find((r) => data.initialized_at_s !== null && r[0] >= data.initialized_at_s);
-  if (start)
-    series.push({ type: "scatter", name: "initialised", data: [[start[1], start[2]]], symbol: STAR, symbolSize: 15, itemStyle: { color: colourOf(1) } });
-  return {
-    legend: { top: 0, textStyle: { color: cssColour("--text") }, selectedMode: false },
-    grid: { left: 60, right: 16, top: 34, bottom: 48, outerBoundsMode: "none" },
-    xAxis: metreAxis("x [m]", x, { nameGap: 28 }),
-    yAxis: metreAxis("y [m]", y, { nameGap: 42 }),
-    series,
-  };
-}
-function trajectoryErrorsOption() {
-  const rows = data.trajectory.filter((r) => r[7] !== null);
-  if (!rows.length) return nothing("no ground truth");
-  const start = data.initialized_at_s === null ? [] : [{ at: data.initialized_at_s, name: "initialised" }];
-  const line = (column, scale, gridIndex, name) => ({
-    type: "line", name, xAxisIndex: gridIndex, yAxisIndex: gridIndex, showSymbol: false,
-    data: rows.map((r) => [r[0], r[column] === null ? null : r[column] * scale]),
-    lineStyle: { color: colourOf(0), width: 1.4 }, itemStyle: { color: colourOf(0) },
-    markLine: { ...markLine(start, "xAxis"), label: { show: gridIndex === 0, formatter: "initialised", color: cssColour("--quiet"), fontSize: 11 } },
-  });
-  const time = { type: "value", min: rows[0][0], max: rows[rows.length - 1][0] };
-  const ends = { axisLabel: { color: cssColour("--quiet"), fontSize: 11, hideOverlap: true, formatter: (v) => number(v, 4) } };
-  return {
-    grid: [{ left: 64, right: 16, top: 26, height: "38%" }, { left: 64, right: 16, bottom: 46, height: "38%" }],
-    xAxis: [axis("", { gridIndex: 0, ...time, ...ends, axisLabel: { show: false } }), axis("time since the first image [s]", { gridIndex: 1, nameGap: 26, ...time, ...ends })],
-    yAxis: [axis("position [mm]", { gridIndex: 0, type: "value", nameGap: 44 }), axis("rotation [deg]", { gridIndex: 1, type: "value", nameGap: 44 })],
-    tooltip: tooltip({ trigger: "axis", valueFormatter: (v) => number(v) }),
-    series: [line(7, 1000, 0, "position [mm]"), line(8, 1, 1, "rotation [deg]")],
   };
 }

@@ -1,7 +1,5 @@
 // The page's data, unpacked from what src/report_data.cpp packs.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-const isRun = data.kind === "run";
 const STAGES = data.vi_ba ? ["init", "vi_ba"] : ["init"];
 const STAGE_NAMES = { init: "initializer alone (init)", vi_ba: "after VI-BA (vi_ba)" };
 const NOISE_GROUPS = ["gyro", "accelerometer", "vision"];
@@ -78,14 +76,3 @@ function wilson(successes, count) {
   const scale = 100 / (1 + (z * z) / count);
   return [Math.max(0, scale * (middle - half)), Math.min(100, scale * (middle + half))];
 }
-
-/** For people: up to `digits` significant digits. */
-function number(value, digits = 3) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e5 || size < 1e-4)) return value.toExponential(digits - 1);
-  return String(Number(value.toPrecision(Math.max(digits, size >= 1 ? Math.floor(Math.log10(size)) + 1 : digits))));
-}
-
-const ESCAPES = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#39;" };
-const esc = (text) => String(text).replace(/[&<>"']/g, (c) => ESCAPES[c]);

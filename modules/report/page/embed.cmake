@@ -9,18 +9,20 @@ function(etalon_embed_report target)
         "The charting library of the HTML report is missing: ${modules}/echarts/dist/echarts.min.js\n"
         "Run scripts/install_dependencies.sh, or: npm ci --omit=dev --prefix ${sources}")
   endif()
-  set(page_parts "${sources}/report.html")
+  set(benchmark_page_parts "${sources}/benchmark.html")
+  set(run_page_parts "${sources}/run.html")
   set(style_parts "${sources}/report.css")
-  set(script_parts)
-  foreach(name IN ITEMS data theme charts timeline panel lists main)
-    list(APPEND script_parts "${sources}/${name}.js")
+  set(benchmark_script_parts common theme data charts timeline panel lists main)
+  set(run_script_parts common theme run)
+  foreach(script IN ITEMS benchmark_script run_script)
+    list(TRANSFORM ${script}_parts REPLACE "(.+)" "${sources}/\\1.js")
   endforeach()
   set(library_parts "${modules}/echarts/dist/echarts.min.js")
   set(licences_parts "${sources}/licences.txt" "${modules}/echarts/NOTICE" "${modules}/echarts/LICENSE"
                      "${modules}/echarts/licenses/LICENSE-d3" "${modules}/zrender/LICENSE")
   set(asset_folder "${CMAKE_CURRENT_BINARY_DIR}/report")
   set(assets)
-  foreach(asset IN ITEMS page style script library licences)
+  foreach(asset IN ITEMS benchmark_page run_page style benchmark_script run_script library licences)
     add_custom_command(
       OUTPUT "${asset_folder}/${asset}"
       COMMAND ${CMAKE_COMMAND} -E cat ${${asset}_parts} > "${asset_folder}/${asset}"

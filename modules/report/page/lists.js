@@ -13,7 +13,7 @@ function drawStatusCounts() {
     return `<tr><td>${esc(initializerName(i))}</td>${cells.map((n) => `<td class="number">${n}</td>`).join("")}<td class="number">${own.length}</td></tr>`;
   });
   document.getElementById("status-counts").innerHTML =
-    `<table class="etalon"><thead><tr><th scope="col">status, number of ${windowWord}s</th>${head}<th scope="col" class="number">all</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
+    `<table class="etalon"><thead><tr><th scope="col">status, number of windows</th>${head}<th scope="col" class="number">all</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
 }
 
 function failures() {
@@ -49,7 +49,7 @@ function drawFailures() {
       return `<tr data-result="${s.index}">${cells.map((c, k) => `<td${k === 1 || k === 2 ? ' class="number"' : ""}>${c}</td>`).join("")}</tr>`;
     })
     .join("");
-  document.getElementById("failure-count").textContent = `${list.length} of ${selected().length} ${windowWord}s${shown.length < list.length ? `, the first ${shown.length} shown` : ""}`;
+  document.getElementById("failure-count").textContent = `${list.length} of ${selected().length} windows${shown.length < list.length ? `, the first ${shown.length} shown` : ""}`;
   document.getElementById("failure-more").hidden = shown.length === list.length;
   markSelectedFailure();
 }

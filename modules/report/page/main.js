@@ -1,4 +1,4 @@
-// Controls, legend, theme, printing; draws everything.
+// Controls and legend; draws everything.
 
 const metricIndex = (key) => metrics.findIndex((m) => m.key === key);
 const metricHasData = (k) => results.some((s) => STAGES.some((name, stage) => errorOf(s, stage, k) !== null));
@@ -37,7 +37,6 @@ function setUpControls() {
   });
   fillSelect("sequence", [[-1, "all"], ...data.sequence_names.map((name, s) => [s, name])], -1, (v) => { state.sequence = v; });
   fillSelect("time", TIMES.map((t, k) => [k, t.name]), 0, (v) => { state.time = v; });
-  for (const element of document.querySelectorAll(".window-word")) element.textContent = windowWord;
 }
 
 function drawLegend() {
@@ -80,64 +79,21 @@ function drawMetrics() {
   });
 }
 
-function drawRun() {
-  if (!isRun) return;
-  const plot = document.getElementById("trajectory");
-  draw("trajectory", trajectoryOption(plot.clientWidth, plot.clientHeight));
-  draw("trajectory-errors", trajectoryErrorsOption());
-}
-
 function drawAll() {
   drawLegend();
   layTimelines();
   for (const sequence of shownSequences()) drawTimeline(sequence);
-  if (isRun) {
-    drawRun();
-  } else {
-    draw("cdf", cdfOption(state.metric, false));
-    draw("box", boxOption(state.metric));
-    draw("success", successOption());
-    draw("runtime", runtimeOption());
-    drawMetrics();
-  }
+  draw("cdf", cdfOption(state.metric, false));
+  draw("box", boxOption(state.metric));
+  draw("success", successOption());
+  draw("runtime", runtimeOption());
+  drawMetrics();
   drawStatusCounts();
   drawFailures();
   showPanel();
 }
 function resizeCharts() {
   for (const chart of charts.values()) chart.resize();
-  drawRun();
-}
-
-function setPrinting(on) {
-  if (printing === on) return;
-  printing = on;
-  document.body.classList.toggle("printing", on);
-  applyTheme();
-  drawAll();
-}
-
-function setUpPage() {
-  document.getElementById("theme").addEventListener("click", () => {
-    chosenTheme = themeName() === "dark" ? "light" : "dark";
-    applyTheme();
-    drawAll();
-  });
-  systemDark.addEventListener("change", () => {
-    applyTheme();
-    drawAll();
-  });
-  window.addEventListener("beforeprint", () => setPrinting(true));
-  window.addEventListener("afterprint", () => setPrinting(false));
-  window.matchMedia("print").addEventListener("change", (event) => setPrinting(event.matches));
-  document.getElementById("all-metrics").addEventListener("toggle", drawMetrics);
-  let pending = 0;
-  window.addEventListener("resize", () => {
-    cancelAnimationFrame(pending);
-    pending = requestAnimationFrame(() => {
-      if (!printing) resizeCharts();
-    });
-  });
 }
 
 /** Long names of columns may break at their underscores. */
@@ -148,14 +104,10 @@ function breakColumnNames() {
 
 applyTheme();
 setUpPage();
+document.getElementById("all-metrics").addEventListener("toggle", drawMetrics);
 breakColumnNames();
 if (results.length) {
   document.getElementById("charts").hidden = false;
-  document.getElementById("whole-run").hidden = !isRun;
-  for (const section of document.querySelectorAll(".benchmark-only")) section.hidden = isRun;
-  if (isRun)
-    document.getElementById("trajectory-note").textContent = data.trajectory.some((r) => r[7] !== null)
-      ? "Aligned with ground truth in yaw and position." : "No ground truth.";
   setUpControls();
   setUpFailures();
   drawAll();

@@ -47,10 +47,10 @@ function panelHtml(result) {
   const failed = ["inaccurate", "rejected", "refused"].includes(outcome.key);
   const reason = reasonOf(result, STAGES.length - 1);
   return `<button type="button" class="close" title="Close (Esc)">Close</button>
-<p class="where">${esc(initializerName(result.initializer))}<br>${esc(sequenceName(result.sequence))}, ${windowWord} ${result.window}</p>
+<p class="where">${esc(initializerName(result.initializer))}<br>${esc(sequenceName(result.sequence))}, window ${result.window}</p>
 <p class="note">from ${number(result.start, 5)} s, ${esc(shapeName(data.shapes[result.shape]))}</p>
-<div class="steps"><button type="button" data-step="-1 0" title="Previous ${windowWord} (left arrow)">← previous</button>
-<button type="button" data-step="1 0" title="Next ${windowWord} (right arrow)">next →</button></div>
+<div class="steps"><button type="button" data-step="-1 0" title="Previous window (left arrow)">← previous</button>
+<button type="button" data-step="1 0" title="Next window (right arrow)">next →</button></div>
 <div class="reason${failed ? " failed" : ""}" id="window-reason"><b>${esc(outcome.name)}</b> <span class="note">(${esc(outcome.text)})</span><br>status ${esc(result.status)}${reason ? `: ${esc(reason)}` : ""}</div>
 <h3>Trajectories</h3>
 <p class="note">${result.frame[1] ? "Keyframes, aligned with ground truth in yaw and position" : "No ground truth: keyframes, aligned in yaw and position with the last stage"}</p>

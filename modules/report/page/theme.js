@@ -143,3 +143,60 @@ function onLogAxis(values) {
 const nothing = (text) => ({
   graphic: { type: "text", left: "center", top: "middle", style: { text, fill: cssColour("--quiet"), font: "13px sans-serif" } },
 });
+
+function markLine(lines, key, position = "end") {
+  return {
+    silent: true,
+    symbol: "none",
+    lineStyle: { color: cssColour("--quiet"), type: "dashed", width: 1 },
+    label: { color: cssColour("--quiet"), fontSize: 11, position, formatter: (event) => event.name },
+    data: lines.map((line) => ({ [key]: line.at, name: line.name, label: line.align && key === "xAxis" ? { align: line.align } : {} })),
+  };
+}
+
+/** Ranges of x and y so that a metre is as long on both axes of a plot of width x height pixels. */
+function equalScale(points, width, height) {
+  const xs = points.map((p) => p[0]);
+  const ys = points.map((p) => p[1]);
+  const middle = [(least(xs) + most(xs)) / 2, (least(ys) + most(ys)) / 2];
+  const perPixel = Math.max((most(xs) - least(xs)) / width, (most(ys) - least(ys)) / height, 1e-6) * 1.1;
+  const range = (centre, pixels) => ({ min: centre - (perPixel * pixels) / 2, max: centre + (perPixel * pixels) / 2 });
+  return [range(middle[0], width), range(middle[1], height)];
+}
+/** Axis of a top view: round labels, ends that are not round have none. */
+const metreAxis = (name, range, more = {}) =>
+  axis(name, {
+    type: "value", ...range, ...more,
+    axisLabel: { color: cssColour("--quiet"), fontSize: 11, showMinLabel: false, showMaxLabel: false, hideOverlap: true, formatter: (v) => number(v, 4) },
+  });
+
+function setPrinting(on) {
+  if (printing === on) return;
+  printing = on;
+  document.body.classList.toggle("printing", on);
+  applyTheme();
+  drawAll();
+}
+
+/** Theme, printing and the size of the window. The page's last script has drawAll() and resizeCharts(). */
+function setUpPage() {
+  document.getElementById("theme").addEventListener("click", () => {
+    chosenTheme = themeName() === "dark" ? "light" : "dark";
+    applyTheme();
+    drawAll();
+  });
+  systemDark.addEventListener("change", () => {
+    applyTheme();
+    drawAll();
+  });
+  window.addEventListener("beforeprint", () => setPrinting(true));
+  window.addEventListener("afterprint", () => setPrinting(false));
+  window.matchMedia("print").addEventListener("change", (event) => setPrinting(event.matches));
+  let pending = 0;
+  window.addEventListener("resize", () => {
+    cancelAnimationFrame(pending);
+    pending = requestAnimationFrame(() => {
+      if (!printing) resizeCharts();
+    });
+  });
+}

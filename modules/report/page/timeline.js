@@ -21,7 +21,7 @@ function layTimelines() {
       figure.className = "timeline";
       figure.innerHTML = `<figcaption></figcaption><div class="plot" id="${timelineId(sequence)}" tabindex="0" role="application"></div>`;
       const plot = figure.lastChild;
-      plot.setAttribute("aria-label", `${windowWord}s of ${sequenceName(sequence)}; arrow keys select`);
+      plot.setAttribute("aria-label", `windows of ${sequenceName(sequence)}; arrow keys select`);
       plot.addEventListener("keydown", (event) => stepByKey(event, sequence));
       return figure;
     }),
@@ -84,7 +84,7 @@ function timelineOption(sequence, list, lanes, upper) {
     ],
     xAxis: [
       axis("", { type: "value", gridIndex: 0, ...time, ...ticks, axisLabel: { show: false } }),
-      axis(width < 600 ? "start [s]" : `start of the ${windowWord} since the first image [s]${seconds ? `; it lasts ${number(seconds)} s` : ""}`, { type: "value", gridIndex: 1, nameGap: 26, ...time, ...ticks }),
+      axis(width < 600 ? "start [s]" : `start of the window since the first image [s]${seconds ? `; it lasts ${number(seconds)} s` : ""}`, { type: "value", gridIndex: 1, nameGap: 26, ...time, ...ticks }),
     ],
     yAxis: [
       logAxis(metric.title, errors, { gridIndex: 0, nameGap: 46 }),

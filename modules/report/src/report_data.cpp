@@ -9,10 +9,9 @@
 #include <tuple>
 
 #include "etalon/benchmark/summary.h"
-#include "etalon/core/printable.h"
 #include "etalon/evaluation/alignment.h"
-#include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/evaluation/window_metrics.h"
+#include "report_page.h"
 
 namespace etalon {
 namespace {
@@ -21,14 +20,6 @@ using Json = nlohmann::json;
 
 constexpr double kPositionUnit = 1e-5;    ///< m
 constexpr double kLargestPosition = 1e9;  ///< m; beyond it an estimate is not drawn
-
-/** Six digits, enough for every chart; null where there is no number. */
-Json rounded(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return std::strtod(text, nullptr);  // stod throws where a number is smaller than 2e-308
-}
 
 Json numberOr(const Json& number, const Json& otherwise) {
   return number.is_null() ? otherwise : number;
@@ -247,55 +238,6 @@ nlohmann::json reportData(const BenchmarkRecord& record) {
         {{"name", i.name}, {"version", i.version}, {"description", i.description}});
   ResultData(record).writeTo(&data);
   return data;
-}
-
-nlohmann::json trajectoryData(const Trajectory& odometry, const GroundTruth& ground_truth,
-                              TimeNs first_image) {
-  constexpr size_t kPoses = 3000;
-  const size_t step = std::max<size_t>(1, (odometry.size() + kPoses - 1) / kPoses);
-  Trajectory thin;
-  for (size_t i = 0; i < odometry.size(); i += step)
-    if (odometry[i].T_WB.t.allFinite() && odometry[i].T_WB.t.norm() < kLargestPosition)
-      thin.push_back(odometry[i]);
-  if (const auto alignment =
-          alignmentOf(associate(thin, ground_truth), AlignmentType::kYawPosition))
-    thin = transformed(thin, *alignment);
-  std::map<TimeNs, PoseError> errors;
-  for (const PoseError& error : poseErrors(associate(thin, ground_truth)))
-    errors.emplace(error.t, error);
-
-  Json rows = Json::array();
-  for (const StampedPose& pose : thin) {
-    Json row = Json::array();
-    row.push_back(rounded(secondsBetween(first_image, pose.t)));
-    for (int i = 0; i < 3; ++i) row.push_back(rounded(pose.T_WB.t[i]));
-    const auto state = ground_truth.at(pose.t);
-    for (int i = 0; i < 3; ++i) row.push_back(state ? rounded(state->T_WB.t[i]) : Json(nullptr));
-    const auto error = errors.find(pose.t);
-    row.push_back(error == errors.end() ? Json(nullptr) : rounded(error->second.position_m));
-    row.push_back(error == errors.end() ? Json(nullptr) : rounded(error->second.rotation_deg));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-std::string scriptText(const nlohmann::json& json) {
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  std::string safe;
-  safe.reserve(text.size());
-  for (const char c : text) {
-    if (c == '<')
-      safe += "\\u003c";
-    else
-      safe += c;
-  }
-  return safe;
-}
-
-std::string pageText(const std::string& text) {
-  return Json::parse(
-             Json(printable(text, true)).dump(-1, ' ', false, Json::error_handler_t::replace))
-      .get<std::string>();
 }
 
 }  // namespace etalon

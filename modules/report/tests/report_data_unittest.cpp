@@ -1,4 +1,5 @@
 #include "report_data.h"
+#include "report_page.h"
 
 #include <gtest/gtest.h>
 
@@ -63,57 +64,6 @@ TEST(ReportData, SuccessIsJudgedPerStageAndNotWithoutGroundTruth) {
   EXPECT_EQ(judged(4), json({0, 1}));               // good, window 2: 3 deg, 1.5 deg after
   EXPECT_EQ(judged(5), json({0, 0}));               // bad refused
   EXPECT_EQ(judged(10), json({nullptr, nullptr}));  // no ground truth
-}
-
-/** A trajectory along a curve, and the same as ground truth seen from another world. */
-struct Flight {
-  explicit Flight(int poses) {
-    const SE3 T_GW(expSO3({0, 0, 1.0}), {5, -3, 2});
-    for (int i = 0; i < poses; ++i) {
-      const double s = 0.05 * i;
-      const TimeNs t = 1'000'000'000LL + 50'000'000LL * i;
-      const SE3 T_WB(expSO3({0.1 * std::sin(s), 0.0, 0.3 * s}),
-                     {std::cos(0.2 * s), std::sin(0.2 * s), 0.1 * s});
-      odometry.push_back({t, T_WB});
-      StampedState state;
-      state.t = t;
-      state.T_WB = T_GW * T_WB;
-      truth.states.push_back(state);
-    }
-  }
-  Trajectory odometry;
-  GroundTruth truth;
-};
-
-TEST(TrajectoryData, IsAlignedWithGroundTruth) {
-  const Flight flight(200);
-  const json rows = trajectoryData(flight.odometry, flight.truth, flight.odometry[0].t);
-  ASSERT_EQ(rows.size(), 200U);
-  EXPECT_EQ(rows[20][0], 1.0);  // s since the first image
-  for (const json& row : rows) {
-    ASSERT_EQ(row.size(), 9U);
-    for (size_t axis = 0; axis < 3; ++axis)
-      EXPECT_NEAR(row[1 + axis].get<double>(), row[4 + axis].get<double>(), 1e-4);
-    EXPECT_LT(row[7].get<double>(), 1e-6);  // m
-    EXPECT_LT(row[8].get<double>(), 1e-4);  // deg
-  }
-}
-
-TEST(TrajectoryData, WithoutGroundTruthItStandsWhereItIs) {
-  const Flight flight(10);
-  const json rows = trajectoryData(flight.odometry, GroundTruth(), 0);
-  EXPECT_EQ(rows[0][0], 1.0);
-  EXPECT_EQ(rows[0][1], 1.0);
-  for (size_t column = 4; column < 9; ++column) EXPECT_TRUE(rows[0][column].is_null());
-}
-
-TEST(TrajectoryData, LongOnesAreThinnedAndWhatIsNowhereIsLeftOut) {
-  Flight flight(9000);
-  EXPECT_EQ(trajectoryData(flight.odometry, GroundTruth(), 0).size(), 3000U);
-  Flight broken(10);
-  broken.odometry[3].T_WB.t.x() = std::numeric_limits<double>::quiet_NaN();
-  broken.odometry[4].T_WB.t.x() = 1e12;
-  EXPECT_EQ(trajectoryData(broken.odometry, GroundTruth(), 0).size(), 8U);
 }
 
 }  // namespace

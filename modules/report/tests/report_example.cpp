@@ -205,12 +205,33 @@ RunExample runExample() {
   }
   run.ground_truth.has_velocity = run.ground_truth.has_biases = true;
   for (int i = 0; i <= 8000; ++i) run.ground_truth.states.push_back(truthAt(0.005 * i, 0));
+  const auto at = [](double seconds) { return kFirstImage + durationNs(seconds); };
+  record.events = {{at(0.0), "visual", "images have come", false, {}},
+                   {*record.initialized_at, "inertial", "'eta' was accepted", false, {}},
+                   {at(20.0), "dead_reckoning", "no image <came>", false, {}},
+                   {at(21.0), "inertial", "images are back", false, {}},
+                   {at(30.0), "inertial", "the IMU had a gap", true, {}}};
+  record.statistics.stages = {{"front_end", 801, 5.0, 8.0, 12.0, 4.0},
+                              {"odometry", 801, 2.0, 3.0, 5.0, 1.6}};
   const SE3 T_VW(expSO3(Eigen::Vector3d(0, 0, 0.7)), Eigen::Vector3d(4, 5, 6));
+  int start = -1;  // the first frame that is inertial
   for (int i = 0; i <= 800; ++i) {
     const StampedState truth = truthAt(0.05 * i, 0);
-    StampedPose pose{truth.t, T_VW * truth.T_WB};
-    pose.T_WB.t += Eigen::Vector3d(0.02 * std::sin(0.05 * i), 1e-4 * i, 0);
-    run.odometry.push_back(pose);
+    FrameEstimate e;
+    e.t = truth.t;
+    e.nav.T_WB = T_VW * truth.T_WB;
+    if (truth.t >= *record.initialized_at) {
+      if (start < 0) start = i;
+      e.state = i >= 400 && i < 420 ? PipelineState::kDeadReckoning : PipelineState::kInertial;
+      const double sigma = 1e-4 * (i - start);  // m an axis
+      e.nav.T_WB.t.x() += 2.0 / std::sqrt(3.0) * sigma;
+      e.nav.v_WB = T_VW.R * truth.v_WB + Eigen::Vector3d(0.01, 0.0, 0.0);
+      e.nav.bias = truth.bias;
+      e.pose_covariance.setIdentity();
+      e.pose_covariance *= sigma * sigma;
+      e.motion_variance.setConstant(3e-4);
+    }
+    run.estimates.push_back(e);
   }
   return run;
 }

@@ -2,6 +2,7 @@
 
 #include "etalon/benchmark/record.h"
 #include "etalon/core/trajectory.h"
+#include "etalon/pipeline/frame_estimate.h"
 #include "etalon/runlog/initialization_json.h"
 
 namespace etalon::testing {
@@ -21,10 +22,11 @@ struct ReportExampleSize {
  */
 BenchmarkRecord reportExample(const ReportExampleSize& size);
 
-/** A run made up in the same way: some refusals, then a start. */
+/** A run made up in the same way: some refusals, then a start, later a second without images. The
+ * errors are two thirds of the predicted ones. */
 struct RunExample {
   RunRecord record;
-  Trajectory odometry;
+  std::vector<FrameEstimate> estimates;
   GroundTruth ground_truth;
 };
 RunExample runExample();

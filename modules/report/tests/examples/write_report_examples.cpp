@@ -27,6 +27,6 @@ int main(int argc, char** argv) {
   const bool written = write(folder + "/benchmark.html",
                              etalon::benchmarkReportHtml(etalon::testing::reportExample({}))) &&
                        write(folder + "/run.html",
-                             etalon::runReportHtml(run.record, run.odometry, run.ground_truth));
+                             etalon::runReportHtml(run.record, run.estimates, run.ground_truth));
   return written ? 0 : 1;
 }

@@ -22,7 +22,7 @@ struct SequenceTracks {
   TimeNs first_image = 0;            ///< of the recording, usable or not
   std::vector<TrackedFrame> frames;  ///< of all readable stereo pairs inside the IMU's time
   int unreadable_images = 0;         ///< pairs left out
-  double frontend_ms = 0.0;          ///< median time of a frame in the tracker, decoding apart
+  double frontend_ms = 0.0;          ///< median time of a frame in the front end, decoding apart
 };
 
 struct TrackingOptions {

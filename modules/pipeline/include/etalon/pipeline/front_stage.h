@@ -23,23 +23,21 @@ struct FrontFrame {
 /** Images to tracks, with the gyro's help. Knows nothing of the estimator but the gyro's bias. */
 class FrontStage {
  public:
-  /** @param max_gap_s see InputOptions @param keep_imu_s of samples, where no frame comes */
+  /** @param max_gap_s see InputOptions */
   FrontStage(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options,
-             const ImuNoiseDensities& noise, double max_gap_s, double keep_imu_s);
+             double max_gap_s);
 
-  void add(const ImuSample& sample);
-  /** Nothing is integrated across a jump of the clock. */
-  void forgetImu() { imu_ = ImuBuffer(); }
+  /** The next frame. @param imu the samples since trackedAt(), as far as there are any */
+  FrontFrame process(const StereoFrame& frame, const ImuBuffer& imu, const ImuBias& bias);
 
-  FrontFrame process(const StereoFrame& frame, const ImuBias& bias);
+  /** Stamp of the last frame that the tracker saw. */
+  const std::optional<TimeNs>& trackedAt() const { return tracked_at_; }
 
  private:
-  ImuNoiseDensities noise_;
-  double max_gap_s_, keep_imu_s_;
+  double max_gap_s_;
   RepeatedImages repeated_images_;
   StereoTracker tracker_;
-  ImuBuffer imu_;
-  std::optional<TimeNs> tracked_at_;  ///< the last frame that the tracker saw
+  std::optional<TimeNs> tracked_at_;
   std::optional<TimeNs> last_frame_;  ///< the last frame of all
 };
 

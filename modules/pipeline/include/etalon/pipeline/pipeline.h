@@ -85,6 +85,8 @@ class Pipeline {
   /** Calls `listener` after every frame, in the thread that processed it. To be set before the first
    * measurement. The listener must not call the pipeline, but for latest() and stateAt(). */
   void onFrame(std::function<void(const FrameEstimate&)> listener);
+  /** Calls `listener` after every frame with its images and tracks; the same rules. */
+  void onTracks(std::function<void(const FrontFrame&)> listener);
   /** Calls `listener` after every IMU sample since the start, in the thread that delivered it; the
    * same rules. */
   void onImuState(std::function<void(const ImuRateState&)> listener);
@@ -134,6 +136,8 @@ class Pipeline {
   // At the border (pipeline_input.cpp).
   void admit(StereoFrame frame);
   void processAdmitted();
+  void keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
+                  ImuBuffer* imu) const;
   void runFrontEnd(AdmittedInput input);
   void deliver(EstimatorInput input);
   void startThreads();
@@ -179,6 +183,7 @@ class Pipeline {
   ObservationInput observation_input_;
   InputBorder border_;
   FrontStage front_;
+  ImuBuffer front_imu_;
   std::unique_ptr<LiveQueue<AdmittedInput, StereoFrame>> front_queue_;  ///< live
   std::unique_ptr<LiveQueue<EstimatorInput, FrontFrame>> estimator_queue_;
   std::thread front_thread_, estimator_thread_;
@@ -189,6 +194,7 @@ class Pipeline {
   ImuBias front_bias_;  ///< what the front end believes of the gyro
   std::optional<FrameEstimate> latest_;
   std::function<void(const FrameEstimate&)> on_frame_;
+  std::function<void(const FrontFrame&)> on_tracks_;
   std::function<void(const ImuRateState&)> on_imu_state_;
 
   StereoOdometry odometry_;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "etalon/benchmark/record.h"
 #include "etalon/core/trajectory.h"
+#include "etalon/pipeline/frame_estimate.h"
 #include "etalon/runlog/initialization_json.h"
 
 namespace etalon {
@@ -16,12 +18,12 @@ namespace etalon {
 std::string benchmarkReportHtml(const BenchmarkRecord& record);
 
 /**
- * The same kind of report for one run: its attempts take the place of windows, and the whole
- * trajectory stands beside them.
- * @param odometry T_WB of all frames; may be empty
+ * The report of one run: the flight from above, states and events over time, errors beside the
+ * predicted ones, times a stage, attempts.
+ * @param estimates of all frames; may be empty
  * @param ground_truth may be empty
  */
-std::string runReportHtml(const RunRecord& record, const Trajectory& odometry,
+std::string runReportHtml(const RunRecord& record, const std::vector<FrameEstimate>& estimates,
                           const GroundTruth& ground_truth);
 
 }  // namespace etalon

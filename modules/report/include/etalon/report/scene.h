@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mrpt/opengl/COpenGLScene.h>
+
 #include <map>
 #include <string>
 
@@ -17,8 +19,13 @@ struct FlightScene {
 };
 
 /**
- * Writes the flight as a scene of MRPT (SceneViewer3D opens it). Needs no display.
+ * The flight as a scene of MRPT, with a grid at its lowest point.
  * Landmarks farther than 100 m from the flight's middle are left out.
+ */
+mrpt::opengl::COpenGLScene::Ptr sceneOf(const FlightScene& flight);
+
+/**
+ * Writes sceneOf() of MRPT (SceneViewer3D opens it). Needs no display.
  * @throws DataError if the file cannot be written
  */
 void writeScene(const std::string& path, const FlightScene& flight);

@@ -34,8 +34,10 @@ mrpt::opengl::CSetOfLines::Ptr lineOf(const Trajectory& trajectory, float width,
 
 }  // namespace
 
-void writeScene(const std::string& path, const FlightScene& flight) {
-  mrpt::opengl::COpenGLScene scene;
+mrpt::opengl::COpenGLScene::Ptr sceneOf(const FlightScene& flight) {
+  auto scene_ptr = mrpt::opengl::COpenGLScene::Create();
+  mrpt::opengl::COpenGLScene& scene = *scene_ptr;
+  scene.getViewport()->setCustomBackgroundColor({1.0F, 1.0F, 1.0F});
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = low;
   if (!flight.trajectory.empty()) low = high = flight.trajectory.front().T_WB.t;
   for (const StampedPose& pose : flight.trajectory) {
@@ -68,7 +70,11 @@ void writeScene(const std::string& path, const FlightScene& flight) {
       points->insertPoint(static_cast<float>(p_W.x()), static_cast<float>(p_W.y()),
                           static_cast<float>(p_W.z()));
   scene.insert(points);
-  if (!scene.saveToFile(path)) throw DataError(path, 0, "the scene cannot be written");
+  return scene_ptr;
+}
+
+void writeScene(const std::string& path, const FlightScene& flight) {
+  if (!sceneOf(flight)->saveToFile(path)) throw DataError(path, 0, "the scene cannot be written");
 }
 
 }  // namespace etalon

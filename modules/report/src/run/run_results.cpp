@@ -194,7 +194,8 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   plot.initialized_at = record.initialized_at;
   plot.alignment = rotationAlignment(record);
   drawTrajectoryPlot(file("trajectory.png"), trajectory, run.source.groundTruth(), plot);
-  writeFile(file("report.html"), runReportHtml(record, trajectory, run.source.groundTruth()));
+  writeFile(file("report.html"),
+            runReportHtml(record, run.pipeline.estimates(), run.source.groundTruth()));
   FlightScene scene;
   scene.keyframes = run.pipeline.record().smoothed();
   scene.landmarks = run.pipeline.record().landmarks();
