@@ -54,7 +54,7 @@ double lateError(const std::vector<OdometryOutput>& outputs, const SimulatedFlig
 
 int foundAgain(const std::vector<OdometryOutput>& outputs) {
   int count = 0;
-  for (const OdometryOutput& out : outputs) count += out.found_again;
+  for (const OdometryOutput& out : outputs) count += static_cast<int>(out.recalled.size());
   return count;
 }
 
@@ -151,7 +151,7 @@ TEST(OdometryWithMap, OffIsTheOdometryWithoutOneToTheBit) {
   for (size_t i = 0; i < with.size(); ++i) {
     ASSERT_EQ(with[i].state.T_WB.matrix(), without[i].state.T_WB.matrix()) << i;
     ASSERT_EQ(with[i].covariance, without[i].covariance) << i;
-    ASSERT_EQ(with[i].found_again, 0);
+    ASSERT_TRUE(with[i].recalled.empty());
   }
 }
 

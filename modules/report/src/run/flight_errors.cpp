@@ -16,7 +16,7 @@ using namespace state_index;
  * position alone. */
 SE3 yawPositionAlignment(const SE3& T_WB, const SE3& T_GB) {
   const Eigen::Matrix3d R_WG = T_WB.R * T_GB.R.transpose();
-  const double yaw = std::atan2(R_WG(1, 0) - R_WG(0, 1), R_WG(0, 0) + R_WG(1, 1));
+  const double yaw = aligningYaw(R_WG);
   SE3 T_WG;
   T_WG.R = expSO3({0.0, 0.0, yaw});
   T_WG.t = T_WB.t - T_WG.R * T_GB.t;
