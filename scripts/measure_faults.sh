@@ -38,7 +38,7 @@ awk -F ' *[|] *' '
     ++runs[fault]
     survived[fault] += $0 !~ /lost/ && $4 < 0.5
     said[fault] += said_now
-    added[key] = added[key] sprintf("%s%+.1f", key in added ? ", " : "", 1000 * ($4 - plain))
+    added[key] = added[key] sprintf("%s%+.1f", added[key] == "" ? "" : ", ", 1000 * ($4 - plain))
   }
   END {
     line = "| fault | survived | said |"; rule = "|---|---|---|"; none = "| none: ATE, mm | – | – |"
