@@ -71,7 +71,7 @@ TEST(Slide, AKeyframeStaysWithItsPoseAndOtherFramesLeaveWithTheirPixels) {
     EXPECT_EQ(landmark.observations.size(), 4U) << id;
     for (const LandmarkObservation& o : landmark.observations) {
       EXPECT_NE(o.serial, 1);
-      EXPECT_EQ(slider.window.states[static_cast<size_t>(o.state)].serial, o.serial);
+      EXPECT_EQ(slider.window.states[o.state].serial, o.serial);
     }
   }
 }
@@ -102,16 +102,15 @@ TEST(Slide, TheOldestKeyframesGoDownToTheirNumberAndLandmarksGetAnotherHost) {
     slider.add(true);
     places.clear();
     for (const auto& [id, landmark] : slider.window.landmarks)
-      places[id] = slider.window.states[static_cast<size_t>(landmark.host)].now.T_WB *
-                   landmark.in_host.position();
+      places[id] = slider.window.states[landmark.host].now.T_WB * landmark.in_host.position();
     slide({3, 4, off}, &slider.window);
     EXPECT_LE(slider.window.firstFull(), 4U);
     EXPECT_LE(slider.window.states.size(), 7U);
     for (const auto& [id, landmark] : slider.window.landmarks) {
-      const WindowState& host = slider.window.states[static_cast<size_t>(landmark.host)];
+      const WindowState& host = slider.window.states[landmark.host];
       EXPECT_EQ(host.serial, landmark.host_serial);
       EXPECT_LT((host.now.T_WB * landmark.in_host.position() - places.at(id)).norm(), 1e-9);
-      EXPECT_LT((places.at(id) - slider.points[static_cast<size_t>(id)]).norm(), 1e-5);
+      EXPECT_LT((places.at(id) - slider.points[id]).norm(), 1e-5);
     }
   }
   EXPECT_EQ(slider.window.landmarks.size(), 30U);
@@ -283,7 +282,7 @@ TEST(Window, ReindexDropsWhatIsGone) {
   const Landmark& landmark = slider.window.landmarks.at(4);
   EXPECT_EQ(landmark.host, 1);
   ASSERT_EQ(landmark.observations.size(), 3U);
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(landmark.observations[static_cast<size_t>(i)].state, i);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(landmark.observations[i].state, i);
   EXPECT_EQ(slider.window.states[0].column, 0);
   EXPECT_EQ(slider.window.states[1].column, 6);
   EXPECT_EQ(slider.window.states[2].column, 21);

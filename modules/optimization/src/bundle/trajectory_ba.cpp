@@ -111,7 +111,7 @@ class TrajectorySolver {
     for (int l = 0; l < window.landmarkCount(); ++l) {
       int before = -1;
       for (const VisualMeasurement& m : window.measurementsOf(static_cast<size_t>(l))) {
-        if (before >= 0 && m.keyframe - before > kLong) spans[static_cast<size_t>(before)] = 1;
+        if (before >= 0 && m.keyframe - before > kLong) spans[before] = 1;
         before = m.keyframe;
       }
     }
