@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
+#include <cmath>
 
 #include "../src/fixed_lag/sliding.h"
 #include "../src/fixed_lag/window_solver.h"
@@ -157,6 +158,84 @@ TEST(Slide, TheMinimumStaysWhereItWasOnceAllIsSolved) {
       EXPECT_LT((slider.window.states[i].now.T_WB.t - poses[i].t).norm(), 1e-6) << i;
     EXPECT_LE(slider.window.states.size(), before);
   }
+}
+
+/** Everything that the window's states are held by, around their estimates. */
+NormalEquations equationsOf(Window* window) {
+  std::vector<Landmark*> landmarks;
+  for (auto& [id, landmark] : window->landmarks)
+    if (landmark.observations.size() > 1) landmarks.push_back(&landmark);
+  NormalEquations equations(window->unknowns());
+  addPrior(*window, window->prior.A.transpose() * window->prior.A, &equations);
+  addInertialTerms(*window, &equations);
+  VisualTerms().linearize(*window, landmarks, static_cast<int>(window->states.size()), &equations);
+  return equations;
+}
+
+TEST(Slide, ThePriorIsTheSchurComplementOfWhatLeaves) {
+  // Of a keyframe velocity and biases leave, with landmarks that have ended, the IMU and, if it was
+  // one, the rest. States that the prior holds have moved since it was linearised.
+  for (const bool at_rest : {false, true}) {
+    Slider slider;
+    for (int k = 1; k <= 3; ++k) slider.add(true);
+    slide({3, 7, {}}, &slider.window);
+    slider.add(true);
+    Window& window = slider.window;
+    ASSERT_TRUE(window.states[1].fixed && window.states[1].full);
+    const int oldest = window.states[1].serial;
+    for (size_t i = 0; i < window.states.size(); ++i) {
+      WindowState& state = window.states[i];
+      for (int c = 0; c < state.size(); ++c)
+        state.now = state.now.plus(1e-4 * std::sin(3.0 * c + 7.0 * i) * Vector15d::Unit(c));
+      if (!state.fixed) state.linearization = state.now;
+    }
+    window.states[2].at_rest = at_rest;
+    for (auto& [id, landmark] : window.landmarks)
+      while (id < 12 && landmark.observations.back().serial > oldest)
+        landmark.observations.pop_back();
+    const NormalEquations before = equationsOf(&window);
+    slide({3, 7, {}}, &window);
+    ASSERT_EQ(window.landmarks.size(), 18U);
+    const NormalEquations after = equationsOf(&window);
+
+    std::vector<Eigen::Index> leaving, staying;
+    for (Eigen::Index c = 0; c < before.g.size(); ++c)
+      (c >= 6 + 6 && c < 6 + 15 ? leaving : staying).push_back(c);
+    const Eigen::MatrixXd gain =
+        before.H(leaving, leaving).ldlt().solve(before.H(leaving, staying)).transpose();
+    const Eigen::MatrixXd H = before.H(staying, staying) - gain * before.H(leaving, staying);
+    const Eigen::VectorXd g = before.g(staying) - gain * before.g(leaving);
+    ASSERT_EQ(H.rows(), after.H.rows());
+    // Relative to each unknown's own scale; rounding grows with the weights of a rest, 1e5.
+    const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
+    const double tolerance = at_rest ? 1e-4 : 1e-6;
+    EXPECT_LT((scale.asDiagonal() * (after.H - H) * scale.asDiagonal()).cwiseAbs().maxCoeff(),
+              tolerance);
+    EXPECT_LT(scale.cwiseProduct(after.g - g).norm(), tolerance * scale.cwiseProduct(g).norm());
+  }
+}
+
+TEST(Slide, ARetainedKeyframeIsNobodysNewHost) {
+  Slider slider;
+  const SlidingOptions options{3, 3, {}};
+  for (int k = 1; k <= 6; ++k) {
+    slider.add(true);
+    slide(options, &slider.window);
+  }
+  slider.add(true);
+  Window& window = slider.window;
+  ASSERT_TRUE(window.states[0].retained);
+  // Landmark 5 lives in state 1, which is about to leave for good; state 0 sees it, too.
+  window.states[1].is_view = false;
+  Landmark& landmark = window.landmarks.at(5);
+  landmark.host_serial = landmark.host = 1;
+  landmark.in_host = InverseDepthLandmark(window.states[1].now.T_WB.inverse() * slider.points[5],
+                                          window.T_CB[0].inverse().t);
+  ASSERT_EQ(landmark.observations.front().serial, 0);
+  slide(options, &window);
+  ASSERT_EQ(window.states[1].serial, 2);
+  EXPECT_EQ(window.landmarks.at(5).host_serial, 2);
+  EXPECT_EQ(window.landmarks.at(5).host, 1);
 }
 
 TEST(DispensableKeyframe, IsOneThatHardlySeesWhatTheNewestSees) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 #include "../src/fixed_lag/recall.h"
@@ -140,6 +141,12 @@ TEST(OdometryWithMap, KeyframesInThePriorAloneFollowTheOthers) {
   const Eigen::MatrixXd P = one.covariance(unknowns), Q = other.covariance(unknowns);
   const Eigen::VectorXd scale = Q.diagonal().cwiseSqrt().cwiseInverse();
   EXPECT_LT((scale.asDiagonal() * (P - Q) * scale.asDiagonal()).cwiseAbs().maxCoeff(), 1e-4);
+  // What one state is off by against another is a hundredth of what both are off by together: the
+  // same in every direction.
+  const Eigen::MatrixXd L_inverse =
+      Eigen::LLT<Eigen::MatrixXd>(Q).matrixL().solve(Eigen::MatrixXd::Identity(18, 18));
+  EXPECT_LT((L_inverse * P * L_inverse.transpose() - Eigen::MatrixXd::Identity(18, 18)).norm(),
+            0.01);
 }
 
 TEST(OdometryWithMap, OffIsTheOdometryWithoutOneToTheBit) {

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
+#include <map>
 
 #include "../src/fixed_lag/sliding.h"
 #include "point_scene.h"
@@ -113,6 +115,27 @@ TEST(Recall, LandmarksAreFoundWhereTheOldKeyframeShowsThem) {
     if (all.front().serial != 0) continue;
     EXPECT_EQ(all.front().state, 0);
     EXPECT_TRUE(all.front().has_left && all.front().has_right);
+  }
+}
+
+TEST(Recall, TheReachFollowsTheNoiseThatTheResidualsShow) {
+  std::map<LandmarkId, double> reach;
+  for (const double variance : {1.0, 9.0}) {
+    Returned scene;
+    scene.window.pixel_variance = variance;
+    Answers answers(scene, SE3());
+    scene.recall(&answers);
+    ASSERT_GT(answers.queries_.size(), 30U);
+    for (const ViewQuery& query : answers.queries_) {
+      if (variance == 1.0) {
+        reach[query.id] = query.reach_px;
+        continue;
+      }
+      // Three standard deviations of 4 * 0.35 px in two coordinates: the noise has grown by a
+      // variance of 8 of these; what the poses are off by is the same.
+      const double more = std::pow(query.reach_px - 2.0, 2) - std::pow(reach.at(query.id) - 2.0, 2);
+      EXPECT_NEAR(more, 8.0 * 9.0 * 2.0 * 1.4 * 1.4, 3.0);
+    }
   }
 }
 
