@@ -184,7 +184,8 @@ void addInfoCommand(CLI::App& app, int* exit_code) {
   command->add_option("SRC", arguments->source, "EuRoC (ASL) folder or .rawlog")->required();
   command->add_flag("--json", arguments->json, "Print JSON.");
   command->footer(
-      "Exit codes: 0 done, 2 usage, 3 the recording cannot be read, or no result of it can be right "
+      "Exit codes: 0 done, 2 usage, 3 the recording cannot be read, or no result of it can be "
+      "right "
       "(error: ...).");
   command->callback([arguments, exit_code] {
     const auto source = openRecording(arguments->source);
