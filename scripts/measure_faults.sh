@@ -4,7 +4,7 @@
 #
 #   scripts/measure_faults.sh TOOL OUT SRC AT,AT,... [SRC AT,AT,...]...
 #
-# TOOL SRC DST FAULT makes a faulted copy of a recording (see measure_odometry.sh). A cut is from 10 s before AT to 20 s after it, s;
+# TOOL SRC DST FAULT makes a faulted copy of a recording (see measure_odometry.sh). A cut is from 8 s before AT to 12 s after it, s;
 # faults of the whole cut (lose, every) are in all of it, the others begin at AT. OUT keeps the rows; runs that are there are not made again.
 set -euo pipefail
 here=$(dirname "${BASH_SOURCE[0]}")
@@ -17,7 +17,7 @@ mkdir -p "$out"
 : >"$out/rows"
 while [[ $# -ge 2 ]]; do
   for at in ${2//,/ }; do
-    cut="part:$((at - 10)):$((at + 20))"
+    cut="part:$((at - 8)):$((at + 12))"
     list=$cut
     for fault in "${faults[@]}"; do list+=",$cut ${fault//@/$at}"; done
     "$here/measure_odometry.sh" --faults "$tool" "$list" "$out/$at" "$1" | tail -n +3 | sed "s/:$at:/:/" >>"$out/rows"

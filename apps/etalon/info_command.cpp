@@ -183,6 +183,10 @@ void addInfoCommand(CLI::App& app, int* exit_code) {
       "info", "Describe a recording: streams, gaps, calibration, noise model, what looks wrong.");
   command->add_option("SRC", arguments->source, "EuRoC (ASL) folder or .rawlog")->required();
   command->add_flag("--json", arguments->json, "Print JSON.");
+  command->footer(
+      "Exit codes: 0 done, 2 usage, 3 the recording cannot be read, or no result of it can be "
+      "right "
+      "(error: ...).");
   command->callback([arguments, exit_code] {
     const auto source = openRecording(arguments->source);
     const RecordingInspection inspection = inspectRecording(*source);
@@ -190,7 +194,7 @@ void addInfoCommand(CLI::App& app, int* exit_code) {
       std::printf("%s\n", toJson(inspection).dump(2).c_str());
     else
       print(inspection);
-    *exit_code = kOk;
+    *exit_code = inspection.info.errors.empty() ? kOk : kDataErrorExit;
   });
 }
 

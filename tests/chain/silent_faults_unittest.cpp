@@ -68,6 +68,7 @@ json faultOf(const json& run, const std::string& name) {
 void expectRefused(const RecordingCopy& copy, const std::vector<std::string>& words) {
   const TemporaryFolder folder;
   const CommandResult info = runEtalon({"info", copy.path()});
+  EXPECT_EQ(info.exit_code, 3) << info.out;
   const CommandResult run = replay(copy.path(), folder.path() + "/run", {"--to", "0.5"});
   const CommandResult bench = runEtalon({"bench", copy.path(), "--initializers", "eta",
                                          "--keyframes", "4", "--out", folder.path() + "/bench"});

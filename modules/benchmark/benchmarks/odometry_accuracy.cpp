@@ -28,6 +28,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 #include "etalon/datasets/recorded_source.h"
+#include "etalon/evaluation/alignment.h"
 #include "etalon/evaluation/ground_truth_check.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
@@ -171,7 +172,9 @@ double rms(const std::vector<double>& squares) {
   return std::sqrt(sum / static_cast<double>(squares.size()));
 }
 
-void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down_G) {
+/** @param same_world whether the run's world is the ground truth's */
+void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down_G,
+              bool same_world) {
   const GroundTruth& truth = tracks.ground_truth;
   Trajectory trajectory;
   for (const OdometryOutput& out : run.outputs) trajectory.push_back({out.t, out.state.T_WB});
@@ -183,9 +186,12 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
   std::vector<double> tilt, tilt_corrected, velocity;
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
   int with_truth = 0;
+  std::optional<SE3> T_WG;  // an initializer's world begins where the platform is
+  if (same_world) T_WG.emplace();
   for (const OdometryOutput& out : run.outputs) {
     const auto at = truth.at(out.t);
     if (!at) continue;
+    if (!T_WG) T_WG = yawPositionAlignment(at->T_WB, out.state.T_WB);
     const Vector3d down_B = out.state.T_WB.R.transpose() * -Vector3d::UnitZ();
     const Eigen::Matrix3d R_BG = at->T_WB.R.transpose();
     if (secondsBetween(run.outputs.front().t, out.t) > 10.0) {
@@ -194,7 +200,8 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
     }
     velocity.push_back(
         (out.state.T_WB.R.transpose() * out.state.v_WB - R_BG * at->v_WB).squaredNorm());
-    const Eigen::Matrix<double, 15, 1> d = out.state.minus(*at);
+    const Eigen::Matrix<double, 15, 1> d =
+        out.state.minus({*T_WG * at->T_WB, T_WG->R * at->v_WB, at->bias});
     for (int b = 0; b < 5; ++b)
       nees[b] += d.segment<3>(3 * b).dot(out.covariance.block<3, 3>(3 * b, 3 * b).inverse() *
                                          d.segment<3>(3 * b)) /
@@ -239,20 +246,23 @@ void run(const Arguments& arguments) {
       "odometry  | ATE, m | yaw, m | 5 s, m | deg | tilt, deg | corrected | velocity, m/s | scale, "
       "%% | "
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
-  FlightRecord record(tracks.calibration, {options.imu_noise, options.gravity_mps2,
-                                           options.sigma_px, arguments.final_ba ? 100000U : 0U});
+  FlightRecord record(tracks.calibration,
+                      {options.imu_noise, options.gravity_mps2, options.sigma_px,
+                       suite.pipeline.map.sigma_factor, arguments.final_ba ? 100000U : 0U});
   const Run fixed_lag = runFixedLag(
       tracks, beginning, options, suite.pipeline.map,
       arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr, &record);
-  printRun(fixed_lag, tracks, check.gravity_direction_G);
+  const auto print = [&](const Run& each) {
+    printRun(each, tracks, check.gravity_direction_G, arguments.start == "truth");
+  };
+  print(fixed_lag);
   const Run smoothed = withHindsight(fixed_lag, "smoothed", record.smoothed());
-  printRun(smoothed, tracks, check.gravity_direction_G);
+  print(smoothed);
   if (arguments.final_ba) {
     const FinalFlight flight = finalBa(record, suite.pipeline.window.priors);
-    printRun(withHindsight(smoothed, "final", flight.keyframes), tracks, check.gravity_direction_G);
+    print(withHindsight(smoothed, "final", flight.keyframes));
   }
-  if (arguments.stereo)
-    printRun(runStereo(tracks, beginning, suite.pipeline), tracks, check.gravity_direction_G);
+  if (arguments.stereo) print(runStereo(tracks, beginning, suite.pipeline));
   if (arguments.trajectory.empty()) return;
   Trajectory trajectory;
   for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});

@@ -88,8 +88,7 @@ InitializationResult TruthTeller::solve(const InitializationProblem& problem) co
   Initialization truth;
   truth.states = window.truth;
   truth.states.resize(static_cast<size_t>(problem.keyframeCount()), window.truth.back());
-  for (int k = 0; k < problem.keyframeCount(); ++k)
-    truth.states[static_cast<size_t>(k)].t = problem.keyframe(k).t;
+  for (int k = 0; k < problem.keyframeCount(); ++k) truth.states[k].t = problem.keyframe(k).t;
   truth.covariance = 1e-6 * Eigen::MatrixXd::Identity(11, 11);
   InitializationResult result = std::move(truth);
   change_(problem, &result);

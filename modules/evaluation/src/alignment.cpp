@@ -5,6 +5,7 @@
 
 #include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/so3.h"
 
 namespace etalon {
 namespace {
@@ -25,6 +26,14 @@ void checkPoints(const std::vector<Eigen::Vector3d>& p_G, const std::vector<Eige
 }
 
 }  // namespace
+
+SE3 yawPositionAlignment(const SE3& T_GB, const SE3& T_WB) {
+  const double yaw = aligningYaw(T_WB.R * T_GB.R.transpose());
+  SE3 T_WG;
+  T_WG.R = expSO3({0.0, 0.0, yaw});
+  T_WG.t = T_WB.t - T_WG.R * T_GB.t;
+  return T_WG;
+}
 
 Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
                       const std::vector<Eigen::Vector3d>& p_W, AlignmentType type) {

@@ -27,10 +27,17 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
     smoothed_.push_back({stamp, output.state.T_WB});
     odometry_times_.push_back(frame.t);
     if (options_.max_keyframes > 0)
-      keyframes_.push_back({stamp, output.state, frame, std::move(imu_), imu_missing_});
+      keyframes_.push_back({stamp, output.state, frame, std::move(imu_), imu_missing_, {}});
     if (keyframes_.size() > options_.max_keyframes) keyframes_.pop_front();
     imu_.clear();
     imu_missing_ = false;
+  }
+  for (const RecalledObservation& recalled : output.recalled) {
+    const auto at =
+        std::lower_bound(keyframes_.begin(), keyframes_.end(), recalled.keyframe,
+                         [](const Keyframe& keyframe, TimeNs t) { return keyframe.frame.t < t; });
+    if (at != keyframes_.end() && at->frame.t == recalled.keyframe)
+      at->recalled.push_back(recalled.observation);
   }
   if (!odometry) return;
   for (const StampedPose& pose : odometry->keyframes()) {
@@ -63,8 +70,12 @@ FinalFlight FlightRecord::finalBa(const BiasPriors& priors,
   problem.gravity_mps2 = options_.gravity_mps2;
   const Eigen::Vector3d g_W(0.0, 0.0, -options_.gravity_mps2);
   std::vector<const TrackedFrame*> frames;
+  std::vector<MoreObservation> recalled;
   const Keyframe* before = nullptr;
   for (const Keyframe& keyframe : keyframes_) {
+    for (const Observation& o : keyframe.recalled)
+      recalled.push_back({static_cast<int>(frames.size()), &o,
+                          options_.recalled_sigma_factor * options_.sigma_px});
     frames.push_back(&keyframe.frame);
     problem.states.push_back(keyframe.state);
     if (before)
@@ -75,7 +86,8 @@ FinalFlight FlightRecord::finalBa(const BiasPriors& priors,
               : Preintegration(keyframe.imu, before->state.bias, options_.imu_noise));
     before = &keyframe;
   }
-  problem.bundle = BundleProblem(buildVisualWindow(calibration_, frames, options_.sigma_px));
+  problem.bundle =
+      BundleProblem(buildVisualWindow(calibration_, frames, options_.sigma_px, 2, recalled));
   FinalFlight flight;
   flight.ba = solveTrajectoryBa(std::move(problem), options);
   for (size_t k = 0; k < keyframes_.size(); ++k)

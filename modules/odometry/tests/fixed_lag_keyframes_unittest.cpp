@@ -155,9 +155,8 @@ double varianceAfter(int frames, double factor, const TrackOptions& options = {}
         for (size_t c = 0; c < 2; ++c) {
           ReprojectionMeasurement& m = o.measurements[c];
           const CameraCalibration& camera = pair.calibration.cameras[c];
-          const SE3& T_WB = pair.window.states[static_cast<size_t>(o.state)].now.T_WB;
-          const auto pixel = camera.model.project((T_WB * camera.T_BC).inverse() *
-                                                  pair.points[static_cast<size_t>(id)]);
+          const SE3& T_WB = pair.window.states[o.state].now.T_WB;
+          const auto pixel = camera.model.project((T_WB * camera.T_BC).inverse() * pair.points[id]);
           const Eigen::Vector2d noise(normal(random), normal(random));
           if (pixel)
             m = *makeMeasurement(camera.model, *pixel + PointScene::kSigmaPx * noise,

@@ -77,7 +77,7 @@ TEST(Tracks, LandmarksOfOneStereoFrameAreWhereThePointsAre) {
     EXPECT_EQ(landmark.host, 0);
     ASSERT_EQ(landmark.observations.size(), 1U);
     const Vector3d p_W = scene.window.states[0].now.T_WB * landmark.in_host.position();
-    EXPECT_LT((p_W - scene.points[static_cast<size_t>(id)]).norm(), 1e-6) << id;
+    EXPECT_LT((p_W - scene.points[id]).norm(), 1e-6) << id;
   }
 }
 
@@ -105,7 +105,7 @@ TEST(Tracks, OneCameraNeedsASecondKeyframeForALandmark) {
     EXPECT_EQ(landmark.observations[0].state, 0);
     EXPECT_EQ(landmark.observations[1].state, 1);
     const Vector3d p_W = scene.window.states[1].now.T_WB * landmark.in_host.position();
-    EXPECT_LT((p_W - scene.points[static_cast<size_t>(id)]).norm(), 1e-6) << id;
+    EXPECT_LT((p_W - scene.points[id]).norm(), 1e-6) << id;
   }
 }
 

@@ -158,8 +158,8 @@ TEST(VisualTerms, ALandmarkAtInfinityThatWantsFartherStaysThere) {
   for (LandmarkObservation& o : landmark.observations)
     if (o.state != landmark.host)
       for (size_t c = 0; c < 2; ++c) {
-        const Vector3d t = scene.window.states[static_cast<size_t>(o.state)].now.T_WB.t;
-        const SE3 T_HT(scene.window.states[static_cast<size_t>(o.state)].now.T_WB.R, -t);
+        const Vector3d t = scene.window.states[o.state].now.T_WB.t;
+        const SE3 T_HT(scene.window.states[o.state].now.T_WB.R, -t);
         const Vector3d p = (T_HT * scene.calibration.cameras[c].T_BC).inverse() * scene.points[0];
         const CameraModel& camera = scene.calibration.cameras[c].model;
         o.measurements[c] = *makeMeasurement(camera, *camera.project(p), PointScene::kSigmaPx);

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "etalon/core/so3.h"
 #include "simulated_flight.h"
 
@@ -92,6 +94,53 @@ TEST(FlightRecord, HindsightIsBetterThanTheMoment) {
   EXPECT_LT(smoothed, causal);
   EXPECT_LT(finally, smoothed);
   EXPECT_LT(finally / 3.0, 0.02);
+}
+
+TEST(FlightRecord, WhatWasFoundAgainHoldsTheFinalTrajectory) {
+  // Every second all tracks are new ones; keyframes say where their landmarks were in the first.
+  constexpr LandmarkId kNew = 1000000;
+  double with = 0.0, without = 0.0;
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    SimulatedFlightOptions options = tenSeconds();
+    options.frame_rate_hz = 10.0;
+    options.seed = seed;
+    SimulatedFlight flight = simulateFlight(options);
+    const std::vector<Observation> first = flight.frames[0].observations;
+    for (size_t k = 0; k < flight.frames.size(); ++k)
+      for (Observation& o : flight.frames[k].observations)
+        o.id += static_cast<LandmarkId>(k / 10) * kNew;
+    FixedLagOptions odometry_options;
+    odometry_options.imu_noise = flight.imu_noise;
+    FixedLagOdometry odometry(flight.calibration, odometry_options);
+    FlightRecordOptions record_options = Recorded::recordOptions(flight, 1000);
+    record_options.recalled_sigma_factor = 1.0;
+    FlightRecord record(flight.calibration, record_options);
+    FlightRecord blind(flight.calibration, record_options);
+    for (size_t k = 0; k < flight.frames.size(); ++k) {
+      std::vector<ImuSample> imu;
+      if (k > 0) imu = flight.between(k - 1, k);
+      const TrackedFrame& frame = flight.frames[k];
+      OdometryOutput out = k == 0 ? odometry.start(flight.startAt(0, startSigma(), seed), frame)
+                                  : odometry.process(frame, imu);
+      blind.add(frame.t, frame, imu, out, &odometry);
+      for (const Observation& o : frame.observations)
+        for (Observation old : first)
+          if (k >= 10 && o.id % kNew == old.id) {
+            old.id = o.id;
+            out.recalled.push_back({flight.frames[0].t, old});
+          }
+      record.add(frame.t, frame, imu, out, &odometry);
+    }
+    const auto error = [&flight](const FlightRecord& of) {
+      const FinalFlight result = of.finalBa({});
+      EXPECT_TRUE(result.ba.summary.usable()) << result.ba.summary.message;
+      return (result.keyframes.back().T_WB.t - flight.truth.back().T_WB.t).norm();
+    };
+    with += error(record);
+    without += error(blind);
+  }
+  RecordProperty("errors", (std::ostringstream() << with << ' ' << without).str());
+  EXPECT_LT(with, 0.7 * without);
 }
 
 TEST(FlightRecord, IsTheSameBitForBit) {

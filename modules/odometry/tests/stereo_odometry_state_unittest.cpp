@@ -47,7 +47,7 @@ TEST_F(StereoOdometryState, BeginsWhereItIsToldAndForgetsWhatWas) {
   EXPECT_EQ(odometry.pose().t, truth(3).t);
   EXPECT_EQ(odometry.keyframePoses().size(), 1U);
   for (const auto& [id, p] : odometry.landmarks())
-    EXPECT_LT((p - window_.landmarks[static_cast<size_t>(id)]).norm(), 1e-5) << id;
+    EXPECT_LT((p - window_.landmarks[id]).norm(), 1e-5) << id;
   // From there on in the same world, with the velocity for the prediction.
   const double dt = secondsBetween(window_.frames[3].t, window_.frames[4].t);
   EXPECT_LT(

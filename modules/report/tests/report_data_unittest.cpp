@@ -1,5 +1,4 @@
 #include "report_data.h"
-#include "report_page.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/evaluation/window_metrics.h"
 #include "etalon/testing/example_benchmark.h"
+#include "report_page.h"
 
 namespace etalon {
 namespace {

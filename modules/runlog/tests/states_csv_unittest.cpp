@@ -71,5 +71,48 @@ TEST(StatesCsv, WhatStereoOdometryDoesNotKnowIsEmpty) {
   for (size_t i = 9; i < rows[1].size(); ++i) EXPECT_EQ(rows[1][i], "") << rows[0][i];
 }
 
+TEST(StatesCsv, OfNoFramesThereIsTheHeader) {
+  EXPECT_EQ(cellsOf(statesCsv({})).size(), 1U);
+  EXPECT_EQ(cellsOf(imuStatesCsv({})).size(), 1U);
+}
+
+TEST(ImuStatesCsv, HasTheFirstColumnsOfTheFrames) {
+  ImuRateState state;
+  state.t = 1403636584763555584;
+  state.state = PipelineState::kDeadReckoning;
+  state.nav.T_WB = SE3(expSO3({M_PI / 3.0, 0, 0}), {1.0 / 3.0, -2, 1e-12});
+  state.nav.v_WB = {4, -5.5, 6};
+  state.nav.bias = {{7, 8, 9}, {10, 11, 12}};  // not in it
+  ImuRateState later = state;
+  later.t += 5'000'000;
+  const auto rows = cellsOf(imuStatesCsv({state, later}));
+  ASSERT_EQ(rows.size(), 3U);
+  const std::vector<std::string> expected = {"1403636584763555584",
+                                             "dead_reckoning",
+                                             "0.333333333",
+                                             "-2",
+                                             "1e-12",
+                                             "0.5",
+                                             "0",
+                                             "0",
+                                             "0.866025404",
+                                             "4",
+                                             "-5.5",
+                                             "6"};
+  EXPECT_EQ(rows[1], expected);
+  EXPECT_EQ(rows[2][0], "1403636584768555584");
+  const auto frames = cellsOf(statesCsv({}));
+  EXPECT_EQ(rows[0], std::vector<std::string>(frames[0].begin(), frames[0].begin() + 12));
+}
+
+TEST(StatesCsv, ANegativeVarianceIsNoNumberButZero) {
+  FrameEstimate estimate;
+  estimate.pose_covariance.setZero();
+  estimate.motion_variance.setZero();
+  estimate.pose_covariance(3, 3) = -1e-20;  // rounding
+  const auto rows = cellsOf(statesCsv({estimate}));
+  for (size_t i = 9; i < rows[1].size(); ++i) EXPECT_EQ(rows[1][i], "0") << rows[0][i];
+}
+
 }  // namespace
 }  // namespace etalon

@@ -49,7 +49,7 @@ TEST(Random, UniformBetweenAndWholeNumbersReachAllAndNoMore) {
     const int k = random.uniformInt(4);
     ASSERT_GE(k, 0);
     ASSERT_LT(k, 4);
-    ++counts[static_cast<size_t>(k)];
+    ++counts[k];
     const double x = random.uniform(-3.0, 5.0);
     least = std::min(least, x);
     most = std::max(most, x);

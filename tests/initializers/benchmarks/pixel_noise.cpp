@@ -185,7 +185,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--pixels", pixels, "Standard deviations, px")
       ->delimiter(',')
-      ->expected(1)
+      ->allow_extra_args(false)
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   return etalon::testing::runProgram(&app, argc, argv,

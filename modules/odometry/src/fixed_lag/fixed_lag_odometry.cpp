@@ -107,7 +107,7 @@ class FixedLagOdometry::Impl {
     if (recalls) {
       // One step is enough to know where to look.
       solver_.solve(&window_, 1, false);
-      out.found_again = recall_.recall(frame, views_.get(), solver_, &window_);
+      out.recalled = recall_.recall(frame, views_.get(), solver_, &window_);
     }
     const fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
     tracks_.dropOutliers(&window_);

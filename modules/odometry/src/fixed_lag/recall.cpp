@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace etalon::fixed_lag {
 namespace {
@@ -52,8 +53,8 @@ std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
   return seen;
 }
 
-int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const WindowSolver& solver,
-                   Window* window) const {
+std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher,
+                                                const WindowSolver& solver, Window* window) const {
   const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
   const WindowState& newest = window->states.back();
   const double sigma_px = sigma_px_ * options_.sigma_factor * std::sqrt(window->pixel_variance);
@@ -80,7 +81,7 @@ int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const Window
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.seen.size() > b.seen.size(); });
   if (candidates.size() > static_cast<size_t>(options_.views)) candidates.resize(options_.views);
-  if (candidates.empty()) return 0;
+  if (candidates.empty()) return {};
 
   std::vector<Eigen::Index> unknowns;
   for (Eigen::Index c = 0; c < 6; ++c) unknowns.push_back(newest.column + c);
@@ -88,8 +89,8 @@ int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const Window
     for (Eigen::Index c = 0; c < 6; ++c)
       unknowns.push_back(window->states[candidate.state].column + c);
   const Eigen::MatrixXd joint = solver.covariance(unknowns);
-  if (joint.size() == 0) return 0;
-  int found = 0;
+  if (joint.size() == 0) return {};
+  std::vector<RecalledObservation> recalled;
   for (size_t k = 0; k < candidates.size(); ++k) {
     Candidate& candidate = candidates[k];
     const WindowState& state = window->states[candidate.state];
@@ -113,16 +114,18 @@ int Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher, const Window
       candidate.queries.push_back(*query);
     }
     candidate.seen = std::move(asked);
-    found += search(candidate, seen, matcher, window);
+    search(candidate, seen, matcher, window, &recalled);
   }
-  return found;
+  return recalled;
 }
 
-int Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
-                   ViewMatcher* matcher, Window* window) const {
+void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
+                    ViewMatcher* matcher, Window* window,
+                    std::vector<RecalledObservation>* recalled) const {
   const WindowState& state = window->states[candidate.state];
   const std::vector<ViewMatch> matches = matcher->find(state.t, candidate.queries);
   std::vector<FoundLandmark> found;
+  std::map<size_t, const ViewMatch*> match_of;  // by the landmark's index
   for (size_t i = 0; i < matches.size(); ++i) {
     if (!matches[i].found) continue;
     FoundLandmark f;
@@ -135,6 +138,7 @@ int Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& 
     f.has_right = matches[i].has_right && right;
     if (f.has_right) f.measurements[1] = *right;
     found.push_back(f);
+    match_of[f.landmark] = &matches[i];
   }
   const std::vector<FoundLandmark> believed =
       agreeing(*calibration_, candidate.view, seen, found, window->pixel_variance, options_);
@@ -142,12 +146,13 @@ int Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& 
     Landmark& landmark = window->landmarks.at(seen[f.landmark].id);
     addObservation({state.serial, static_cast<int>(candidate.state), f.has_right, f.measurements},
                    &landmark);
+    const ViewMatch& match = *match_of.at(f.landmark);
+    recalled->push_back({state.t, {landmark.id, match.left, match.right, f.has_right}});
   }
   // Once the view is found, no landmark is looked for there a second time.
   if (!believed.empty())
     for (const size_t l : candidate.seen)
       window->landmarks.at(seen[l].id).sought.push_back(state.serial);
-  return believed.size();
 }
 
 }  // namespace etalon::fixed_lag

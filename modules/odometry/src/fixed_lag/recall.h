@@ -5,6 +5,7 @@
 #include "etalon/map/map_options.h"
 #include "etalon/map/view_geometry.h"
 #include "etalon/map/view_matcher.h"
+#include "etalon/odometry/fixed_lag/odometry.h"
 #include "window_solver.h"
 
 namespace etalon::fixed_lag {
@@ -19,15 +20,16 @@ class Recall {
   Recall(const StereoInertialCalibration& calibration, const MapOptions& options, double sigma_px)
       : calibration_(&calibration), options_(options), sigma_px_(sigma_px) {}
 
-  /** @return how many landmarks were found */
-  int recall(const TrackedFrame& frame, ViewMatcher* matcher, const WindowSolver& solver,
-             Window* window) const;
+  /** @return what was found */
+  std::vector<RecalledObservation> recall(const TrackedFrame& frame, ViewMatcher* matcher,
+                                          const WindowSolver& solver, Window* window) const;
 
  private:
   struct Candidate;
   std::vector<SeenLandmark> seenLandmarks(const TrackedFrame& frame, const Window& window) const;
-  int search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
-             ViewMatcher* matcher, Window* window) const;
+  void search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
+              ViewMatcher* matcher, Window* window,
+              std::vector<RecalledObservation>* recalled) const;
 
   const StereoInertialCalibration* calibration_;
   MapOptions options_;

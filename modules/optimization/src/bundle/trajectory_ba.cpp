@@ -74,9 +74,11 @@ class TrajectorySolver {
         visual_.solverOptions(*problem, {}, options_.iterations_per_round);
     solver.linear_solver_type = ceres::SPARSE_SCHUR;
     solver.initial_trust_region_radius = 1e8;
-    // In the order of time the reduced matrix is a band as wide as tracks are long.
+    // In the order of time the reduced matrix is a band as wide as tracks are long. Keyframes that
+    // others found again are its border.
+    const std::vector<char> border = spanningKeyframes();
     for (size_t k = 0; k < motions_.size(); ++k) {
-      const int group = 2 * static_cast<int>(k) + 1;
+      const int group = 2 * static_cast<int>(k + border[k] * motions_.size()) + 1;
       solver.linear_solver_ordering->AddElementToGroup(visual_.pose(k), group);
       solver.linear_solver_ordering->AddElementToGroup(motions_[k].data(), group + 1);
     }
@@ -99,6 +101,21 @@ class TrajectorySolver {
     std::vector<SE3> T_WB;
     for (const NavState& state : states) T_WB.push_back(state.T_WB);
     return T_WB;
+  }
+
+  /** Keyframes of a landmark's first sighting where the next one is long after it. */
+  std::vector<char> spanningKeyframes() const {
+    constexpr int kLong = 30;  // keyframes; tracks live for up to ten
+    std::vector<char> spans(motions_.size(), 0);
+    const VisualWindow& window = problem_.bundle.window;
+    for (int l = 0; l < window.landmarkCount(); ++l) {
+      int before = -1;
+      for (const VisualMeasurement& m : window.measurementsOf(static_cast<size_t>(l))) {
+        if (before >= 0 && m.keyframe - before > kLong) spans[before] = 1;
+        before = m.keyframe;
+      }
+    }
+    return spans;
   }
 
   /** Integrates the raw samples anew, at the biases that are known by now. */

@@ -13,15 +13,18 @@ namespace etalon {
 
 VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
                                const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
-                               int min_keyframes) {
-  struct Sighting {
-    int keyframe;
-    const Observation* observation;
-  };
+                               int min_keyframes, const std::vector<MoreObservation>& more) {
+  using Sighting = MoreObservation;
   std::map<LandmarkId, std::vector<Sighting>> sightings;
   for (size_t k = 0; k < keyframes.size(); ++k)
     for (const Observation& o : keyframes[k]->observations)
-      sightings[o.id].push_back({static_cast<int>(k), &o});
+      sightings[o.id].push_back({static_cast<int>(k), &o, sigma_px});
+  for (const MoreObservation& o : more) {
+    std::vector<Sighting>& seen = sightings[o.observation->id];
+    const auto after = std::find_if(seen.begin(), seen.end(),
+                                    [&o](const Sighting& s) { return s.keyframe >= o.keyframe; });
+    if (after == seen.end() || after->keyframe > o.keyframe) seen.insert(after, o);
+  }
 
   VisualWindow window;
   window.keyframe_count = keyframes.size();
@@ -36,7 +39,7 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
       for (int camera = 0; camera < (s.observation->has_right ? 2 : 1); ++camera) {
         const auto m =
             makeMeasurement(calibration.cameras[camera].model,
-                            camera == 0 ? s.observation->left : s.observation->right, sigma_px);
+                            camera == 0 ? s.observation->left : s.observation->right, s.sigma_px);
         if (m) window.measurements.push_back({s.keyframe, landmark, camera, *m, false});
       }
     }

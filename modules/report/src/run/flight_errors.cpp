@@ -5,23 +5,12 @@
 #include <optional>
 
 #include "etalon/core/angles.h"
-#include "etalon/core/so3.h"
+#include "etalon/evaluation/alignment.h"
 
 namespace etalon {
 namespace {
 
 using namespace state_index;
-
-/** Turned about z and moved, the ground truth's pose becomes `T_WB` where they differ by yaw and
- * position alone. */
-SE3 yawPositionAlignment(const SE3& T_WB, const SE3& T_GB) {
-  const Eigen::Matrix3d R_WG = T_WB.R * T_GB.R.transpose();
-  const double yaw = std::atan2(R_WG(1, 0) - R_WG(0, 1), R_WG(0, 0) + R_WG(1, 1));
-  SE3 T_WG;
-  T_WG.R = expSO3({0.0, 0.0, yaw});
-  T_WG.t = T_WB.t - T_WG.R * T_GB.t;
-  return T_WG;
-}
 
 double rootOfSum(const Eigen::VectorXd& variances) {
   return std::sqrt(std::max(0.0, variances.sum()));
@@ -83,7 +72,7 @@ std::vector<FlightErrors> flightErrors(const std::vector<FrameEstimate>& estimat
     all.back() = predicted(e);
     const auto truth = ground_truth.at(e.t);
     if (!truth) continue;
-    if (!T_WG) T_WG = yawPositionAlignment(e.nav.T_WB, truth->T_WB);
+    if (!T_WG) T_WG = yawPositionAlignment(truth->T_WB, e.nav.T_WB);
     NavState truth_W = *truth;
     truth_W.T_WB = *T_WG * truth->T_WB;
     truth_W.v_WB = T_WG->R * truth->v_WB;

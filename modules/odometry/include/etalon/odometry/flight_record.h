@@ -15,6 +15,7 @@ struct FlightRecordOptions {
   ImuNoiseDensities imu_noise;
   double gravity_mps2 = 9.81;
   double sigma_px = 0.29;
+  double recalled_sigma_factor = 4.0;  ///< of a pixel in OdometryOutput::recalled
   /** For finalBa(); of a longer flight the newest ones. 0: nothing is kept for it. */
   size_t max_keyframes = 0;
 };
@@ -57,7 +58,8 @@ class FlightRecord {
   const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
 
   /**
-   * solveTrajectoryBa() over the keyframes that are kept; a landmark is one where its id is. Where
+   * solveTrajectoryBa() over the keyframes that are kept; a landmark is one where its id is, and
+   * where the odometry has found it again. Where
    * the IMU is missing a body that keeps its velocity takes its place, as in the odometry.
    * @param priors of the first keyframe's biases
    */
@@ -68,8 +70,9 @@ class FlightRecord {
     TimeNs stamp = 0;
     NavState state;
     TrackedFrame frame;
-    std::vector<ImuSample> imu;  ///< since the keyframe before
-    bool imu_missing = false;    ///< or with a gap
+    std::vector<ImuSample> imu;         ///< since the keyframe before
+    bool imu_missing = false;           ///< or with a gap
+    std::vector<Observation> recalled;  ///< landmarks of later keyframes
   };
 
   StereoInertialCalibration calibration_;

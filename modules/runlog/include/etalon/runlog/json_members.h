@@ -186,9 +186,7 @@ T fromJson(const JsonReader& json) {
     return json.number();
   } else if constexpr (std::is_same_v<T, bool>) {
     return json.boolean();
-  } else if constexpr (std::is_same_v<T, int>) {
-    return json.count();
-  } else if constexpr (std::is_same_v<T, std::size_t>) {
+  } else if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::size_t>) {
     return json.count();
   } else if constexpr (std::is_same_v<T, TimeNs>) {
     return json.stamp();

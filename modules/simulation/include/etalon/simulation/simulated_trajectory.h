@@ -11,7 +11,7 @@
 
 namespace etalon {
 
-/** Motion of the body B in the gravity-aligned world W at one instant. */
+/** Motion of the body B in the gravity-aligned world W. No NavState: no biases, but derivatives. */
 struct TrajectoryState {
   TimeNs t = 0;
   SE3 T_WB;

@@ -19,6 +19,12 @@ struct OdometryStart {
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Identity();
 };
 
+/** A landmark that was found in an old keyframe. */
+struct RecalledObservation {
+  TimeNs keyframe = 0;      ///< in the odometry's time
+  Observation observation;  ///< where that shows it
+};
+
 /** What an odometry says after a frame. */
 struct OdometryOutput {
   TimeNs t = 0;
@@ -31,9 +37,9 @@ struct OdometryOutput {
   int observations = 0;      ///< landmarks that the front end saw
   int used = 0;              ///< of these, landmarks that the estimate rests on
   int gated = 0;             ///< of these, far from where the state predicted them, and left out
-  int found_again = 0;       ///< landmarks that were found in old keyframes
   double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
   bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
+  std::vector<RecalledObservation> recalled;  ///< landmarks of the frame in old keyframes
 };
 
 /** A state for every frame, from tracks and IMU; one thread, bit-identical from run to run. */

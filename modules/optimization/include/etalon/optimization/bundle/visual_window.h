@@ -66,13 +66,21 @@ struct VisualWindow {
 /** chi-square thresholds at 95 % for 2 degrees of freedom: one camera's pixel. */
 constexpr double kChi2Pixel = 5.991;
 
+/** A landmark that a keyframe shows, apart from those of its tracks. */
+struct MoreObservation {
+  int keyframe = 0;
+  const Observation* observation = nullptr;
+  double sigma_px = 1.0;
+};
+
 /**
- * Collects what `keyframes` see. A landmark is kept if at least `min_keyframes` keyframes see it,
+ * Collects what `keyframes` see, and `more`. A landmark is kept if at least `min_keyframes` keyframes see it,
  * or with one keyframe less if one of them has both cameras.
  */
 VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
                                const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
-                               int min_keyframes = 2);
+                               int min_keyframes = 2,
+                               const std::vector<MoreObservation>& more = {});
 
 /**
  * Largest standard deviation of an inverse depth, 1/m, with which a landmark is triangulated. It
