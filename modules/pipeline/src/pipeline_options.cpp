@@ -30,6 +30,12 @@ std::vector<ParameterSet> PipelineOptions::sections() {
                {-100.0, 100.0}, "Mean of the accelerometer bias before any measurement, m/s^2.");
   priors.add("accel_bias_sigma_mps2", &window.priors.sigma_accel_mps2, {1e-9, 1e9},
              "Its standard deviation per axis, m/s^2.");
+  priors.add(
+      "slow_accel_mps2", &window.priors.slow_accel.sigma_mps2, {0.0, 100.0},
+      "Standard deviation per axis of the accelerometer's slow error around its bias, m/s^2; "
+      "0: none. For initializers that know of it (etalon).");
+  priors.add("slow_accel_s", &window.priors.slow_accel.time_s, {1e-3, 1e3},
+             "Its time of correlation, s.");
   sets.push_back(priors);
 
   const auto declared = [&sets](const char* name, auto& options) {

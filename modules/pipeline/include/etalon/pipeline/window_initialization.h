@@ -14,7 +14,8 @@ namespace etalon {
 /** Everything between a window of tracked frames and a judged initialization. */
 struct WindowOptions {
   StereoOdometryOptions odometry;
-  BiasPriors priors;
+  /** The slow error is what windows of real flights show (README.md of the plugin `etalon`). */
+  BiasPriors priors{ImuBias(), 0.1, 0.1, {0.02, 1.0}};
   VisualInertialBaOptions vi_ba;
   AcceptanceOptions acceptance;
   double gravity_mps2 = 9.81;

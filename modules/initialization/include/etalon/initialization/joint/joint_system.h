@@ -4,11 +4,11 @@
 #include <Eigen/LU>
 #include <vector>
 
-#include "closed_form_motion.h"
 #include "etalon/core/se3.h"
 #include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/joint/closed_form_motion.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 /** What is known after a pass, in V, the frame of the first body. */
 struct JointEstimate {
@@ -19,22 +19,33 @@ struct JointEstimate {
   double sigma_gravity = 0.0;  ///< of its weakest direction, rad
 };
 
+/** What the linear system takes for exact, and what for noisy. */
+struct JointModel {
+  bool imu_noise = true;            ///< false: the IMU counts as exact
+  bool estimate_accel_bias = true;  ///< false: b_a is the mean of its prior
+  /** Of the error that all pixels of a node share, as a rotation an axis of the body, rad
+   * (VisualInertialBaOptions::sigma_shared_deg). Only with `imu_noise`. */
+  double sigma_shared_rad = 0.0;
+  /** Take the slow error of the priors into account, where they have one, and this share of the
+   * problem's accelerometer density as white: inflated densities stand for a slow error too. */
+  bool slow_accel = false;
+  double white_accel_share = 1.0;
+};
+
 /**
  * The linear system of one pass. The unknowns x = [v_0, b_g, b_a, g], changes of the biases, and
- * the tracks' information S, s on the poses y = J x + c + n, n the IMU's noise of covariance Sigma,
- * are joined by
+ * the tracks' information S, s on the poses y = J x + c + n, n the IMU's noise of covariance Sigma
+ * (and the error that a node's pixels share), are joined by
  *   (y - S^-1 s)^T (S^-1 + Sigma)^-1 (y - S^-1 s)  at n = 0,   then n is what is most likely.
  */
 class JointSystem {
  public:
   /**
    * @param estimate where the tracks' information was taken
-   * @param imu_noise false: Sigma = 0, the IMU counts as exact
-   * @param estimate_accel_bias false: b_a is the mean of its prior
    */
   JointSystem(const InitializationProblem& problem, const ClosedFormMotion& motion,
               const Eigen::MatrixXd& S, const Eigen::VectorXd& s, const JointEstimate& estimate,
-              bool imu_noise, bool estimate_accel_bias);
+              const JointModel& model);
 
   /** Solves with |g| fixed and takes `estimate` there. @return false if the system is singular */
   bool solve(JointEstimate* estimate) const;
@@ -61,4 +72,4 @@ class JointSystem {
   Eigen::VectorXd b_;
 };
 
-}  // namespace etalon::plugins
+}  // namespace etalon

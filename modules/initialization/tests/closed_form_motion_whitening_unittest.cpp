@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "closed_form_motion.h"
 #include "etalon/core/so3.h"
+#include "etalon/initialization/joint/closed_form_motion.h"
 #include "etalon/testing/consistency.h"
 #include "etalon/testing/noisy_window.h"
 
@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using plugins::ClosedFormMotion;
+using etalon::ClosedFormMotion;
 
 /** Errors [rotation, alpha, beta] of the nodes but the first, composed less true. */
 VectorXd motionErrors(const NoisyWindow& w, const ClosedFormMotion& motion) {
@@ -36,7 +36,7 @@ TEST(ClosedFormMotion, NodesErrJointlyAsTheirCovarianceSays) {
     SyntheticWindowOptions options = imuOnly(run);
     options.keyframes = 4;
     const NoisyWindow w(options);
-    const ClosedFormMotion motion = plugins::composeMotion(w.preintegrations);
+    const ClosedFormMotion motion = composeMotion(w.preintegrations);
     const VectorXd e = motionErrors(w, motion);
     sample.add(motion.covariance.llt().matrixL().solve(e));
   }
@@ -45,14 +45,14 @@ TEST(ClosedFormMotion, NodesErrJointlyAsTheirCovarianceSays) {
 
 TEST(ClosedFormMotion, BiasJacobianAgreesWithDifferences) {
   const NoisyWindow w(imuOnly(1));
-  const ClosedFormMotion at = plugins::composeMotion(w.preintegrations);
+  const ClosedFormMotion at = composeMotion(w.preintegrations);
   constexpr double kStep = 1e-5;
   for (int a = 0; a < 6; ++a) {
     VectorXd side[2];
     for (int s = 0; s < 2; ++s) {
       ImuBias bias = w.bias;
       (a < 3 ? bias.gyro : bias.accel)[a % 3] += s ? kStep : -kStep;
-      side[s] = motionErrors(w, plugins::composeMotion(w.preintegrate(bias)));
+      side[s] = motionErrors(w, composeMotion(w.preintegrate(bias)));
     }
     for (size_t k = 1; k < at.nodes.size(); ++k) {
       const Index i = 9 * (k - 1);

@@ -1,4 +1,4 @@
-#include "joint_system.h"
+#include "etalon/initialization/joint/joint_system.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include "etalon/initialization/steps/gravity_sphere.h"
 #include "etalon/initialization/steps/world_errors.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
@@ -51,6 +51,18 @@ MatrixXd poseRows(const MatrixXd& nine) {
   return six;
 }
 
+/** Of [rotation, position] as the cameras see them, relative to the first node as they see that. */
+MatrixXd sharedCovariance(const std::vector<SE3>& T_VB, double sigma_rad) {
+  const Index n = T_VB.size() - 1;
+  MatrixXd by_first(kPose * n, 3);
+  for (Index k = 0; k < n; ++k)
+    by_first.middleRows<kPose>(kPose * k) << -T_VB[k + 1].R.transpose(), hat(T_VB[k + 1].t);
+  MatrixXd covariance = by_first * by_first.transpose();
+  for (Index k = 0; k < n; ++k)
+    covariance.block<3, 3>(kPose * k, kPose * k).diagonal().array() += 1.0;
+  return sigma_rad * sigma_rad * covariance;
+}
+
 /** `y9`: the nodes' errors against the poses of `estimate`, velocities as they are. */
 void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEstimate* estimate) {
   estimate->bias.gyro += solution.x.segment<3>(kGyroBias);
@@ -76,16 +88,19 @@ void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEst
 
 JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormMotion& motion,
                          const MatrixXd& S, const VectorXd& s, const JointEstimate& estimate,
-                         bool imu_noise, bool estimate_accel_bias)
-    : gravity_mps2_(problem.gravityMagnitude()), imu_noise_(imu_noise), S_(S), s_(s), W_(S) {
+                         const JointModel& model)
+    : gravity_mps2_(problem.gravityMagnitude()), imu_noise_(model.imu_noise), S_(S), s_(s), W_(S) {
   linearMotion(motion, estimate.T_VB, &J9_, &c9_);
   const MatrixXd J = poseRows(J9_);
   const VectorXd c = poseRows(c9_);
   VectorXd w = s;
-  if (imu_noise) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
+  if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
     noise_y_ = poseRows(motion.covariance);
     last_noise_ = motion.covariance.bottomRightCorner<3, 3>();
-    MatrixXd M = S * poseRows(noise_y_.transpose());
+    MatrixXd noise = poseRows(noise_y_.transpose());
+    if (model.sigma_shared_rad > 0.0)
+      noise += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
+    MatrixXd M = S * noise;
     M.diagonal().array() += 1.0;
     whitening_.compute(M);
     W_ = whitening_.solve(S);
@@ -97,7 +112,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   const double gyro = 1.0 / (priors.sigma_gyro_rps * priors.sigma_gyro_rps);
   // Fixed is a prior so strong that nothing moves it.
   const double accel =
-      estimate_accel_bias ? 1.0 / (priors.sigma_accel_mps2 * priors.sigma_accel_mps2) : 1e18;
+      model.estimate_accel_bias ? 1.0 / (priors.sigma_accel_mps2 * priors.sigma_accel_mps2) : 1e18;
   H_.diagonal().segment<3>(kGyroBias).array() += gyro;
   H_.diagonal().segment<3>(kAccelBias).array() += accel;
   b_.segment<3>(kGyroBias) += gyro * (priors.mean.gyro - estimate.bias.gyro);
@@ -144,4 +159,4 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
   return covarianceInWorld(in_V, R_WV, R_WV * estimate.v_VB.back(), gravity_mps2_);
 }
 
-}  // namespace etalon::plugins
+}  // namespace etalon

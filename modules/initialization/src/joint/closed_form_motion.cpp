@@ -1,8 +1,10 @@
-#include "closed_form_motion.h"
+#include "etalon/initialization/joint/closed_form_motion.h"
+
+#include <cmath>
 
 #include "etalon/core/so3.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 namespace {
 
@@ -38,9 +40,35 @@ Eigen::Matrix<double, kError, 6> biasJacobian(const Preintegration& p) {
   return J;
 }
 
+/** Covariance of the nodes' errors by the slow error of every interval. */
+Eigen::MatrixXd slowCovariance(const std::vector<Preintegration>& preintegrations,
+                               const ClosedFormMotion& motion, const SlowAcceleration& slow) {
+  const Eigen::Index n = preintegrations.size();
+  Eigen::MatrixXd by_error = Eigen::MatrixXd::Zero(kError * n, 3 * n);  // of the nodes
+  Eigen::MatrixXd correlation = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const ClosedFormMotion::Node& last = motion.nodes[k];
+    const Preintegration& p = preintegrations[k];
+    if (k > 0)
+      by_error.block(kError * k, 0, kError, 3 * k) =
+          transition(last, p.deltas(), p.dt()) * by_error.block(kError * (k - 1), 0, kError, 3 * k);
+    by_error.block<kError, 3>(kError * k, 3 * k) =
+        toVisualFrame(last.R_VB) * biasJacobian(p).rightCols<3>();
+    for (Eigen::Index l = 0; l < n; ++l) {
+      const double apart =
+          last.t + 0.5 * p.dt() - motion.nodes[l].t - 0.5 * preintegrations[l].dt();
+      correlation.block<3, 3>(3 * k, 3 * l)
+          .diagonal()
+          .setConstant(std::exp(-std::abs(apart) / slow.time_s));
+    }
+  }
+  return slow.sigma_mps2 * slow.sigma_mps2 * by_error * correlation * by_error.transpose();
+}
+
 }  // namespace
 
-ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations) {
+ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
+                               const SlowAcceleration& slow) {
   ClosedFormMotion motion;
   motion.nodes.emplace_back();
   const Eigen::Index n = preintegrations.size();
@@ -69,7 +97,8 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
     motion.covariance.block<kError, kError>(row, row) = own;
     motion.nodes.push_back(next);
   }
+  if (slow.sigma_mps2 > 0.0) motion.covariance += slowCovariance(preintegrations, motion, slow);
   return motion;
 }
 
-}  // namespace etalon::plugins
+}  // namespace etalon

@@ -3,9 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "etalon/imu/bias_priors.h"
 #include "etalon/imu/preintegration.h"
 
-namespace etalon::plugins {
+namespace etalon {
 
 /**
  * Motion of a window as a linear function of its first velocity and gravity, in V, the frame of the
@@ -29,7 +30,11 @@ struct ClosedFormMotion {
   Eigen::MatrixXd covariance;
 };
 
-/** @param preintegrations between neighbouring nodes; their own biases are those of the result */
-ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations);
+/**
+ * @param preintegrations between neighbouring nodes; their own biases are those of the result
+ * @param slow adds to the covariance; constant over an interval
+ */
+ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
+                               const SlowAcceleration& slow = {});
 
-}  // namespace etalon::plugins
+}  // namespace etalon

@@ -1,4 +1,4 @@
-#include "closed_form_motion.h"
+#include "etalon/initialization/joint/closed_form_motion.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "etalon/testing/expect_jacobian.h"
 #include "etalon/testing/initializer_checks.h"
 
-namespace etalon::plugins {
+namespace etalon {
 namespace {
 
 using Eigen::Index;
@@ -137,4 +137,4 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
 }
 
 }  // namespace
-}  // namespace etalon::plugins
+}  // namespace etalon

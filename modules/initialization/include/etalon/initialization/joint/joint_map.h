@@ -1,0 +1,41 @@
+#pragma once
+
+#include "etalon/core/parameters.h"
+#include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/initialization_result.h"
+#include "etalon/initialization/joint/joint_system.h"
+
+namespace etalon {
+
+/** Parameters of the joint MAP as a step of an initializer. */
+struct JointMapOptions {
+  int frame_stride = 0;
+  int max_passes = 20;
+  double converged_rps = 1e-4;
+  double chi2_pixel = kChi2Pixel;
+  double chi2_stereo = 16.0;
+  int min_landmarks = 15;
+  double min_inlier_share = 0.3;
+  double max_sigma_gravity_deg = 5.0;
+  JointModel model;
+
+  /** All but the model. */
+  void declare(ParameterSet& parameters);
+};
+
+/**
+ * One MAP over poses, velocities, gravity's direction, b_g and b_a of a window, from its tracks and
+ * raw IMU. The landmarks are eliminated (TrackInformation); what is left is a linear system with one
+ * constraint, gravity's norm (JointSystem), solved anew at the last pass's solution until b_g stands
+ * still. The seed is linear: stereo points of single frames, from how they turn b_g
+ * (stereo_start.h).
+ *
+ * The covariance is empty where the model takes the IMU as exact, or b_a as known. Timings: "start",
+ * "closed_form".
+ *
+ * @return refused: too_few_tracks, implausible, ill_conditioned, not_converged
+ */
+InitializationResult solveJointMap(const InitializationProblem& problem,
+                                   const JointMapOptions& options);
+
+}  // namespace etalon

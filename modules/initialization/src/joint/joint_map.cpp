@@ -1,0 +1,204 @@
+#include "etalon/initialization/joint/joint_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "etalon/core/angles.h"
+#include "etalon/core/stopwatch.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/initialization/steps/track_information.h"
+#include "etalon/optimization/solver_summary.h"
+
+namespace etalon {
+
+using Eigen::Matrix3d;
+
+void JointMapOptions::declare(ParameterSet& parameters) {
+  parameters.add("frame_stride", &frame_stride, {0, 1000},
+                 "Rows come from the keyframes and from every n-th frame between them; 0: from "
+                 "the keyframes alone.");
+  parameters.add("passes", &max_passes, {1, 100},
+                 "Linear solutions, at most; from the second on at the depths, weights and biases "
+                 "of the last.");
+  parameters.add("converged_rps", &converged_rps, {1e-12, 1.0},
+                 "A pass that moves b_g by less is the last, rad/s.");
+  parameters.add("chi2_pixel", &chi2_pixel, {0.1, 1e9},
+                 "Squared width of the robust weights of a pixel (2 degrees of freedom, 95 %: "
+                 "5.991).");
+  parameters.add("chi2_stereo", &chi2_stereo, {0.1, 1e9},
+                 "A left and a right pixel that miss each other by a larger squared residual give "
+                 "no starting depth.");
+  parameters.add("min_landmarks", &min_landmarks, {3, 100000},
+                 "Refuse if fewer landmarks of the window have a depth from both cameras.");
+  parameters.add("min_inlier_share", &min_inlier_share, {0.0, 1.0},
+                 "Refuse if a smaller share of the measurements agrees with the solution.");
+  parameters.add("max_sigma_gravity_deg", &max_sigma_gravity_deg, {0.0, 180.0},
+                 "Refuse if the solution's own standard deviation of the gravity direction is "
+                 "larger, deg.");
+}
+
+namespace {
+
+/** Frames that the rows come from, and which of them are the keyframes. */
+struct Nodes {
+  std::vector<const TrackedFrame*> frames;
+  std::vector<size_t> keyframes;
+};
+
+/** Of gravity: with less on average there is no telling where down is. */
+constexpr double kLeastSpecificForce = 0.1;
+constexpr double kChi2Outlier = 16.0;  ///< what [odometry] pose_chi2 calls an outlier
+
+Nodes chooseNodes(const InitializationProblem& problem, int frame_stride) {
+  Nodes nodes;
+  const std::vector<int>& keyframes = problem.keyframeIndices();
+  for (int i = keyframes.front(); i <= keyframes.back(); ++i) {
+    const bool keyframe = std::binary_search(keyframes.begin(), keyframes.end(), i);
+    if (keyframe) nodes.keyframes.push_back(nodes.frames.size());
+    if (keyframe || (frame_stride > 0 && (i - keyframes.front()) % frame_stride == 0))
+      nodes.frames.push_back(&problem.frames()[i]);
+  }
+  return nodes;
+}
+
+/** What is believed of the accelerometer's slow error. */
+SlowAcceleration slowAcceleration(const InitializationProblem& problem, const JointModel& model) {
+  return model.slow_accel ? problem.priors().slow_accel : SlowAcceleration();
+}
+
+std::vector<Preintegration> preintegrate(const InitializationProblem& problem, const Nodes& nodes,
+                                         const ImuBias& bias, const JointModel& model) {
+  std::vector<Preintegration> result;
+  ImuNoiseDensities noise = problem.imuNoise();
+  if (slowAcceleration(problem, model).sigma_mps2 > 0.0)
+    noise.accel_noise_density *= model.white_accel_share;
+  for (size_t k = 1; k < nodes.frames.size(); ++k)
+    result.emplace_back(problem.imu().between(nodes.frames[k - 1]->t, nodes.frames[k]->t), bias,
+                        noise);
+  return result;
+}
+
+std::vector<Matrix3d> rotations(const ClosedFormMotion& motion) {
+  std::vector<Matrix3d> result;
+  for (const ClosedFormMotion::Node& node : motion.nodes) result.push_back(node.R_VB);
+  return result;
+}
+
+/** @param factor on the tracks' information */
+JointSystem system(const InitializationProblem& problem, const ClosedFormMotion& motion,
+                   const TrackInformation& tracks, double factor, const JointEstimate& estimate,
+                   const JointModel& model) {
+  return {problem, motion, factor * tracks.S(), factor * tracks.s(), estimate, model};
+}
+
+/** Linear solutions until the gyro bias stands still. Costs are not computed. */
+SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOptions& options,
+                          TrackInformation* tracks, std::vector<Preintegration>* preintegrations,
+                          ClosedFormMotion* motion, JointEstimate* estimate) {
+  SolverSummary summary;
+  summary.termination = Termination::kMaxIterations;
+  for (int pass = 0; pass < options.max_passes && !summary.converged(); ++pass) {
+    ++summary.iterations;
+    // From the medians the landmarks have farther to go.
+    for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_VB);
+    tracks->linearize(estimate->T_VB);
+    const ImuBias before = estimate->bias;
+    if (!system(problem, *motion, *tracks, 1.0, *estimate, options.model).solve(estimate)) {
+      summary.stop(Termination::kSingular, "the tracks do not determine velocity and gravity");
+      return summary;
+    }
+    const double moved = (estimate->bias.gyro - before.gyro).norm();
+    if (moved < options.converged_rps && tracks->nearFinalScale() && pass > 0)
+      summary.termination = Termination::kConverged;
+    for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
+    *motion = composeMotion(*preintegrations, slowAcceleration(problem, options.model));
+  }
+  return summary;
+}
+
+Expected<void> check(const JointMapOptions& options, const TrackInformation& tracks,
+                     const JointEstimate& estimate) {
+  const double sigma_deg = degrees(estimate.sigma_gravity);
+  if (!(sigma_deg <= options.max_sigma_gravity_deg))
+    return refuse(RefusalStatus::kIllConditioned, "the gravity direction is known to ",
+                  Value(sigma_deg, 2), " deg (1 sigma), at most ",
+                  Bound(options.max_sigma_gravity_deg, 2), " is wanted");
+  const double share = tracks.inlierShare(kChi2Outlier);
+  if (!(share >= options.min_inlier_share))
+    return refuse(RefusalStatus::kNotConverged, Value(share, 2),
+                  " of the measurements agree with the solution, at least ",
+                  Bound(options.min_inlier_share, 2), " is wanted");
+  return {};
+}
+
+Initialization makeResult(const InitializationProblem& problem, const Nodes& nodes,
+                          const VisualWindow& window, const TrackInformation& tracks,
+                          const JointEstimate& estimate) {
+  VisualFrameEstimate in_V;
+  for (const size_t k : nodes.keyframes) {
+    in_V.T_VB.push_back(estimate.T_VB[k]);
+    in_V.v_VB.push_back(estimate.v_VB[k]);
+  }
+  in_V.g_V = estimate.g_V;
+  in_V.bias = estimate.bias;
+  for (size_t l = 0; l < window.landmark_ids.size(); ++l)
+    if (tracks.valid()[l]) in_V.landmarks[window.landmark_ids[l]] = tracks.landmarks()[l];
+  return alignWithGravity(problem, in_V);
+}
+
+}  // namespace
+
+InitializationResult solveJointMap(const InitializationProblem& problem,
+                                   const JointMapOptions& options) {
+  Stopwatch watch;
+  const Nodes nodes = chooseNodes(problem, options.frame_stride);
+  const VisualWindow window =
+      buildVisualWindow(problem.calibration(), nodes.frames, problem.sigmaPx());
+  const StereoPoints points = stereoPoints(window, options.chi2_stereo);
+  TrackInformation tracks(window, std::sqrt(options.chi2_pixel));
+  JointEstimate estimate;
+  estimate.bias = problem.priors().mean;
+  std::vector<Preintegration> preintegrations =
+      preintegrate(problem, nodes, estimate.bias, options.model);
+  estimate.bias.gyro = gyroBiasOfPoints(points, preintegrations, problem.calibration().baseline(),
+                                        problem.priors().sigma_gyro_rps);
+  for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
+  ClosedFormMotion motion =
+      composeMotion(preintegrations, slowAcceleration(problem, options.model));
+  estimate.T_VB = medianPositions(points, rotations(motion));
+  tracks.start(points, estimate.T_VB);
+  if (tracks.validCount() < options.min_landmarks)
+    return refuse(RefusalStatus::kTooFewTracks, Value(tracks.validCount()),
+                  " landmarks of the window have a depth from both cameras, at least ",
+                  Bound(options.min_landmarks), " are wanted");
+  const double force = motion.nodes.back().beta.norm() / motion.nodes.back().t;
+  const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
+  if (!(force >= least_force))
+    return refuse(RefusalStatus::kImplausible, "the accelerometer measures ", Value(force, 3),
+                  " m/s^2 on average, which leaves no direction for gravity; at least ",
+                  Bound(least_force, 3), " m/s^2 are wanted");
+  const double start_ms = watch.lapMilliseconds();
+
+  const SolverSummary summary =
+      solvePasses(problem, options, &tracks, &preintegrations, &motion, &estimate);
+  if (summary.termination == Termination::kSingular)
+    return refuse(RefusalStatus::kIllConditioned, "the tracks of ", Value(tracks.validCount()),
+                  " landmarks do not determine velocity and gravity");
+  if (!summary.converged())
+    return refuse(RefusalStatus::kNotConverged, Value(options.max_passes),
+                  " linear solutions did not come to rest");
+  tracks.triangulate(estimate.T_VB);
+  if (const auto good = check(options, tracks, estimate); !good) return refuse(good.error());
+  Initialization result = makeResult(problem, nodes, window, tracks, estimate);
+  // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
+  if (options.model.imu_noise && options.model.estimate_accel_bias) {
+    tracks.linearize(estimate.T_VB);
+    result.covariance =
+        system(problem, motion, tracks, tracks.fisherShare(), estimate, options.model)
+            .covariance(estimate);
+  }
+  result.timings = {{"start", start_ms}, {"closed_form", watch.lapMilliseconds()}};
+  return result;
+}
+
+}  // namespace etalon

@@ -1,0 +1,45 @@
+#include "etalon/core/angles.h"
+#include "etalon/initialization/initializer.h"
+#include "etalon/initialization/joint/joint_map.h"
+
+namespace etalon::plugins {
+
+/** One MAP over poses, velocities, gravity and biases from tracks and IMU (README.md beside this
+ * file). */
+class EtalonInitializer : public Initializer {
+  DEFINE_MRPT_OBJECT(EtalonInitializer, etalon::plugins)
+
+ public:
+  void declareParameters(ParameterSet& parameters) override {
+    map_.declare(parameters);
+    parameters.add("sigma_shared_deg", &sigma_shared_deg_, {0.0, 10.0},
+                   "Standard deviation of the error that all pixels of a keyframe share, as a "
+                   "rotation an axis, deg (calibration).");
+    parameters.add("white_accel_share", &white_accel_share_, {1e-3, 1.0},
+                   "Share of the accelerometer's density that is white where [priors] believe in a "
+                   "slow error beside it; what is inflated stands for both.");
+  }
+  bool needsVisualSolution() const override { return false; }
+
+ protected:
+  InitializationResult solve(const InitializationProblem& problem) const override {
+    JointMapOptions options = map_;
+    options.model.slow_accel = true;
+    options.model.white_accel_share = white_accel_share_;
+    options.model.sigma_shared_rad = radians(sigma_shared_deg_);
+    return solveJointMap(problem, options);
+  }
+
+ private:
+  JointMapOptions map_;
+  double sigma_shared_deg_ = 0.017;
+  double white_accel_share_ = 0.33;
+};
+
+IMPLEMENTS_MRPT_OBJECT(EtalonInitializer, Initializer, etalon::plugins)
+
+}  // namespace etalon::plugins
+
+ETALON_REGISTER_INITIALIZER(EtalonInitializer, etalon::plugins, "etalon", "1.0",
+                            "one MAP over poses, velocities, gravity and biases from tracks and "
+                            "IMU, with covariance")

@@ -1,0 +1,113 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <string>
+
+#include "etalon/testing/initializer_checks.h"
+
+namespace etalon {
+namespace {
+
+using testing::kBiases;
+using testing::Motion;
+using testing::Outcome;
+using testing::runOn;
+using testing::SyntheticWindowOptions;
+
+const std::string kToTheEnd = "\npasses = 30\nconverged_rps = 1e-9";
+
+Initializer::Ptr load(const std::string& ini = "") {
+  return testing::loadInitializer(ETALON_INITIALIZER, ini);
+}
+
+/** Believes in a slow error of the accelerometer; without noise it makes none. */
+SyntheticWindowOptions withSlowError(SyntheticWindowOptions options) {
+  options.priors.slow_accel = {0.02, 1.0};
+  return options;
+}
+
+TEST(Etalon, IsExactWithoutNoise) {
+  for (const char* ini : {"", "frame_stride = 2", "sigma_shared_deg = 0"})
+    for (const Motion motion : testing::kExcitingMotions) {
+      SCOPED_TRACE(std::string(ini) + " " + testing::toString(motion));
+      // Priors that hardly say anything, so that they do not pull; without any, gravity and its
+      // mirror image explain a rotation about the vertical equally well.
+      SyntheticWindowOptions options = testing::freeOptions(motion, kBiases);
+      options.priors.sigma_accel_mps2 = 30.0;
+      for (const SyntheticWindowOptions& window : {options, withSlowError(options)})
+        testing::expectWithin(runOn(window, *load(ini + kToTheEnd)), testing::kNumericalPrecision);
+    }
+}
+
+TEST(Etalon, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
+  testing::expectExactWhereThePriorsAreTrue(*load());
+}
+
+TEST(Etalon, NeedsNoVisualOdometry) { EXPECT_FALSE(load()->needsVisualSolution()); }
+
+/** The windows have no error that all pixels share, and none is believed here. */
+TEST(Etalon, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load("sigma_shared_deg = 0"), 0.05);
+}
+
+/** A slow error and noise that all pixels share are not in the window: who believes in them knows
+ * less, and says so. */
+TEST(Etalon, KnowsLessWhereMoreErrorsAreBelieved) {
+  const SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, 1, 0.3);
+  const std::string none = "sigma_shared_deg = 0";
+  const Outcome plain = runOn(options, *load(none)),
+                slow = runOn(withSlowError(options), *load(none)),
+                shared = runOn(options, *load("sigma_shared_deg = 0.05"));
+  ASSERT_TRUE(plain.result && slow.result && shared.result);
+  const auto variance = [](const Outcome& o, int first) {
+    return o.result->covariance.diagonal().segment<2>(first).sum();
+  };
+  EXPECT_GT(variance(slow, 6), 1.5 * variance(plain, 6));    // tilt
+  EXPECT_GT(variance(shared, 0), 1.5 * variance(plain, 0));  // b_g
+  EXPECT_NEAR(variance(slow, 0) / variance(plain, 0), 1.0, 0.2);
+}
+
+/** At rest b_a and tilt are one unknown: both are known to the prior, with either model. */
+TEST(Etalon, AcceptsStandstillAndSaysThatTiltIsTheAccelerometerBias) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const SyntheticWindowOptions drawn =
+        testing::drawnOptions(Motion::kStandstill, seed, seed % 2 == 0 ? 0.05 : 0.5);
+    for (const SyntheticWindowOptions& options : {drawn, withSlowError(drawn)}) {
+      const Outcome o = runOn(testing::withoutBiasWalk(options), options, *load());
+      ASSERT_TRUE(o.result) << "seed " << seed << ": " << o.result.error().reason;
+      const double prior =
+          std::hypot(options.priors.sigma_accel_mps2, options.priors.slow_accel.sigma_mps2) / 9.81;
+      for (int axis = 6; axis < 8; ++axis)
+        EXPECT_NEAR(std::sqrt(o.result->covariance(axis, axis)), prior, 0.03 * prior);
+    }
+  }
+}
+
+TEST(Etalon, SurvivesOutliers) {
+  for (const Motion motion : testing::kExcitingMotions) {
+    SCOPED_TRACE(testing::toString(motion));
+    const Outcome o = runOn(
+        withSlowError(testing::noisyOptions(motion, 0.1, {kBiases.gyro, {0.05, -0.04, 0.03}})),
+        *load());
+    ASSERT_TRUE(o.result) << o.result.error().reason;
+    // Those of joint_closed_form: three to five times the Cramer-Rao bounds, one draw, not a mean.
+    EXPECT_LT(o.errors.rre_deg, 0.04);
+    EXPECT_LT(o.errors.velocity_mps, 0.02);
+    EXPECT_LT(o.errors.gravity_deg, 1.5);
+  }
+}
+
+TEST(Etalon, GivesTheSameResultBitForBit) {
+  testing::expectSameBits([] { return load(); },
+                          withSlowError(testing::noisyOptions(Motion::kAggressive, 0.1, kBiases)));
+}
+
+TEST(Etalon, RefusesInWords) {
+  testing::expectRefusesTooFewTracks(*load());
+  testing::expectRefusesAnAccelerometerThatShowsNoGravity(*load());
+  testing::expectRefusesBrokenInput(*load());
+}
+
+}  // namespace
+}  // namespace etalon
