@@ -11,13 +11,13 @@ namespace etalon::plugins {
  * Motion of a window as a linear function of its first velocity and gravity, in V, the frame of the
  * first body (Martinelli, IJCV 2014; Dong-Si and Mourikis, IROS 2012):
  *   R_VBk = dR_1 .. dR_k,   p_k = v_0 t_k + g t_k^2 / 2 + alpha_k,   v_k = v_0 + g t_k + beta_k,
- * with the derivatives by the biases and the covariance that the IMU's noise adds up to.
+ * with the derivatives by the biases and the covariance that results from the IMU's noise.
  */
 struct ClosedFormMotion {
   static constexpr int kError = 9;  ///< error of a node: [rotation, position, velocity]
 
   struct Node {
-    double t = 0.0;  ///< s after the first
+    double t = 0.0;  ///< s after the first node
     Eigen::Matrix3d R_VB = Eigen::Matrix3d::Identity();
     Eigen::Vector3d alpha = Eigen::Vector3d::Zero();  ///< m
     Eigen::Vector3d beta = Eigen::Vector3d::Zero();   ///< m/s
@@ -25,11 +25,11 @@ struct ClosedFormMotion {
     Eigen::Matrix<double, kError, 6> bias = Eigen::Matrix<double, kError, 6>::Zero();
   };
   std::vector<Node> nodes;
-  /** Joint covariance of the nodes' errors but the first's, 9(N-1) x 9(N-1). */
+  /** Joint covariance of the errors of all nodes but the first, 9(N-1) x 9(N-1). */
   Eigen::MatrixXd covariance;
 };
 
-/** @param preintegrations between neighbouring nodes; their own biases are those of the result */
+/** @param preintegrations between neighbouring nodes; the result is at their biases */
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations);
 
 }  // namespace etalon::plugins

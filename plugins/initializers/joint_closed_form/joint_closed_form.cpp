@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Frames that the rows come from, and which of them are the keyframes. */
+/** The frames that the rows come from, and which of them are keyframes. */
 struct Nodes {
   std::vector<const TrackedFrame*> frames;
   std::vector<size_t> keyframes;
@@ -30,7 +30,7 @@ struct Nodes {
 }  // namespace
 
 /**
- * Velocity, gravity and gyro bias from the tracks and the IMU at once, no visual odometry
+ * Velocity, gravity and gyro bias from the tracks and the IMU at once, without visual odometry
  * (Martinelli 2014, Dong-Si and Mourikis 2012, Kaiser et al. 2017; README.md beside this file).
  */
 class JointClosedForm : public Initializer {
@@ -111,7 +111,7 @@ class JointClosedForm : public Initializer {
     tracks.triangulate(estimate.T_VB);
     if (const auto good = check(tracks, estimate); !good) return refuse(good.error());
     Initialization result = makeResult(problem, nodes, window, tracks, estimate);
-    // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
+    // Where the IMU counts as exact, or b_a as known, the errors are not modelled.
     if (imu_noise_ && estimate_accel_bias_) {
       tracks.linearize(estimate.T_VB);
       result.covariance =
@@ -143,7 +143,7 @@ class JointClosedForm : public Initializer {
     return result;
   }
 
-  /** Linear solutions until the gyro bias stands still. Costs are not computed. */
+  /** Repeats the linear solution until the gyro bias stands still. Costs are not computed. */
   SolverSummary solvePasses(const InitializationProblem& problem, TrackInformation* tracks,
                             std::vector<Preintegration>* preintegrations, ClosedFormMotion* motion,
                             JointEstimate* estimate) const {
@@ -151,7 +151,7 @@ class JointClosedForm : public Initializer {
     summary.termination = Termination::kMaxIterations;
     for (int pass = 0; pass < max_passes_ && !summary.converged(); ++pass) {
       ++summary.iterations;
-      // From the medians the landmarks have farther to go.
+      // The medians are a rough start, so the first triangulation takes more steps.
       for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_VB);
       tracks->linearize(estimate->T_VB);
       const ImuBias before = estimate->bias;
@@ -174,7 +174,7 @@ class JointClosedForm : public Initializer {
     return result;
   }
 
-  /** @param factor on the tracks' information */
+  /** @param factor multiplies the tracks' information */
   JointSystem system(const InitializationProblem& problem, const ClosedFormMotion& motion,
                      const TrackInformation& tracks, double factor,
                      const JointEstimate& estimate) const {
@@ -211,7 +211,7 @@ class JointClosedForm : public Initializer {
     return alignWithGravity(problem, in_V);
   }
 
-  /** Of gravity: with less on average there is no telling where down is. */
+  /** In parts of gravity. A smaller mean specific force does not show where down is. */
   static constexpr double kLeastSpecificForce = 0.1;
   static constexpr double kChi2Outlier = 16.0;  ///< what [odometry] pose_chi2 calls an outlier
 

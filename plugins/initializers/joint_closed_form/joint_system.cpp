@@ -18,11 +18,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** The unknowns that are left when the landmarks are eliminated; gravity last. */
+/** Offsets of the unknowns that are left when the landmarks are eliminated. */
 enum Unknown : Index { kVelocity = 0, kGyroBias = 3, kAccelBias = 6, kGravity = 9, kUnknowns = 12 };
 constexpr int kPose = 6;  ///< [rotation, position] of a node
 
-/** The nodes' errors as a linear function of the unknowns: y = J x + c, 9 a node. */
+/** The nodes' errors as a linear function of the unknowns, y = J x + c, with 9 rows a node. */
 void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB, MatrixXd* J,
                   VectorXd* c) {
   const Index n = ClosedFormMotion::kError * (motion.nodes.size() - 1);
@@ -42,7 +42,7 @@ void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB, 
   }
 }
 
-/** Rows [rotation, position] of every node's [rotation, position, velocity]. */
+/** Selects the rows [rotation, position] of every node's [rotation, position, velocity]. */
 MatrixXd poseRows(const MatrixXd& nine) {
   const Index n = nine.rows() / ClosedFormMotion::kError;
   MatrixXd six(kPose * n, nine.cols());
@@ -51,7 +51,7 @@ MatrixXd poseRows(const MatrixXd& nine) {
   return six;
 }
 
-/** `y9`: the nodes' errors against the poses of `estimate`, velocities as they are. */
+/** @param y9 errors of the nodes' poses against `estimate`, and their velocities themselves */
 void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEstimate* estimate) {
   estimate->bias.gyro += solution.x.segment<3>(kGyroBias);
   estimate->bias.accel += solution.x.segment<3>(kAccelBias);
@@ -95,7 +95,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   H_ = J.transpose() * W_ * J;
   b_ = J.transpose() * (w - W_ * c);
   const double gyro = 1.0 / (priors.sigma_gyro_rps * priors.sigma_gyro_rps);
-  // Fixed is a prior so strong that nothing moves it.
+  // A fixed b_a has a prior so strong that nothing moves it.
   const double accel =
       estimate_accel_bias ? 1.0 / (priors.sigma_accel_mps2 * priors.sigma_accel_mps2) : 1e18;
   H_.diagonal().segment<3>(kGyroBias).array() += gyro;
@@ -126,7 +126,7 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
   if (information.info() != Eigen::Success) return {};
   const MatrixXd P = T * information.solve(T.transpose());
 
-  // The last node's velocity by x, and what of its noise is left.
+  // The last node's velocity as a function of x, and the noise of it that the tracks leave.
   MatrixXd last = J9_.bottomRows<3>();
   Matrix3d left = Matrix3d::Zero();
   if (imu_noise_) {
