@@ -158,7 +158,7 @@ class VinsAlignment : public Initializer {
     return errors;
   }
 
-  /** W such that W^T W is the inverse covariance of all r_k; empty if all rows have equal weight. */
+  /** W such that W^T W is the inverse covariance of all r_k; empty if all rows weigh the same. */
   MatrixXd rotationWhitening(const VisualSolution& visual,
                              const std::vector<Preintegration>& preintegrations) const {
     const Index n = preintegrations.size();
