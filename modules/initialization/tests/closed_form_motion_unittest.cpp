@@ -30,8 +30,8 @@ struct Case {
     options.bias = bias = testing::kBiases;
     window = testing::makeSyntheticWindow(options);
     noise = window.calibration.imu.noise;
-    // The bias as it is at the end of an interval is not handed on to the next: without random walk
-    // the sum of the intervals is what one long interval is.
+    // An interval does not hand the bias at its end on to the next one. Without random walk the
+    // intervals together equal one long interval.
     noise.gyro_random_walk = noise.accel_random_walk = 0.0;
   }
   std::vector<Preintegration> preintegrations(const ImuBias& at) const {
@@ -45,7 +45,7 @@ struct Case {
   ImuBias bias;
 };
 
-/** [rotation (right perturbation), alpha, beta] by which `b` is away from `a`. */
+/** `b` less `a` as [rotation (right perturbation), alpha, beta]. */
 Vector9 difference(const Node& a, const Node& b) {
   Vector9 d;
   d << logSO3(a.R_VB.transpose() * b.R_VB), b.alpha - a.alpha, b.beta - a.beta;
@@ -95,7 +95,7 @@ TEST(ClosedFormMotion, BiasJacobiansAreThoseByNumericalDerivatives) {
           return difference(motion.nodes[k], composeMotion(c.preintegrations(moved)).nodes[k]);
         },
         bias, 1e-4);
-    // The Jacobians are those of the continuous motion, the samples 5 ms apart.
+    // The Jacobians are those of the continuous motion, but the samples are 5 ms apart.
     for (int i = 0; i < 6; ++i)
       EXPECT_LT((motion.nodes[k].bias.col(i) - numerical.col(i)).norm(),
                 1e-3 * numerical.col(i).norm());
@@ -112,7 +112,7 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
             1e-12 * motion.covariance.norm());
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<MatrixXd>(motion.covariance).eigenvalues()(0), 0.0);
 
-  // Of node 2 to nodes 3..: an error put there and carried on by the equations of the motion.
+  // Carries an error of node 2 on to a later node by the equations of motion.
   const auto carried = [&](const Vector9& error, size_t to) {
     Node node = motion.nodes[2];
     node.R_VB = node.R_VB * expSO3(error.head<3>());

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using etalon::ClosedFormMotion;
 
-/** Errors [rotation, alpha, beta] of the nodes but the first, composed less true. */
+/** Composed less true [rotation, alpha, beta] of all nodes but the first. */
 VectorXd motionErrors(const NoisyWindow& w, const ClosedFormMotion& motion) {
   constexpr Index kError = ClosedFormMotion::kError;
   VectorXd e(kError * (motion.nodes.size() - 1));

@@ -104,7 +104,7 @@ class Drt : public Initializer {
       if (!aligned) return refuse(aligned.error());
     }
     Initialization result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
-    // What counts as exact has no error to report: b_a held, or the linear solution's rays.
+    // A held b_a and the rays of the linear solution count as exact: they report no error.
     if (refine_ && tight_ && estimate_accel_bias_)
       result.covariance = refinement.covariance(imu, state, nec->covariance);
     result.timings = {{"normal_epipolar", nec_ms}, {"translation", watch.lapMilliseconds()}};
@@ -112,10 +112,10 @@ class Drt : public Initializer {
   }
 
  private:
-  /** Of gravity: with less on average there is no telling where down is. */
+  /** In parts of gravity. A smaller mean specific force does not show where down is. */
   static constexpr double kLeastSpecificForce = 0.1;
 
-  /** Norm of the mean of what the accelerometer measures, turned into V, m/s^2. */
+  /** Norm of the mean specific force in V, m/s^2. */
   static double meanSpecificForce(const std::vector<Matrix3d>& R_VB,
                                   const std::vector<Preintegration>& preintegrations) {
     Vector3d sum = Vector3d::Zero();
@@ -137,12 +137,12 @@ class Drt : public Initializer {
     return estimate;
   }
 
-  /** Positions, and in the tight variant all else, then weights without robustness. Costs are not
-   * computed. */
+  /** Solves for the positions, in the tight variant for the whole state. The final weights are not
+   * robust. Costs are not computed. */
   SolverSummary solvePasses(const ImuAlignment& imu, TranslationConstraint* constraint,
                             LinearState* state) const {
     const Eigen::Index n = 3 * state->p.size();
-    constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
+    constexpr double kConverged = 1e-4;  // m, a tenth of what vision resolves
     constexpr int kWithStereoBases = 4;
     SolverSummary summary;
     summary.termination = Termination::kMaxIterations;

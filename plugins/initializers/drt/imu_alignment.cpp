@@ -89,7 +89,7 @@ void ImuAlignment::addTo(const LinearState& state, Eigen::MatrixXd* H,
 }
 
 double ImuAlignment::priorInformation() const {
-  // No freedom is an information that nothing else comes near to.
+  // A fixed b_a is one with far more information than anything else provides.
   constexpr double kFixed = 1e18;
   return prior_sigma_ > 0.0 ? 1.0 / (prior_sigma_ * prior_sigma_) : kFixed;
 }

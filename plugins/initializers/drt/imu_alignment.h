@@ -24,8 +24,8 @@ struct LinearState {
 class ImuAlignment {
  public:
   /**
-   * @param preintegrations N-1, at the biases that `b_g` and the prior's mean are
-   * @param prior_sigma standard deviation of b_a, m/s^2; 0: it is the prior's mean
+   * @param preintegrations N-1, integrated at `b_g` and the prior's mean of b_a
+   * @param prior_sigma standard deviation of b_a, m/s^2; 0: b_a is held at the prior's mean
    */
   ImuAlignment(const std::vector<Eigen::Matrix3d>& R_VB,
                const std::vector<Preintegration>& preintegrations, double gravity_mps2,
@@ -33,7 +33,7 @@ class ImuAlignment {
 
   Eigen::Index size() const { return 6 * R_VB_.size() + 5; }
 
-  /** p and v by integration from rest, gravity against the sum of the velocity increments. */
+  /** Integrates p and v from rest; gravity points against the sum of the velocity increments. */
   LinearState start() const;
 
   /** Adds Hessian and gradient of half the sum of squares at `state`. */
@@ -42,13 +42,13 @@ class ImuAlignment {
   double priorInformation() const;
 
   /**
-   * What the errors of the rotations do: sources are the IMU's noise, [rotation, position,
-   * velocity] of every interval, and last the error of b_g.
+   * How the sources of error reach the rotations and the gradient. The sources are the IMU's noise,
+   * [rotation, position, velocity] of every interval, followed by the error of b_g.
    */
   struct NoiseResponse {
-    Eigen::MatrixXd sources;    ///< their covariance
-    Eigen::MatrixXd rotations;  ///< of all keyframes (right perturbation), by the sources, 3N rows
-    Eigen::MatrixXd gradient;   ///< of addTo() at the true state, by the sources
+    Eigen::MatrixXd sources;    ///< covariance of the sources
+    Eigen::MatrixXd rotations;  ///< d(rotations, right perturbation)/d(sources), 3N rows
+    Eigen::MatrixXd gradient;   ///< d(gradient of addTo() at the true state)/d(sources)
   };
   NoiseResponse noiseResponse(const LinearState& state, const Eigen::Matrix3d& gyro_bias) const;
 
@@ -61,7 +61,7 @@ class ImuAlignment {
   struct Rows {
     Eigen::Matrix<double, 6, 1> r;
     Eigen::Matrix<double, 6, 17> J;
-    Eigen::Matrix<double, 6, 6> whitening;  ///< lower triangle: L^-1 of their covariance
+    Eigen::Matrix<double, 6, 6> whitening;  ///< L^-1, the covariance of r being L L^T
   };
   Rows rowsOf(size_t k, const LinearState& state) const;
 

@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 namespace {
-constexpr double kMaxChi2 = 16.0;    // of a stereo pair whose rays meet; as [odometry] pose_chi2
-constexpr double kConverged = 1e-4;  // m, a tenth of what vision can know
+constexpr double kMaxChi2 = 16.0;    // a stereo pair's rays meet below it; as [odometry] pose_chi2
+constexpr double kConverged = 1e-4;  // m, a tenth of what vision resolves
 }  // namespace
 
 ReprojectionRefinement::ReprojectionRefinement(const InitializationProblem& problem,
@@ -86,11 +86,11 @@ MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const Linea
   MatrixXd H = MatrixXd::Zero(all, all);
   VectorXd ignored = VectorXd::Zero(all);
   addTo(fisher, &H, &ignored);
-  // The score's own noise, of pixels and prior.
+  // The gradient's noise from pixels and prior.
   MatrixXd noise = H;
   noise.diagonal().tail<3>().array() += imu.priorInformation();
   imu.addTo(state, &H, &ignored);
-  // What the IMU's noise and b_g do to the gradient: by the rotations, and by the IMU's equations.
+  // The IMU's noise and b_g reach the gradient through the rotations and the IMU's equations.
   const ImuAlignment::NoiseResponse response = imu.noiseResponse(state, gyro_bias);
   MatrixXd by_sources = response.gradient;
   for (Index i = 1; i < n / 3; ++i)
@@ -100,7 +100,7 @@ MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const Linea
 
   const Eigen::LLT<MatrixXd> information(H.bottomRightCorner(all - 3, all - 3));
   if (information.info() != Eigen::Success) return {};
-  // The unknowns that are asked for: b_a, gravity, the last velocity.
+  // The caller wants b_a, gravity and the last velocity.
   const Index unknowns = all - 3, last_velocity = 2 * n - 6;
   MatrixXd picked = MatrixXd::Zero(12, unknowns);
   picked.block<3, 3>(3, unknowns - 3).setIdentity();

@@ -11,31 +11,31 @@
 namespace etalon::plugins {
 
 /**
- * The linear solution taken on to the least reprojection error, rotations held: Gauss-Newton with
- * the landmarks eliminated (TrackInformation), alone or together with the IMU's equations. The
+ * Refines the linear solution to the least reprojection error with the rotations held: Gauss-Newton
+ * with the landmarks eliminated (TrackInformation), alone or together with the IMU's equations. The
  * translation constraint has measured rays in its coefficients (errors in variables), so its
- * solution is off by the square of the pixels' noise; this one is not.
+ * solution has a bias that grows with the square of the pixel noise; the refined solution has not.
  */
 class ReprojectionRefinement {
  public:
-  /** @param R_VB rotations of the keyframes; outlives this */
+  /** @param R_VB rotations of the keyframes; must outlive this object */
   ReprojectionRefinement(const InitializationProblem& problem,
                          const std::vector<Eigen::Matrix3d>& R_VB);
 
   /**
-   * @param imu nothing: positions alone
-   * Converged is what comes to rest; its costs are not computed.
+   * Converges when the positions stand still. Costs are not computed.
+   * @param imu null: only the positions are refined
    */
   SolverSummary refine(const ImuAlignment* imu, int passes, LinearState* state);
 
-  /** Landmarks that both cameras have seen at once. */
+  /** Number of landmarks that both cameras have seen in one frame. */
   int landmarks() const { return tracks_.validCount(); }
 
   /**
-   * Covariance of the error in the order and the world of Initialization::covariance, of what
-   * refine() has found with `imu`: of the pixels' noise, the IMU's (through the rotations, too),
-   * the gyro bias and the prior on b_a.
-   * @param gyro_bias covariance of b_g, (rad/s)^2; taken as independent of the pixels
+   * Covariance of the error of what refine() has found with `imu`, in the order and the world of
+   * Initialization::covariance. Its sources are the noise of pixels and IMU (through the rotations,
+   * too), the gyro bias and the prior on b_a.
+   * @param gyro_bias covariance of b_g, (rad/s)^2; b_g counts as independent of the pixels
    * @return empty if the system is singular
    */
   Eigen::MatrixXd covariance(const ImuAlignment& imu, const LinearState& state,
@@ -43,7 +43,7 @@ class ReprojectionRefinement {
 
  private:
   std::vector<SE3> poses(const LinearState& state) const;
-  /** Adds the tracks' part; `factor` on their information. */
+  /** Adds the tracks' part, its information multiplied by `factor`. */
   void addTo(double factor, Eigen::MatrixXd* H, Eigen::VectorXd* gradient) const;
 
   const std::vector<Eigen::Matrix3d>& R_VB_;

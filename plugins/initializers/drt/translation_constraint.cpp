@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 namespace {
 constexpr double kInlier = 4.0;  // standard deviations
 
-/** Adds the block at (row, column) and its transpose, as far as they are in the lower triangle. */
+/** Adds the part of the block at (row, column) and of its transpose in the lower triangle. */
 void addLower(Eigen::Index row, Eigen::Index column, const Matrix3d& block, Eigen::MatrixXd* H) {
   if (row >= column) H->block<3, 3>(row, column) += block;
   if (row <= column) H->block<3, 3>(column, row) += block.transpose();
@@ -66,7 +66,7 @@ void TranslationConstraint::setBase(size_t a, size_t b, Landmark* landmark) cons
 
 void TranslationConstraint::chooseStereoBase(Landmark* landmark) const {
   const std::vector<View>& views = landmark->views;
-  std::vector<std::pair<double, size_t>> distances;  // and index of the left view
+  std::vector<std::pair<double, size_t>> distances;  // distance, index of the left view
   for (size_t i = 0; i + 1 < views.size(); ++i) {
     if (views[i].keyframe != views[i + 1].keyframe) continue;
     const Vector3d n = views[i + 1].ray.cross(views[i].ray);
@@ -134,7 +134,7 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
       View& view = landmark.views[i];
       const Vector3d y = c_a + z * a.ray - p[view.keyframe] - view.offset;
       const double distance = std::clamp(view.ray.dot(y), kMinDistance, kMaxDistance);
-      // The noise of the view's own ray, of ray a, and of the depth, seen from the view.
+      // The noise of the view's own ray, of ray a and of the depth, as seen from the view.
       const double sideways = view.ray.cross(a.ray).norm() / landmark.sine;
       const double sigma =
           sigma_rad_ *
@@ -168,7 +168,7 @@ void TranslationConstraint::addTo(const std::vector<Vector3d>& p, Eigen::MatrixX
     // d(point) = (I - D) dp_a + D dp_b
     const Matrix3d D = a.ray * landmark.slope.transpose();
     const Matrix3d by_a = Matrix3d::Identity() - D;
-    // The null-space's projector N N^T = I - d d^T stands for N: its square is itself.
+    // The projector N N^T = I - d d^T replaces N, because it is its own square.
     Matrix3d P_sum = Matrix3d::Zero();
     Vector3d Py_sum = Vector3d::Zero();
     const Eigen::Index ka = 3 * a.keyframe, kb = 3 * b.keyframe;

@@ -14,16 +14,16 @@ namespace etalon::plugins {
  * Reconstruction, 2021; He et al., CVPR 2023) of a stereo rig whose rotations are known.
  *
  * The views of a landmark are its observations in either camera of any keyframe: unit ray d_i in V,
- * camera centre c_i = p_k + R_VBk t_BC. Of two base views a, b the depth along d_a is
+ * camera centre c_i = p_k + R_VBk t_BC. Two base views a, b give the depth along d_a,
  *   z = n . (d_b x (c_b - c_a)) / |n|^2,   n = d_b x d_a,
- * and the landmark c_a + z d_a has to be seen along d_i: N_i^T (c_a + z d_a - c_i) = 0, N_i the 3x2
- * null-space of d_i. Linear in the positions p_k; the known offsets between the cameras give the
- * scale. Rows are divided by the distance and by the standard deviation that the three rays' noise
- * gives them.
+ * and the landmark c_a + z d_a must lie along d_i: N_i^T (c_a + z d_a - c_i) = 0, with N_i the 3x2
+ * null-space of d_i. The constraint is linear in the positions p_k; the known offsets between the
+ * cameras give the scale. Rows are divided by the distance and by the standard deviation that the
+ * three rays' noise gives them.
  *
- * The base views of largest angle are the best ones, but among wrong tracks they are the wrong ones
- * too. So the first base is the stereo pair of one keyframe, the one of median distance, and the
- * largest angle is looked for among the views that have proved right: chooseWidestBases().
+ * The base views of largest angle are the most accurate, but wrong tracks make large angles, too.
+ * So the first base is the stereo pair of median distance, and chooseWidestBases() looks for the
+ * largest angle only among the views that agree with it.
  */
 class TranslationConstraint {
  public:
@@ -37,14 +37,14 @@ class TranslationConstraint {
                         const std::vector<Eigen::Matrix3d>& R_VB, double sigma_px,
                         double min_parallax_rad);
 
-  /** Those that have a base. */
+  /** Number of landmarks that have a base. */
   int landmarks() const;
-  /** Views of such landmarks in the keyframe that has fewest. */
+  /** Number of views of such landmarks in the keyframe that has the fewest. */
   int fewestViews() const;
-  /** Takes for every landmark the two views of largest angle among those with small residuals. */
+  /** Makes the two views of largest angle among those with small residuals each landmark's base. */
   void chooseWidestBases();
 
-  /** Residuals at the positions `p` (m, in V): distances, standard deviations, robust weights. */
+  /** Computes residuals, their standard deviations and weights at the positions `p` (m, in V). */
   void reweight(const std::vector<Eigen::Vector3d>& p, bool robust);
 
   /** Adds the lower triangle of H (3N x 3N) and the gradient of half the sum of weighted squared
@@ -52,9 +52,9 @@ class TranslationConstraint {
   void addTo(const std::vector<Eigen::Vector3d>& p, Eigen::MatrixXd* H, Eigen::VectorXd* g) const;
 
   /** Robust standard deviation of the residuals: 0.4 to 0.8 where the pixels' noise is sigma_px,
-   * because residuals that have one direction only are judged like those with two. */
+   * because residuals that have one direction only are scaled like those with two. */
   double noise() const { return noise_; }
-  /** Share of the rows within four of them. */
+  /** Share of the rows within four standard deviations. */
   double inlierShare() const { return inlier_share_; }
 
  private:
@@ -67,7 +67,7 @@ class TranslationConstraint {
   };
   struct Landmark {
     std::vector<View> views;
-    size_t a = 0, b = 0;  ///< base views; the same: none
+    size_t a = 0, b = 0;  ///< base views; equal: none
     double sine = 0.0;    ///< of the angle between their rays
     bool hasBase() const { return a != b; }
     Eigen::Vector3d slope = Eigen::Vector3d::Zero();  ///< z = slope . (c_b - c_a)

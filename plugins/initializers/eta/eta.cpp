@@ -23,7 +23,7 @@ class Eta : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    problem.visualSolution();  // stereo odometry is not this plugin's time
+    problem.visualSolution();  // stereo odometry does not count as this plugin's time
     Stopwatch watch;
     const Expected<InertialOnlyStep> map = solveInertialOnlyStep(problem, map_);
     if (!map) return refuse(map.error());

@@ -118,7 +118,7 @@ class Static : public Initializer {
     return {};
   }
 
-  /** Tracks that end within a window are motion too, unless there were too few to begin with. */
+  /** Blames motion if tracks end within the window, unless there were too few to begin with. */
   tl::unexpected<Refusal> tooFewTracks(const TrackedFrame& first, size_t common,
                                        double since) const {
     if (first.observations.size() < static_cast<size_t>(min_tracks_))
@@ -154,8 +154,9 @@ class Static : public Initializer {
   }
 
   /**
-   * Of [b_g, b_a, tilt (2), v], errors as truth against estimate, R_WB true = Exp(tilt) R_WB. The
-   * direction of the mean specific force is wrong by what of d = b_a - mean + noise is level, so
+   * Covariance of the errors of [b_g, b_a, tilt (2), v], truth against estimate, with
+   * R_WB true = Exp(tilt) R_WB. The level part of d = b_a - mean + noise turns the mean specific
+   * force, so
    *   tilt = M R_WB d / gravity,   M = [0 -1 0; 1 0 0],
    * and tilt and b_a are one error, not two.
    */

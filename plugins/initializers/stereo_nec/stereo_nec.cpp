@@ -35,7 +35,8 @@ class StereoNec : public Initializer {
 
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
-    const Expected<VisualSolution>& visual = problem.visualSolution();  // not this plugin's time
+    const Expected<VisualSolution>& visual =
+        problem.visualSolution();  // not counted as this plugin's time
     if (!visual) return refuse(visual.error());
     Stopwatch watch;
     const std::vector<Preintegration> preintegrations = problem.preintegrate(problem.priors().mean);
@@ -73,7 +74,7 @@ class StereoNec : public Initializer {
   GyroBiasMeasurement measurement(const NormalEpipolarBias& bias) const {
     GyroBiasMeasurement measured;
     measured.gyro = bias.gyro;
-    // 1e-7 rad/s: for the MAP that is no freedom at all.
+    // A sigma of 1e-7 rad/s leaves the MAP no freedom.
     if (in_map_ == InMap::kHold) measured.information = 1e14 * Eigen::Matrix3d::Identity();
     if (in_map_ == InMap::kPrior) measured.information = bias.covariance.inverse();
     return measured;

@@ -122,7 +122,7 @@ class VinsAlignment : public Initializer {
       if (!factor.isPositive() || !step.allFinite()) return false;
       bias->gyro += step;
       for (Preintegration& p : *preintegrations) p = p.reintegrated(*bias);
-      // What the linear step leaves is of the order of (|step| dt)^2 / dt.
+      // The linear step leaves an error of the order of (|step| dt)^2 / dt.
       constexpr double kStandsStill = 1e-6;  // rad/s
       if (step.norm() < kStandsStill) break;
     }
@@ -141,8 +141,8 @@ class VinsAlignment : public Initializer {
     return J;
   }
 
-  /** Errors of b_g, and of b_a, which stays at its prior's mean; those of gravity and velocities
-   * are left to the alignment. None if stereo odometry has no covariance. */
+  /** Errors of b_g, and of b_a, which stays at its prior's mean. The alignment adds the errors of
+   * gravity and velocities. Nothing if stereo odometry has no covariance. */
   static std::optional<StateErrors> biasErrors(const InitializationProblem& problem,
                                                const VisualSolution& visual,
                                                const std::vector<Preintegration>& preintegrations,
@@ -158,7 +158,7 @@ class VinsAlignment : public Initializer {
     return errors;
   }
 
-  /** W with W^T W the inverse covariance of all r_k; empty if the rows count alike. */
+  /** W such that W^T W is the inverse covariance of all r_k; empty if all rows weigh the same. */
   MatrixXd rotationWhitening(const VisualSolution& visual,
                              const std::vector<Preintegration>& preintegrations) const {
     const Index n = preintegrations.size();
@@ -203,7 +203,8 @@ class VinsAlignment : public Initializer {
     return {};
   }
 
-  /** Gravity from the mean specific force between the first two frames, velocities from zero. */
+  /** Takes gravity from the mean specific force between the first two frames and integrates the
+   * velocities from zero. */
   static void seedAsFusion(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
                            VisualFrameEstimate* estimate) {

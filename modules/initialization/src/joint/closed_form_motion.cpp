@@ -11,7 +11,7 @@ namespace {
 constexpr int kError = ClosedFormMotion::kError;
 using ErrorMatrix = Eigen::Matrix<double, kError, kError>;
 
-/** How the error [rotation, position, velocity] of one node reaches the next. */
+/** Propagates the error [rotation, position, velocity] of one node to the next. */
 ErrorMatrix transition(const ClosedFormMotion::Node& node, const Preintegration::Deltas& d,
                        double dt) {
   ErrorMatrix F = ErrorMatrix::Identity();
@@ -22,7 +22,7 @@ ErrorMatrix transition(const ClosedFormMotion::Node& node, const Preintegration:
   return F;
 }
 
-/** The preintegration's errors, which stand in the frame of `R_VB`, taken to V. */
+/** Takes the preintegration's errors, which are in the frame of `R_VB`, to V. */
 ErrorMatrix toVisualFrame(const Eigen::Matrix3d& R_VB) {
   ErrorMatrix G = ErrorMatrix::Identity();
   G.block<3, 3>(3, 3) = R_VB;

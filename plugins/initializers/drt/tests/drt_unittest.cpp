@@ -90,12 +90,12 @@ TEST(Drt, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
 }
 
 TEST(Drt, ErrsInProportionToThePixelNoise) {
-  // The linear solution alone: 0.0091 and 0.0269 m/s.
+  // The linear solution alone has errors of 0.0091 and 0.0269 m/s.
   testing::expectErrsInProportionToThePixelNoise(*load());
 }
 
 TEST(Drt, ErrsAsItsCovarianceSays) {
-  // The gyro bias comes from the same pixels as the translations, and counts as independent.
+  // The gyro bias comes from the same pixels as the translations, but counts as independent.
   testing::expectErrsAsItsCovarianceSays(*load(), 0.1);
 }
 
@@ -132,7 +132,7 @@ TEST(Drt, RefusesTooLittleSupportOfTheTranslations) {
   const InitializationResult support = runOn(moving(), *load("min_landmarks = 100000")).result;
   testing::expectRefusal(support, RefusalStatus::kTooFewTracks, "landmarks with parallax");
   EXPECT_GT(*support.error().value, 100.0);
-  // No two rays are a radian apart: no landmark has a base.
+  // No two rays are a radian apart, so no landmark has a base.
   const InitializationResult parallax = runOn(moving(), *load("min_parallax_rad = 1")).result;
   testing::expectRefusal(parallax, RefusalStatus::kTooFewTracks, "landmarks with parallax");
   EXPECT_EQ(*parallax.error().value, 0.0);
@@ -143,7 +143,7 @@ TEST(Drt, RefusesResidualsAboveWhatSigmaPromises) {
       runOn(testing::noisyOptions(Motion::kAggressive, 0.0, ImuBias()), *load("max_noise = 0.1"))
           .result;
   testing::expectRefusal(result, RefusalStatus::kNotConverged, "translation residuals");
-  EXPECT_NEAR(*result.error().value, 1.0, 0.3);  // the noise is what the problem believes
+  EXPECT_NEAR(*result.error().value, 1.0, 0.3);  // the true noise is sigma_px
 }
 
 TEST(Drt, RefusesAnAccelerometerThatShowsNoGravity) {

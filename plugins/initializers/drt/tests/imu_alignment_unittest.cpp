@@ -22,7 +22,7 @@ using testing::SyntheticWindowOptions;
 
 constexpr double kGravity = 9.81;
 
-/** A noise-free window in V, its rotations known. */
+/** A noise-free window in V with known rotations. */
 struct Case {
   explicit Case(Motion motion) {
     options.motion = motion;
@@ -50,7 +50,7 @@ struct Case {
   LinearState truth;
 };
 
-/** The whitened residuals of the equations in README.md, the raw IMU integrated anew at b_a. */
+/** The whitened residuals of README.md's equations, with the raw IMU integrated anew at b_a. */
 VectorXd residuals(const Case& c, const LinearState& s, const Vector3d& mean, double sigma) {
   const Index pairs = c.preintegrations.size();
   VectorXd r(6 * pairs + 3);
@@ -150,10 +150,10 @@ TEST(DrtImuAlignment, WithoutFreedomTheAccelerometerBiasStaysAtItsMean) {
 TEST(DrtImuAlignment, StartsFromRestWithGravityAgainstTheAccelerometer) {
   Case c(Motion::kStandstill);
   const LinearState still = c.alignment(c.truth.b_a, 0.1).start();
-  // The deltas were integrated without the bias: the whole mean force is taken for gravity.
+  // The deltas were integrated without the bias, so the whole mean force is taken for gravity.
   const Vector3d force = c.window.imu.samples().front().accel;
   EXPECT_LT((still.g_V + kGravity * force.normalized()).norm(), 1e-9);
-  // What differs from gravity moves the body, by (|f| - g) t along f.
+  // The excess of the force over gravity changes the velocity by (|f| - g) t along f.
   const double t =
       secondsBetween(c.preintegrations.front().start(), c.preintegrations.back().end());
   const Vector3d v = (force.norm() - kGravity) * t * force.normalized();

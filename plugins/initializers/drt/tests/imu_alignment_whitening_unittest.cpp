@@ -54,7 +54,7 @@ TEST(DrtImuAlignment, GradientAndHessianAreThoseOfThePreintegrationResidual) {
   MatrixXd H = MatrixXd::Zero(n, n);
   VectorXd gradient = VectorXd::Zero(n);
   imu.addTo(x, &H, &gradient);
-  // Units differ by orders of magnitude: each step is a part of its own sigma.
+  // Units differ by orders of magnitude, so each step is a part of its own sigma.
   const VectorXd step = H.diagonal().cwiseSqrt().cwiseInverse();
   VectorXd numerical(n);
   for (Index i = 0; i < n; ++i) {
@@ -66,7 +66,7 @@ TEST(DrtImuAlignment, GradientAndHessianAreThoseOfThePreintegrationResidual) {
   const VectorXd scaled = gradient.cwiseProduct(step);
   EXPECT_GT(scaled.norm(), 10.0);
   EXPECT_LT((scaled - numerical.cwiseProduct(step)).norm(), 1e-5 * scaled.norm());
-  // All but gravity, which is curved, is linear: the Hessian is the gradient's change.
+  // All unknowns but gravity, which is curved, are linear: the Hessian is the gradient's change.
   for (Index i = 0; i < n; ++i) {
     if (i == n - 5 || i == n - 4) continue;
     MatrixXd ignored = MatrixXd::Zero(n, n);

@@ -49,7 +49,7 @@ SyntheticWindowOptions small() {
   return options;
 }
 
-/** The positions after one linear solution from `p`, the first as it is. */
+/** The positions after one linear solution from `p`, with the first one held. */
 std::vector<Vector3d> solved(const TranslationConstraint& constraint,
                              const std::vector<Vector3d>& p) {
   const Index n = 3 * p.size();
@@ -91,9 +91,9 @@ std::map<LandmarkId, std::vector<Ray>> raysOf(const Case& c) {
 }
 
 /**
- * Half the sum of squares of README.md's rows at `p`, weighted by the noise at `at`, the two rays
- * of widest angle being the base. The depth is the one that brings a point of the first ray nearest
- * to the second: the vertex of a parabola through three points.
+ * Half the sum of squares of README.md's rows at `p`, weighted by the noise at `at`. The base is
+ * the two rays of widest angle. The depth brings a point of the first ray nearest to the second: it
+ * is the vertex of a parabola through three points.
  */
 double cost(const Case& c, const std::vector<Vector3d>& p, const std::vector<Vector3d>& at) {
   const double sigma_rad =
@@ -153,7 +153,7 @@ TEST(DrtTranslationConstraint, HessianAndGradientAreThoseOfTheRowsByNumericalDer
   VectorXd g = VectorXd::Zero(n);
   constraint.addTo(p, &H, &g);
 
-  // The cost is quadratic: differences with a long step are exact but for rounding.
+  // The cost is quadratic, so differences with a long step are exact but for rounding.
   constexpr double kStep = 0.1;
   const auto moved = [&](Index i, double by) {
     std::vector<Vector3d> q = p;
@@ -193,7 +193,7 @@ TEST(DrtTranslationConstraint, OneLinearSolutionIsExactWithoutNoiseFromAnywhere)
   }
 }
 
-/** noise() at the true positions, of stereo pairs as bases and of the widest ones. */
+/** noise() at the true positions with the stereo pairs as bases, and with the widest ones. */
 std::pair<double, double> noiseAtTheTruth(double sigma_px) {
   SyntheticWindowOptions options;
   options.motion = Motion::kAggressive;
@@ -210,14 +210,14 @@ std::pair<double, double> noiseAtTheTruth(double sigma_px) {
 
 TEST(DrtTranslationConstraint, NoiseIsInProportionToThatOfThePixels) {
   const auto [stereo, widest] = noiseAtTheTruth(kSigmaPx);
-  // Residuals with one direction only are judged like those with two, a median of 0.57: from a
-  // stereo pair nearly all, which are the error of the depth; of the widest rays those of the
-  // second ray.
+  // Residuals with one direction only are scaled like those with two, which gives 0.57. From a
+  // stereo pair nearly all have one direction, that of the depth's error; from the widest rays only
+  // the residuals of the second ray.
   EXPECT_NEAR(stereo, 0.45, 0.1);
   EXPECT_NEAR(widest, 0.8, 0.15);
   const auto [twice_stereo, twice_widest] = noiseAtTheTruth(2.0 * kSigmaPx);
-  // The depth of a stereo pair is no linear function of its pixels: over 20 seeds its median error
-  // grows by 1.58 to 1.98, that of the widest rays by 1.99 to 2.02.
+  // The depth of a stereo pair is not linear in its pixels: over 20 seeds its median error grows by
+  // a factor of 1.58 to 1.98, that of the widest rays by 1.99 to 2.02.
   EXPECT_NEAR(twice_stereo, 1.78 * stereo, 0.2 * stereo);
   EXPECT_NEAR(twice_widest, 2.0 * widest, 0.05);
 }
@@ -235,7 +235,7 @@ TEST(DrtTranslationConstraint, RobustWeightsKeepOutliersOut) {
       constraint.reweight(p, robust && pass > 1);
       p = solved(constraint, p);
     }
-    if (robust) {  // a row is three rays, of which the two of the base are chosen
+    if (robust) {  // a row has three rays, but the two of its base are selected
       EXPECT_GT(constraint.inlierShare(), 0.9 * 0.9 * 0.9);
       EXPECT_LT(constraint.inlierShare(), 0.92);
     }
@@ -251,7 +251,7 @@ TEST(DrtTranslationConstraint, CountsLandmarksWithParallaxAndTheirViews) {
   const TranslationConstraint constraint = c.constraint();
   EXPECT_GT(constraint.landmarks(), 10);
   EXPECT_GT(constraint.fewestViews(), 10);
-  // Stereo pairs are the first bases: 0.11 m of base line at 3 m and more are not 0.2 rad.
+  // Stereo pairs are the first bases, and a baseline of 0.11 m at 3 m and more is not 0.2 rad.
   const TranslationConstraint strict = c.constraint(0.2);
   EXPECT_EQ(strict.landmarks(), 0);
   EXPECT_EQ(strict.fewestViews(), 0);

@@ -48,7 +48,7 @@ TEST(Eta, FollowsAGyroBiasOfEitherSign) {
 TEST(Eta, IsAccurateOnNoisyDataWithOutliers) { testing::expectAccurateAfterViBa(*load()); }
 
 TEST(Eta, RotationsAreTheGyrosWithItsBiasRemoved) {
-  // A bias held wrong by 0.001 rad/s is 0.014 deg a quarter of a second, whatever the images say.
+  // A bias error of 0.001 rad/s turns the body by 0.014 deg in 0.25 s, whatever the images say.
   SyntheticWindowOptions options = moving();
   options.priors.mean.gyro = {0.001, 0.0, 0.0};
   const Outcome o = runOn(options, *load("prior_gyro_information = 1e18"));
@@ -87,7 +87,7 @@ TEST(Eta, RefusesAKeyframeWithTooFewInliers) {
   const InitializationResult result = runOn(moving(), *load("min_inliers = 100000")).result;
   testing::expectRefusal(result, RefusalStatus::kTooFewTracks,
                          "agree with the translation of the weakest keyframe");
-  EXPECT_GT(*result.error().value, 100.0);  // no noise: whatever the weakest keyframe sees
+  EXPECT_GT(*result.error().value, 100.0);  // without noise all that the weakest keyframe sees
 }
 
 TEST(Eta, RefusesAMapThatIsNotConvergedOrIllConditioned) {

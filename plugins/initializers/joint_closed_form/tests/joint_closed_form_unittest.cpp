@@ -27,9 +27,8 @@ SyntheticWindowOptions noisy(Motion motion, double outlier_share) {
 }
 
 /**
- * Priors that hardly say anything, so that they do not pull on noise-free data. Without any,
- * gravity and its mirror image with a b_a of 2 g explain a rotation about the vertical equally
- * well.
+ * Priors so weak that they do not pull on noise-free data. Without priors, gravity and its mirror
+ * image with a b_a of 2 g explain a rotation about the vertical equally well.
  */
 SyntheticWindowOptions hardlyAnyPriors(Motion motion) {
   SyntheticWindowOptions options = testing::freeOptions(motion, kBiases);
@@ -89,8 +88,8 @@ TEST(JointClosedForm, IsAccurateOnNoisyDataWithOutliers) {
       SCOPED_TRACE(std::to_string(share) + " " + testing::toString(motion));
       const Outcome o = runOn(noisy(motion, share), *load());
       ASSERT_TRUE(o.result) << o.result.error().reason;
-      // Three to five times the Cramer-Rao bounds of such a window: one draw, not a mean. With 30 %
-      // of outlying pixels half of the stereo pairs are broken.
+      // Three to five times the Cramer-Rao bounds of such a window, because this is one draw and
+      // not a mean. With 30 % of outlying pixels half of the stereo pairs are broken.
       EXPECT_LT(o.errors.rre_deg, share < 0.2 ? 0.04 : 0.08);
       EXPECT_LT(o.errors.velocity_mps, share < 0.2 ? 0.02 : 0.04);
       EXPECT_LT(o.errors.gyro_bias_rps, 3e-3);
@@ -99,7 +98,7 @@ TEST(JointClosedForm, IsAccurateOnNoisyDataWithOutliers) {
 }
 
 TEST(JointClosedForm, ErrsInProportionToThePixelNoise) {
-  // With derivatives at the measured direction: 0.0071 and 0.0248 m/s.
+  // With derivatives at the measured direction the errors are 0.0071 and 0.0248 m/s.
   testing::expectErrsInProportionToThePixelNoise(*load());
 }
 

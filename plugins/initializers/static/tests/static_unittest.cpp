@@ -76,7 +76,7 @@ TEST(Static, StandsStillWithRunningMotors) {
   const InitializationResult result = load()->initialize(makeProblem(window, options));
   ASSERT_TRUE(result) << result.error().reason;
   const WindowErrors e = errorsOf(result->states, result->bias, window);
-  EXPECT_LT(e.gravity_deg, 0.1);  // what is left of whole periods of the shaking
+  EXPECT_LT(e.gravity_deg, 0.1);  // the shaking does not cancel exactly over the window
   EXPECT_LT(e.gyro_bias_rps, 1e-3);
 }
 
@@ -128,7 +128,7 @@ TEST(Static, RefusesAMeanRateThatIsNoBias) {
 TEST(Static, AnUnknownAccelerometerBiasTiltsGravity) {
   SyntheticWindowOptions options = atRest();
   SyntheticWindow window = testing::makeSyntheticWindow(options);
-  // Level: across what the accelerometer measures at rest.
+  // Level means orthogonal to what the accelerometer measures at rest.
   const Vector3d level = window.imu.samples().front().accel.unitOrthogonal();
   options.bias.accel = 0.2 * level;
   const testing::Outcome o = runOn(options, *load());
@@ -165,13 +165,13 @@ TEST(Static, RefusesImplausibleMeansAndTooFewTracks) {
   EXPECT_EQ(*tracks.error().value, 5.0);
 }
 
-/** Error, truth against estimate, in the order of the covariance but for the velocity. */
+/** Error, truth against estimate, in the order of the covariance, without the velocity. */
 Eigen::Matrix<double, 8, 1> errorOf(const InitializationResult& result,
                                     const SyntheticWindow& window) {
   Eigen::Matrix<double, 8, 1> e;
   e.head<3>() = window.bias.gyro - result->bias.gyro;
   e.segment<3>(3) = window.bias.accel - result->bias.accel;
-  // R true = Exp(tilt) R up to yaw: R^T z true, seen in the estimated world, is z - tilt x z.
+  // R true = Exp(tilt) R up to yaw, so R^T z true, seen in the estimated world, is z - tilt x z.
   const Vector3d up =
       result->states.front().T_WB.R * window.truth.front().T_WB.R.transpose() * Vector3d::UnitZ();
   e(6) = up.y();
@@ -216,7 +216,7 @@ TEST(Static, CovarianceSaysThatTiltAndAccelerometerBiasAreOneError) {
   ASSERT_TRUE(result) << result.error().reason;
   const Eigen::MatrixXd& P = result->covariance;
   EXPECT_NEAR(std::sqrt(P(6, 6)), 0.1 / 9.81, 1e-4);
-  // Known b_a would leave the tilt to the accelerometer's noise alone.
+  // With a known b_a the tilt would be uncertain by the accelerometer's noise alone.
   const Eigen::Matrix2d given = P.block<2, 2>(6, 6) - P.block<2, 3>(6, 3) *
                                                           P.block<3, 3>(3, 3).inverse() *
                                                           P.block<3, 2>(3, 6);

@@ -16,7 +16,7 @@ using testing::runOn;
 using testing::SyntheticWindowOptions;
 using testing::WindowErrors;
 
-/** The default, the published configuration, and b_g held in the MAP. */
+/** One of: the default, the published configuration, b_g held in the MAP. */
 struct Configuration {
   const char* label;
   const char* ini;
@@ -59,7 +59,7 @@ TEST_P(StereoNecConfigurations, IsExactAtRestAndAtConstantVelocityToo) {
 }
 
 TEST_P(StereoNecConfigurations, SurvivesNoiseAndThirtyPercentOutliers) {
-  // Not on the circle, where stereo odometry gives up.
+  // The circle is left out, because stereo odometry gives up there.
   testing::expectSurvivesThirtyPercentOutliers(*loadIt(), Motion::kAggressive);
 }
 
@@ -84,8 +84,8 @@ TEST(StereoNec, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
 }
 
 TEST(StereoNec, TheMapTakesTheGyroBiasAsItIsTold) {
-  // All pairs and neighbours alone find two biases. As a seed they leave no trace in the MAP; held,
-  // they are the result.
+  // All pairs and neighbours alone give different biases. As a seed the bias leaves no trace in the
+  // MAP; held, it is the result.
   const auto apart = [](const std::string& in_map) {
     const SyntheticWindowOptions options =
         testing::noisyOptions(Motion::kAggressive, 0.0, {testing::kBiases.gyro, Vector3d::Zero()});

@@ -56,7 +56,7 @@ TEST(VinsAlignment, LeavesTheAccelerometerBiasToGravity) {
   const Outcome o = runOn(options, *load());
   ASSERT_TRUE(o.result) << o.result.error().reason;
   EXPECT_EQ(o.result->bias.accel, Vector3d::Zero());
-  EXPECT_LT(o.errors.gyro_bias_rps, 1e-5);  // rotations do not know b_a
+  EXPECT_LT(o.errors.gyro_bias_rps, 1e-5);  // rotations do not depend on b_a
   EXPECT_GT(o.errors.gravity_deg, 0.1);     // at most |b_a| / g = 1.02 deg
   EXPECT_LT(o.errors.gravity_deg, 1.1);
 }
@@ -114,8 +114,8 @@ TEST(VinsAlignment, SurvivesThirtyPercentOfOutliers) {
   const Outcome o = runOn(
       testing::noisyOptions(Motion::kGentle, 0.3, {kBiases.gyro, {0.05, -0.04, 0.03}}), *load());
   ASSERT_TRUE(o.result) << o.result.error().reason;
-  // The outliers meet stereo odometry, whose poses this method takes as they are: ten times what is
-  // left without them.
+  // The outliers affect stereo odometry, whose poses this method takes as they are. The bounds are
+  // ten times the errors without outliers.
   EXPECT_LT(o.errors.rre_deg, 0.3);
   EXPECT_LT(o.errors.velocity_mps, 0.15);
   EXPECT_LT(o.errors.gyro_bias_rps, 0.01);
