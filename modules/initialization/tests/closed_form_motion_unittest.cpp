@@ -136,5 +136,26 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
   }
 }
 
+/** An error that never changes is one of the bias; one that is new at every interval is less of it
+ * at the end. */
+TEST(ClosedFormMotion, ASlowErrorLiesBetweenABiasAndNoise) {
+  const Case c;
+  const std::vector<Preintegration> preintegrations = c.preintegrations(c.bias);
+  const ClosedFormMotion plain = composeMotion(preintegrations);
+  const auto added = [&](double time_s) -> MatrixXd {
+    return composeMotion(preintegrations, {0.03, time_s}).covariance - plain.covariance;
+  };
+  const Index n = plain.covariance.rows();
+  MatrixXd by_bias(n, 3);
+  for (Index row = 0; row < n; row += 9)
+    by_bias.middleRows<9>(row) = plain.nodes[row / 9 + 1].bias.rightCols<3>();
+  const MatrixXd of_bias = 0.03 * 0.03 * by_bias * by_bias.transpose();
+  EXPECT_LT((added(1e9) - of_bias).norm(), 1e-8 * of_bias.norm());
+  const auto last = [](const MatrixXd& P) { return P.bottomRightCorner<3, 3>().trace(); };
+  EXPECT_LT(last(added(0.5)), 0.8 * last(of_bias));
+  EXPECT_LT(last(added(1e-3)), 0.5 * last(added(0.5)));
+  EXPECT_GT(last(added(1e-3)), 0.0);
+}
+
 }  // namespace
 }  // namespace etalon
