@@ -40,7 +40,7 @@ struct Arguments {
 
 std::atomic<bool> stop_requested{false};
 
-/** The first Ctrl-C ends the work in order, the second one at once. */
+/** The first Ctrl-C ends the work in an orderly way, the second one at once. */
 extern "C" void requestStop(int signal_number) {
   stop_requested = true;
   std::signal(signal_number, SIG_DFL);
@@ -54,8 +54,8 @@ SuiteConfiguration configure(const Arguments& arguments) {
 }
 
 /**
- * Configures in a child process first, so that a plugin that crashes while it is loaded or made is
- * named. What configure() throws it throws here again. @throws PluginError
+ * Configures in a child process first, so that a plugin that crashes while it is loaded or made can
+ * be named. Exceptions of configure() are thrown here again. @throws PluginError
  */
 SuiteConfiguration configureSafely(const Arguments& arguments) {
   IsolationLimits limits;
@@ -65,7 +65,7 @@ SuiteConfiguration configureSafely(const Arguments& arguments) {
         [&tried] {
           try {
             configure(tried);
-          } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): comes again, below
+          } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): thrown again below
           }
           return std::string();
         },

@@ -28,7 +28,7 @@ struct Arguments {
   bool include_rest = false;
 };
 
-/** Tracks of a recording; with --tracks from there, where they fit. */
+/** Tracks of a recording; with --tracks from that folder, where they fit. */
 SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
                         const PipelineOptions& pipeline) {
   const auto recording = openRecording(source);
@@ -63,7 +63,8 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
       options.odometry.sigma_px = believed.sigma_px;
       ImuNoiseOptions noise;
       noise.gyro_noise_factor = believed.gyro;
-      noise.accel_noise_factor = noise.min_accel_noise_factor = believed.accel;  // it alone
+      noise.accel_noise_factor = noise.min_accel_noise_factor =
+          believed.accel;  // whatever the samples show
       return windowProblem(*tracks, every_s, shape, window, noise, options);
     });
   return windows;
@@ -120,7 +121,7 @@ void addRows(const std::string& name, const NoiseCalibration& calibration, Table
   table->setNumber("sigma_px_sigma", calibration.relative_sigma.sigma_px);
 }
 
-/** In words: what the noise in use is worth, and what the estimate is worth. */
+/** Says in words how good the noise in use and the estimate are. */
 void printWords(const std::string& name, const NoiseCalibration& calibration, double overlap) {
   std::printf("\n%s\n", name.c_str());
   if (!calibration.message.empty()) std::printf("  %s\n", calibration.message.c_str());
@@ -137,7 +138,7 @@ void printWords(const std::string& name, const NoiseCalibration& calibration, do
                 100.0 * calibration.relative_sigma.accel);
 }
 
-/** In how many windows every instant is. */
+/** The number of windows that hold one instant. */
 double overlapOf(const PipelineOptions& pipeline, const Arguments& arguments) {
   return std::max(1.0, (pipeline.keyframes - 1) / (pipeline.keyframe_rate_hz * arguments.every_s));
 }

@@ -35,8 +35,8 @@ struct Subject {
   Initializer::Ptr initializer;
 };
 
-/** The file's content and what --set adds. A file without the plugin's section is refused: the
- * defaults would be checked without a word. */
+/** The file's content and what --set adds. Refuses a file without the plugin's section, because the
+ * defaults would be checked silently. */
 IniFile readIni(const Arguments& arguments, const std::string& name) {
   IniFile ini;
   if (!arguments.config.empty()) {
@@ -69,15 +69,15 @@ Subject loadSubject(const Arguments& arguments) {
     subject.initializer = loader.create(arguments.plugin);
     return subject;
   }
-  // As every other command reads it: no unknown section, no unknown key in any.
+  // Every other command reads the file like this: unknown sections and keys are refused.
   const SuiteConfiguration suite =
       loadSuiteConfiguration(ini, arguments.plugin_path, {arguments.plugin});
   subject.initializer = suite.initializers.front().initializer;
   return subject;
 }
 
-/** Loads it in a process of its own first: a library may crash while it is being loaded. What is
- * wrong in words that need no crash is left to the second try, in this process. */
+/** Loads the plugin in a process of its own first, because a library may crash while it is loaded.
+ * The second try, in this process, reports ordinary errors. */
 std::string crashWhileLoading(const Arguments& arguments) {
   const IsolatedOutcome outcome = runIsolated(
       [&]() -> std::string {
@@ -140,7 +140,7 @@ void printJson(const Subject& subject, const ContractReport& report) {
                               {"value", check.value},
                               {"failures", check.failures}});
   }
-  // A plugin's words may be no UTF-8.
+  // A plugin's texts need not be UTF-8.
   std::printf("%s\n",
               json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }

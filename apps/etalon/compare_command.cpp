@@ -29,7 +29,7 @@ struct Arguments {
 
 bool isForPeople(TableFormat format) { return format != TableFormat::kCsv; }
 
-/** Folders without their parents, where that tells them apart; else the paths as they are. */
+/** The folders' names without their parents, if these differ; else the paths as they are. */
 std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
   namespace fs = std::filesystem;
   std::vector<std::string> names;
@@ -63,15 +63,14 @@ void compareRunFolders(const Arguments& arguments, TableFormat format) {
   }
 }
 
-/** The tables to print beside the comparison: all, the headlines, or those of the chosen figures.
- */
+/** Whether to print a table beside the comparison: all, the headlines, or the chosen figures. */
 bool isAskedFor(const TitledTable& table, const std::vector<std::string>& metrics, bool all) {
   if (all) return true;
   if (metrics.empty()) return table.headline;
   return std::find(metrics.begin(), metrics.end(), table.figure) != metrics.end();
 }
 
-/** The first initializer against each of the others. */
+/** Compares the first initializer with each of the others. */
 std::vector<PairedComparison> comparisonsWithTheFirst(const BenchmarkRecord& record,
                                                       const std::vector<std::string>& figures,
                                                       const BootstrapOptions& options) {
@@ -84,8 +83,8 @@ std::vector<PairedComparison> comparisonsWithTheFirst(const BenchmarkRecord& rec
   return comparisons;
 }
 
-/** As text a table for each two and window: with their names in every row it would be wider than
- * most terminals. The note, which is the same for all, at the end. */
+/** Prints a text table for each pair of initializers and window: with their names in every row it
+ * would be wider than most terminals. The note, which is the same for all, comes last. */
 void printComparisons(const std::vector<PairedComparison>& comparisons,
                       const BootstrapOptions& options, const TextStyle& style) {
   auto first = comparisons.begin();
@@ -101,8 +100,8 @@ void printComparisons(const std::vector<PairedComparison>& comparisons,
   std::printf("%s\n", comparisonTable(comparisons, options).note.c_str());
 }
 
-/** Says what the benchmarks lack; on stdout above tables for people, else on stderr. Whether they
- * lack anything. */
+/** Says what the benchmarks lack, on stdout above tables for people, else on stderr. Returns
+ * whether they lack anything. */
 bool printIncompleteness(const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks,
                          TableFormat format) {
   bool any = false;
@@ -117,7 +116,7 @@ bool printIncompleteness(const std::vector<std::pair<std::string, BenchmarkRecor
   return any;
 }
 
-/** Whether the benchmarks are complete. */
+/** Compares benchmarks. Returns whether they are complete. */
 bool compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
   const std::vector<std::string> names = shortNames(arguments.runs);
   std::vector<std::pair<std::string, BenchmarkRecord>> benchmarks;

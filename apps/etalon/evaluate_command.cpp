@@ -110,7 +110,7 @@ Table emptyTable() {
   return Table(columns);
 }
 
-/** A row; none of errors that there is no pair of poses for. */
+/** Adds a row, unless there is no pair of poses for the errors. */
 void addErrors(Table* table, const std::string& error, const std::string& over,
                const TrajectoryErrors& errors) {
   if (errors.position_m.count == 0) return;

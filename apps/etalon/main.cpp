@@ -14,7 +14,7 @@ namespace {
 
 using namespace etalon::app;
 
-/** Says of a command line that was not understood what was expected. Returns the exit code. */
+/** Says what was expected of a command line that was not understood. Returns the exit code. */
 int reportUsage(const CLI::App& app, const CLI::ParseError& error,
                 const std::vector<std::string>& arguments) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
@@ -42,14 +42,14 @@ int reportUsage(const CLI::App& app, const CLI::ParseError& error,
   return kUsageError;
 }
 
-/** Parses the command line and runs its command; the exit code. */
+/** Parses the command line and runs its command. Returns the exit code. */
 int run(const std::vector<std::string>& arguments) {
   CLI::App app{
       "Etalon: stereo-inertial odometry whose initializer is a plugin chosen in an INI file."};
   app.name("etalon");
   app.set_version_flag("--version", ETALON_VERSION, "Print the version and exit.");
   app.set_help_flag("-h,--help", "Print this help and exit.");
-  // Those of the commands that say nothing else.
+  // These exit codes hold for every command whose help lists no others.
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 data.");
   app.require_subcommand(1);
   int exit_code = kOk;
@@ -81,7 +81,7 @@ int run(const std::vector<std::string>& arguments) {
 
 int main(int argc, char** argv) {
   sayWantOfMemory();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that becomes too long is a write error with words
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that becomes too long is then an ordinary write error
   const int exit_code =
       guarded([&] { return run(std::vector<std::string>(argv + 1, argv + argc)); });
   return guarded([exit_code] {

@@ -79,14 +79,14 @@ void printDescription(PluginLoader* loader, const std::string& name) {
   }
 }
 
-/** Where to look for plugins, and what need not be tried. */
+/** Where to look for plugins, and which libraries must not be loaded here. */
 struct SearchPath {
   std::vector<std::string> entries;
   std::vector<RejectedPlugin> crashing;
 };
 
-/** What comes of loading a library and making its initializer in a process of its own: empty, or
- * how that process ended. Errors in words are left to the second try, in this process. */
+/** Loads a library and makes its initializer in a process of its own. Returns how that process
+ * crashed, or nothing. The second try, in this process, reports ordinary errors. */
 std::string crashOf(const std::string& library) {
   IsolationLimits limits;
   limits.cpu_s = 10.0;
@@ -103,7 +103,7 @@ std::string crashOf(const std::string& library) {
         return "";
       },
       limits);
-  // What it throws besides is no crash.
+  // An exception is not a crash.
   const bool threw = outcome.failure.rfind("threw", 0) == 0;
   return outcome.completed || threw ? "" : outcome.failure;
 }
@@ -120,7 +120,7 @@ std::vector<std::string> librariesOf(const std::string& entry) {
   return libraries;
 }
 
-/** The search path without the libraries that would take this program down. */
+/** The search path without the libraries that would crash this program. */
 SearchPath withoutCrashes(const std::vector<std::string>& search_path) {
   SearchPath safe;
   for (const std::string& entry : search_path) {

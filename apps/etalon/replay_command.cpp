@@ -32,11 +32,11 @@ struct Arguments {
   bool final_ba = false, imu_states = false, gui = false;
 };
 
-/** The pipeline's run over the source; what was read before an error is kept in `pipeline`. */
+/** The pipeline's run over the source. After an error `pipeline` keeps what was read before. */
 class Replay {
  public:
-  /** @param died how a former run of the same ended too early: this one ends before that, and
-   * reports nothing on the way; null: there was none */
+  /** @param died how an earlier run of the same input crashed: this run stops before that point and
+   * reports no progress; null: there was no earlier run */
   Replay(SensorSource* source, const RunConfiguration& configuration, RunState* state,
          const RunEnd* died)
       : source_(*source),
@@ -133,7 +133,7 @@ class Replay {
   size_t reported_ = 0, events_reported_ = 0;
 };
 
-/** The attempt that did not come to its end, and words about it. */
+/** Records the attempt that did not come to its end, with a warning. */
 void addLostAttempt(const RunEnd& died, RunRecord* record) {
   record->warnings.push_back(describe(died, record->source) + "; the run ends before that");
   if (died.initializer.empty()) return;
@@ -161,7 +161,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   if (!died)
     for (const std::string& warning : requireSoundRecording(arguments.source))
       std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
-  // What cannot be written should not show after minutes of work.
+  // A folder that cannot be written should not be noticed after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
   Replay run(source.get(), configuration, state, died);
   if (arguments.imu_states) run.keepImuStates();
@@ -169,7 +169,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   std::exception_ptr failure;
   try {
     run.run();
-  } catch (const DataError&) {  // what came before it is finished and written all the same
+  } catch (const DataError&) {  // the part before the error is still finished and written
     failure = std::current_exception();
   }
   if (failure && run.delivered() == 0) {  // an earlier run in the folder stays as it is
@@ -187,7 +187,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   return run.pipeline().initializedAt() ? kOk : kNotInitialised;
 }
 
-/** What a crash takes with it is done once more, up to the crash: the same again, bit by bit. */
+/** A crash loses the results of its process, so the run is repeated, bit for bit, up to it. */
 int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");

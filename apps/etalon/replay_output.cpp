@@ -59,7 +59,7 @@ void printAccepted(const AttemptRecord& attempt) {
               attempt.milliseconds(kTimingViBa));
 }
 
-/** With `initializer = auto`: who started, who took over, and the errors of each. */
+/** With `initializer = auto`: which initializer started, which took over, and their errors. */
 void printAutoSummary(const RunRecord& record) {
   std::vector<const AttemptRecord*> accepted;
   std::string text;
@@ -82,7 +82,7 @@ void printAutoSummary(const RunRecord& record) {
   }
 }
 
-/** ", 9 of 100 frames": how much of the trajectory an error is of, if not all. */
+/** ", 9 of 100 frames": the part of the trajectory that an error covers; empty for all of it. */
 std::string partly(const RunRecord& record) {
   if (!record.ground_truth || record.ground_truth->covered_frames == record.ground_truth->frames)
     return "";

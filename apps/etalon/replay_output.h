@@ -14,18 +14,18 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
                              double seconds, double elapsed_s);
 
 /**
- * A line of the attempt: accepted, or not yet and why.
+ * Prints whether the attempt was accepted, or why not yet.
  *
- * @param handover whether the odometry ran already, started at rest
+ * @param handover whether the odometry already runs from a start at rest
  * @param at_rest name of the initializer at rest; empty if there is none
  */
 void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
                   const std::string& at_rest);
 
-/** A change of the pipeline's state, and the jump of the pose that came with it. */
+/** Prints a change of the pipeline's state and the jump of the pose that came with it. */
 void printEvent(const PipelineEvent& event, TimeNs first_image);
 
-/** What a finished run found, what was wrong with its input, and the files written. */
+/** Prints what a finished run found, what was wrong with its input, and the files written. */
 void printSummary(const RunRecord& record, const std::vector<std::string>& files);
 
 /** "misbehaves crashed with signal 11 (Segmentation fault) at 2.25 s of RECORDING, in its attempt

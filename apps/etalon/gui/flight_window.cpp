@@ -17,11 +17,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kBetweenDrawings{100};
-/** The landmarks and keyframes of a long flight are many: they are collected once a second. */
+/** A long flight has many landmarks and keyframes, so they are collected only once a second. */
 constexpr std::chrono::milliseconds kBetweenMaps{1000};
 constexpr double kImageWidth = 0.38;  ///< of the window's width
 
-/** Both cameras see a landmark: green; the left one alone: amber. */
+/** Draws landmarks that both cameras see green, those of the left one alone amber. */
 cv::Mat drawn(const FrontFrame& frame) {
   cv::Mat image;
   cv::cvtColor(frame.images.left, image, cv::COLOR_GRAY2BGR);

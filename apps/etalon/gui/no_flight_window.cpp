@@ -1,4 +1,4 @@
-// In place of flight_window.cpp where MRPT's gui library was not there at build time.
+// Replaces flight_window.cpp where MRPT's gui library was missing at build time.
 #include "etalon/core/errors.h"
 #include "gui/flight_window.h"
 

@@ -4,7 +4,7 @@
 
 namespace etalon::app {
 
-// CLI11's own checks either let such values through or answer with 300 digits of a largest double.
+// CLI11's own checks let invalid values through or print the 300 digits of the largest double.
 
 /** Accepts any finite number of seconds, at least 0 if `not_negative`. */
 CLI::Validator checkSeconds(bool not_negative);
@@ -12,10 +12,10 @@ CLI::Validator checkSeconds(bool not_negative);
 /** Accepts a share from 0 to 1. */
 CLI::Validator checkShare();
 
-/** Accepts a path that does not look like an option: `--out --help` is no wish for a folder. */
+/** Accepts a path that does not look like an option: `--out --help` does not ask for a folder. */
 CLI::Validator checkOutputPath();
 
-/** Declares --time-limit, the processor time of one try of an initializer.
+/** Declares --time-limit, the processor time that one call of an initializer may use.
  * @param what as the beginning of a sentence: "Processor time that an initializer may use" */
 void addTimeLimitOption(CLI::App* command, const std::string& what, double* limit_s);
 

@@ -14,8 +14,8 @@ void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_pat
 
 /**
  * The configuration of a command that runs the pipeline: -c/--config, --initializer, --set and
- * --plugin-path. Each add...() declares some of them on a subcommand, and this has to live until
- * the command has run; the order of the calls is the order of --help.
+ * --plugin-path. Each add...() declares some of them on a subcommand; the order of the calls is the
+ * order in --help. The object must live until the command has run.
  */
 struct ConfigurationOptions {
   std::string config;                      ///< INI file; empty: built-in values
@@ -25,10 +25,10 @@ struct ConfigurationOptions {
 
   void addConfig(CLI::App* command);
   void addInitializer(CLI::App* command);
-  /** --set and --plugin-path. */
+  /** Declares --set and --plugin-path. */
   void addOverrides(CLI::App* command);
 
-  /** The INI file with --initializer and then --set in it. @throws ConfigError */
+  /** The INI file after --initializer, then --set were applied. @throws ConfigError */
   IniFile ini() const;
 };
 

@@ -4,11 +4,11 @@
 
 namespace etalon::app {
 
-/** Runs a command; what it throws becomes a sentence on stderr and an exit code. */
+/** Runs a command and turns what it throws into a sentence on stderr and an exit code. */
 int guarded(const std::function<int()>& command);
 
-/** Where a want of memory cannot be caught (in a thread, in a destructor), the program ends with
- * the same sentence and exit code. */
+/** Makes the program end with the same sentence and exit code where running out of memory cannot be
+ * caught (in a thread, in a destructor). */
 void sayWantOfMemory();
 
 }  // namespace etalon::app

@@ -4,7 +4,7 @@
 
 namespace etalon::app {
 
-/** Prints the recordings that could not be used to stderr; whether there are any. */
+/** Prints the recordings that could not be used to stderr. Returns whether there are any. */
 bool printRecordingErrors(const BenchmarkRecord& record);
 
 }  // namespace etalon::app

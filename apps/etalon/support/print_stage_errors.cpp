@@ -11,7 +11,7 @@ void printStageErrors(const StageRecord& stage) {
   const WindowErrors& e = *stage.errors;
   std::string text;
   const auto add = [&text](const char* name, double value, int decimals, const char* unit) {
-    if (std::isnan(value)) return;  // the ground truth does not have it
+    if (std::isnan(value)) return;  // the ground truth lacks this figure
     char error[80];
     std::snprintf(error, sizeof error, "%s%s %.*f %s", text.empty() ? "" : ", ", name, decimals,
                   value, unit);

@@ -4,8 +4,8 @@
 
 namespace etalon::app {
 
-/** Prints a line with the errors of a stage that are known, and at how many keyframes there is
- * ground truth if not at all of them; nothing of a stage without ground truth. */
+/** Prints a line with the known errors of a stage, and the number of keyframes with ground truth if
+ * some have none. Prints nothing for a stage without ground truth. */
 void printStageErrors(const StageRecord& stage);
 
 }  // namespace etalon::app

@@ -46,7 +46,7 @@ void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
     for (const TitledTable& table : benchmarkTables(record))
       if (table.headline || !text)
         std::printf("\n%s", toString(table, format, textStyle()).c_str());
-  std::fflush(stdout);  // what follows on stderr follows in a common log, too
+  std::fflush(stdout);  // keeps the order with stderr in a common log
 }
 
 bool printLostWindows(const BenchmarkRecord& record) {

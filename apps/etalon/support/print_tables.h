@@ -6,23 +6,22 @@
 namespace etalon::app {
 
 /**
- * For text on stdout. Marks: a terminal's bold where stdout is a terminal that has it (TERM is not
- * "dumb") and nobody asked for less (NO_COLOR is empty), else `*`. Width: COLUMNS, else the
- * terminal's, else 120.
- * @param bold bold whatever stdout is
+ * The style of text on stdout. Cells are marked by a terminal's bold where stdout is a terminal
+ * that has it (TERM is not "dumb") and NO_COLOR is empty, else by `*`. The width is COLUMNS, else
+ * the terminal's, else 120.
+ * @param bold use bold whatever stdout is
  */
 TextStyle textStyle(bool bold = false);
 
-/** Prints a benchmark's tables to stdout: as text the headlines alone, JSON and CSV as one
- * document. */
+/** Prints a benchmark's tables to stdout: only the headlines as text, all in one table as CSV. */
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
 
-/** Says on stderr in how many windows an initializer crashed or used up its time; whether there are
- * any. */
+/** Says on stderr in how many windows an initializer crashed or used up its time. Returns whether
+ * there are any. */
 bool printLostWindows(const BenchmarkRecord& record);
 
-/** What a benchmark left out, to stderr: unreadable images, recordings too short for a window,
- * windows without enough ground truth. */
+/** Prints what a benchmark left out to stderr: unreadable images, recordings too short for a
+ * window, windows without enough ground truth. */
 void printShortfalls(const BenchmarkRecord& record, double min_coverage);
 
 }  // namespace etalon::app

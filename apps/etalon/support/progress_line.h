@@ -6,26 +6,26 @@
 
 namespace etalon::app {
 
-/** The live line of long work on stderr: rewritten in place on a terminal, a line every few seconds
- * elsewhere. */
+/** The progress line of long work on stderr: rewritten in place on a terminal, printed every few
+ * seconds elsewhere. */
 class ProgressLine {
  public:
   ProgressLine();
 
   /**
-   * Shows a text if it is time for one.
-   * @param make_text called only if it is shown
-   * @param last whether it is the last of its kind: shown in any case, and left standing
+   * Shows a text if the last one is old enough.
+   * @param make_text called only if the text is shown
+   * @param last whether this is the final text, which is always shown and stays on the screen
    */
   void update(bool last, const std::function<std::string()>& make_text);
-  /** Before anything else is printed: removes what stands there. */
+  /** Removes the line. To be called before anything else is printed. */
   void interrupt();
 
  private:
   bool due() const;
 
   bool terminal_;
-  size_t length_ = 0;  ///< of the text that stands there
+  size_t length_ = 0;  ///< of the text on the screen
   std::chrono::steady_clock::time_point printed_;
 };
 

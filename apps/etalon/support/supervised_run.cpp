@@ -78,8 +78,8 @@ class SharedState {
   RunState* state_ = nullptr;
 };
 
-/** Waits for the child's end, and brings it about where an initializer's call takes too long: then
- * the reason. `alive` is a pipe that the child holds open. */
+/** Waits for the child's end, and kills it where an initializer's call takes too long. Returns the
+ * reason for killing it, if any. `alive` is a pipe that the child holds open. */
 std::string superviseUntilEnd(pid_t child, int alive, double limit_s, const RunState& state,
                               int* status) {
   ProcessWatch watch(child, limit_s);
@@ -112,7 +112,7 @@ RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& 
   const SharedState state;
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) failToStart();
-  std::fflush(nullptr);  // or the child would write this process' text once more
+  std::fflush(nullptr);  // or the child would write this process's text again
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) failToStart();

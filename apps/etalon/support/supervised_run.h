@@ -12,10 +12,10 @@
 
 namespace etalon::app {
 
-/** Where a run stands; lies in memory that its supervisor sees, too. */
+/** The progress of a run, in memory shared with its supervisor. */
 struct RunState {
   std::atomic<TimeNs> first_image{-1};     ///< of the run; -1: none yet
-  std::atomic<TimeNs> processed{-1};       ///< last frame that the pipeline has done with; -1: none
+  std::atomic<TimeNs> processed{-1};       ///< last frame that the pipeline has processed; -1: none
   std::atomic<std::uint64_t> attempts{0};  ///< calls of an initializer that have begun
   std::atomic<bool> in_attempt{false};
   std::atomic<TimeNs> attempt_t{0};  ///< last keyframe of the window of the last attempt
@@ -31,9 +31,9 @@ struct RunEnd {
    * (Segmentation fault)", "used more than 60 s of processor time". */
   std::string how;
   bool out_of_time = false;
-  // Of its state at the end:
-  std::string initializer;  ///< that was being asked; empty: none
-  TimeNs attempt_t = 0;     ///< last keyframe of its window, if one was being asked
+  // The state at the end:
+  std::string initializer;  ///< the one that was running; empty: none
+  TimeNs attempt_t = 0;     ///< last keyframe of its window, if one was running
   std::uint64_t attempts = 0;
   std::optional<TimeNs> first_image, processed;
 };
@@ -48,7 +48,7 @@ struct RunEnd {
  */
 RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& run);
 
-/** The initializer, saying in `state` when it is asked and when it has answered. */
+/** Wraps the initializer so that `state` shows when it is called and when it has returned. */
 std::shared_ptr<const Initializer> watched(std::shared_ptr<const Initializer> initializer,
                                            const std::string& name, RunState* state);
 

@@ -1,11 +1,11 @@
 // accelerometer_error SRC...
 //
-// How far is the accelerometer off in motion, and does the IMU alone tell? SRC is a recording
+// How far is the accelerometer off in motion, and does the IMU alone show it? SRC is a recording
 // (EuRoC folder or .rawlog) with ground truth, velocities and biases included. Its time is divided
 // into intervals; those at rest (slower than 0.1 m/s) are left out. Prints, for intervals of three
-// lengths, apart for those in which the samples show less and more than five times the data sheet's
+// lengths, and separately for samples that show less and more than five times the data sheet's
 // noise (shownAccelNoiseDensity):
-//  - how many there are, and what the samples show, in data sheets;
+//  - how many there are, and the noise that the samples show, in units of the data sheet's;
 //  - by how much the change of velocity that the IMU integrates to is off, against the ground truth
 //    (RMS of an axis), in standard deviations of the data sheet's white noise; b_a is the mean of
 //    the ground truth's within 10 s.

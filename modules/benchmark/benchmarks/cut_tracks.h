@@ -6,8 +6,8 @@
 
 namespace etalon {
 
-/** Drops the frames outside from_s to to_s after the first image; the first one left is the first
- * image then. */
+/** Drops the frames outside from_s to to_s after the first image. The first frame that is left
+ * becomes the first image. */
 inline void cutTracks(double from_s, double to_s, SequenceTracks* tracks) {
   std::vector<TrackedFrame>& frames = tracks->frames;
   const auto outside = [&](const TrackedFrame& frame) {

@@ -1,7 +1,7 @@
 // held_back_tracks SRC [--from S] [--to S] [--every S] [--tracks FOLDER] [--initializer NAME]
 //                  [-c INI] [--set section.key=value]...
 //
-// Is VI-BA right, asked of pixels that it did not see? SRC is a recording (EuRoC folder or
+// Does VI-BA predict pixels that it did not see? SRC is a recording (EuRoC folder or
 // .rawlog), from S to S after its first image. In every window stereo odometry, initializer and
 // VI-BA get the tracks of even number alone; the poses of each then predict the pixels of the odd
 // ones (prediction_error.h: a landmark from its other keyframes, at least two); then the halves
@@ -64,7 +64,7 @@ std::vector<TrackedFrame> halfOf(std::vector<TrackedFrame> frames, LandmarkId ha
   return frames;
 }
 
-/** Poses of the problem's keyframes by all that there is; nothing if the initializer refuses. */
+/** Poses of the problem's keyframes by every method; nothing if the initializer refuses. */
 std::optional<std::array<std::vector<SE3>, kSets>> posesOf(const InitializationProblem& problem,
                                                            const Initializer& initializer,
                                                            const WindowOptions& options,

@@ -1,16 +1,16 @@
 // odometry_accuracy SRC [options]; --help lists them.
 //
-// Measures the odometry without the front end. SRC is a recording with ground truth. Its tracks come
-// from the front end or from a cache. Both odometries run from --from to --to: from the ground
+// Measures the odometry without the front end. SRC is a recording with ground truth. Its tracks
+// come from the front end or from a cache. Both odometries run from --from to --to: from the ground
 // truth's state with seeded errors, or from what an initializer finds in the first window that is
 // accepted. The map finds old keyframes in the recording's images. --fault black: for a while no
 // frame has observations, and afterwards every track is a new one; right: the right camera sees
 // nothing; drop: there are no frames; imu: there is no IMU.
 //
 // Prints a line for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE
-// over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth and
-// against the ground truth turned to where the recording's accelerometer has gravity; RMSE of the
-// velocity; scale; CPU time of a frame; mean NEES per degree of freedom of the fixed-lag odometry's
+// over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth
+// and against the ground truth turned to where the recording's accelerometer has gravity; RMSE of
+// the velocity; scale; CPU time of a frame; mean NEES per degree of freedom of the fixed-lag odometry's
 // rotation, position, velocity, b_g and b_a.
 
 #include <Eigen/LU>
@@ -61,7 +61,7 @@ struct Run {
   int keyframes = 0;
 };
 
-/** The key that the file has, so that it is taken whatever it was made from. */
+/** The key in the file, so that the file is accepted whatever it was made from. */
 std::string keyOf(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string header(44, '\0');
@@ -112,7 +112,7 @@ Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
   return run;
 }
 
-/** The run with hindsight: every keyframe as it was last known, what is between follows. */
+/** The run with hindsight: every keyframe has its last estimate, and the frames between follow. */
 Run withHindsight(const Run& causal, const std::string& name, const Trajectory& keyframes) {
   Run run = causal;
   run.name = name;

@@ -7,7 +7,7 @@ namespace etalon {
 
 namespace {
 
-/** Landmark `l` alone, without what keyframe `left_out` sees of it; empty if fewer than two
+/** Landmark `l` alone, without the measurements of keyframe `left_out`; empty if fewer than two
  * keyframes are left. */
 VisualWindow without(const VisualWindow& window, size_t l, int left_out) {
   VisualWindow rest;

@@ -8,7 +8,7 @@
 namespace etalon {
 
 /**
- * How well poses predict pixels that did not make them (cross-validation): every measurement of
+ * How well poses predict pixels that were not used (cross-validation): every measurement of
  * `window` is left out in turn with all that its keyframe sees of the landmark, the landmark is
  * triangulated from its other keyframes (robustly, the poses held fixed), and projected.
  * A rigid motion of all poses changes nothing.

@@ -11,14 +11,14 @@
 
 namespace etalon {
 
-/** Reads an image where it is needed alone. */
+/** Reads an image only when it is needed. */
 class RecordedViews : public ViewMatcher {
  public:
   explicit RecordedViews(const std::string& source);
 
-  /** Stamp of the frame that is processed next; stamps must not decrease. */
+  /** Sets the stamp of the frame that is processed next; stamps must not decrease. */
   void at(TimeNs t) { now_ = t; }
-  /** CPU time of reading images since the last call, ms: no part of the odometry. */
+  /** CPU time of reading images since the last call, ms; it is no part of the odometry's. */
   double takeReadingMilliseconds();
 
   bool keep(TimeNs view) override;

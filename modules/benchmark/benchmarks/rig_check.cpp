@@ -28,7 +28,7 @@ void rotateRight(StereoInertialCalibration* rig, int axis, double mrad) {
   R_BC1 = R_BC1 * expSO3(-mrad / kPerThousand * Eigen::Vector3d::Unit(axis));
 }
 
-/** Across the baseline, whose length is kept. */
+/** Moves the right camera across the baseline, whose length is kept. */
 void moveRight(StereoInertialCalibration* rig, int axis, double mm) {
   const SE3 T_BC0 = rig->cameras[0].T_BC;
   SE3& T_BC1 = rig->cameras[1].T_BC;
@@ -62,7 +62,7 @@ std::vector<Knob> knobs() {
   both("radial distortion k1", [](CameraModel* camera, double amount) {
     *camera = camera->with("k1", camera->parameter("k1") + amount / kPerThousand);
   });
-  // Of the difference the images see no more than of the turned right camera.
+  // A difference between the cameras looks like a turn of the right camera.
   for (const bool vertical : {false, true})
     all.push_back({std::string("principal point, both cameras, ") + (vertical ? "v" : "u"),
                    "1e-3 of f", [vertical](Rig* rig, double amount) {
@@ -75,7 +75,7 @@ std::vector<Knob> knobs() {
   return all;
 }
 
-/** Poses and landmarks that fit the tracks best, and what is left. */
+/** Poses and landmarks that fit the tracks best, and the residuals. */
 struct Fit {
   std::vector<SE3> T_VB;
   std::map<LandmarkId, Eigen::Vector3d> landmarks;
@@ -117,7 +117,7 @@ Fit fit(const StereoInertialCalibration& calibration, const std::vector<TrackedF
   return better;
 }
 
-/** What `keyframes` see, less what is no inlier of `window`. */
+/** The observations of `keyframes` that are inliers of `window`. */
 std::vector<TrackedFrame> inliersOf(const std::vector<const TrackedFrame*>& keyframes,
                                     const VisualWindow& window) {
   std::vector<TrackedFrame> frames(keyframes.size());

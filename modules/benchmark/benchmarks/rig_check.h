@@ -9,13 +9,13 @@
 
 namespace etalon {
 
-/** A number of a rig's calibration that images alone can tell, in thousandths. */
+/** A number of a rig's calibration that images alone determine, in thousandths. */
 struct RigParameter {
   std::string name;
   std::string unit;         ///< of error and sigma: mrad, mm, or 1e-3 (relative)
-  double correction = 0.0;  ///< what the images want, less what the calibration says
+  double correction = 0.0;  ///< value that fits the images best, less the calibration's
   double sigma = 0.0;       ///< its standard error
-  /** Keyframes with the parameter alone half a thousandth less and half a thousandth more. */
+  /** Keyframes with only this parameter half a thousandth less, and half a thousandth more. */
   std::array<std::vector<SE3>, 2> T_VB_changed;
 };
 
@@ -31,10 +31,10 @@ struct RigCheck {
 /**
  * Self-calibration of the rig by bundle adjustment, without IMU and ground truth: rotation of the
  * right camera, direction of the baseline, focal lengths, principal point and radial distortion.
- * The baseline's length stays as it is: images do not tell it. One Gauss-Newton step on the
- * calibration alone, poses and landmarks eliminated by solving for them anew at every changed
- * calibration (variable projection); standard errors from the scatter over landmarks, whose pixels
- * err alike from keyframe to keyframe. Outliers are those of the calibration as given.
+ * The baseline's length is kept, because images do not determine it. The calibration takes one
+ * Gauss-Newton step; poses and landmarks are eliminated by solving for them at every changed
+ * calibration (variable projection). Standard errors come from the scatter over landmarks, because
+ * the errors of a landmark's pixels are correlated. Outliers are those of the given calibration.
  *
  * @param T_VB where the keyframes start from
  */

@@ -1,20 +1,20 @@
 // stereo_scale SRC [--truth TUM] [--from S] [--to S]
 //
-// Is stereo odometry too small or too large, and whose fault is it? SRC is a recording (EuRoC
+// Is stereo odometry's scale too small or too large, and why? SRC is a recording (EuRoC
 // folder or .rawlog) with ground truth, or with TUM in its place; from S to S after the first
 // image. Prints
 //  - by window of ten keyframes at 4 Hz: the ground truth's extent (RMS distance from its middle);
 //    its scale against the odometry's, fitted both ways (a Sim(3) fit is pulled to small by the
 //    noise of the points that it scales, so that the two differ by what noise does); the standard
-//    error that vision has in it, from four disjoint parts of the landmarks; and the scale with the
-//    calibration that the images want;
+//    error of vision in it, from four disjoint parts of the landmarks; and the scale with the
+//    calibration that fits the images best;
 //  - over all keyframes the scale, its standard error from leaving out a second at a time, which
-//    knows that neighbouring errors are alike; with the calibration as given, as the images want
-//    it, and with a free lever arm between the ground truth's body and the rig's;
+//    allows for correlated errors of neighbours; with the calibration as given, as it fits the
+//    images best, and with a free lever arm between the ground truth's body and the rig's;
 //  - the same from the IMU alone, against vision and against the truth: inertial-only MAP, whose
 //    cost is a parabola of the scale (biases and direction of gravity free, accelerometer's noise
 //    as a flying platform has it, its scale factor taken for exact);
-//  - what the images want of the calibration (rig_check.h).
+//  - the corrections of the calibration that fit the images best (rig_check.h).
 // A wrong baseline and a bias of the matching scale all windows alike.
 
 #include <Eigen/Dense>
@@ -175,8 +175,8 @@ double jackknife(const Keyframes& keyframes, const std::vector<SE3>& T_VB, const
   return std::sqrt(std::max(0.0, (blocks - 1.0) / blocks * (squares - sum * sum / blocks)));
 }
 
-/** Standard error of the scale by what vision sees, from every fourth landmark alone: four parts;
- * NaN if a part is too small to be located. */
+/** Standard error of vision's scale, from four disjoint parts of the landmarks. NaN if a part is
+ * too small to be located. */
 double visionsError(const SequenceTracks& tracks, const Keyframes& keyframes,
                     const StereoOdometryOptions& options) {
   constexpr int kParts = 4;

@@ -153,7 +153,7 @@ class Benchmark {
         for (int window = 0; window < windows; ++window) all.push_back({s, shape, window, {}});
       }
     }
-    // In one piece: a shard needs the tracks of few recordings.
+    // A shard is one contiguous piece, so that it needs the tracks of few recordings.
     const size_t shard = options_.shard;
     const size_t shards = options_.shards;
     const size_t begin = all.size() * (shard - 1) / shards;
@@ -179,7 +179,7 @@ class Benchmark {
 
   void runFrontEnd() {
     std::vector<size_t> order(needed_.begin(), needed_.end());
-    // The longest first, so that the threads end together.
+    // The longest recordings come first, so that the threads end together.
     std::stable_sort(order.begin(), order.end(), [this](size_t a, size_t b) {
       return record_.sequences[a].stereo_frames > record_.sequences[b].stereo_frames;
     });
@@ -191,7 +191,7 @@ class Benchmark {
     });
   }
 
-  /** Tracks of a recording, from the cache where that can be trusted. */
+  /** Gets the tracks of a recording, from the cache where it can be trusted. */
   void prepare(size_t s, ProgressReport* progress) {
     BenchmarkSequence& sequence = record_.sequences[s];
     RecordedSource& recording = *recordings_[s];

@@ -11,7 +11,7 @@ namespace {
 
 constexpr TimeNs kMostBetween = kNanosecondsPerSecond;
 
-/** Rounded down: 99.9 % are not all. What is off a whole number by rounding alone is that number. */
+/** Rounds down, because 99.9 % is not all. Rounding errors next to a whole number do not count. */
 std::string percent(double share) {
   char text[40];
   std::snprintf(text, sizeof text, "%.0f %%", std::floor(100.0 * share + 1e-9));

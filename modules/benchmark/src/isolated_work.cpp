@@ -83,14 +83,14 @@ void doPart(int socket, size_t part, const std::function<std::string()>& functio
   }
 }
 
-/** A worker process, as its parent sees it. Ended and waited for at the end of its life. */
+/** A worker process, as its parent sees it. The destructor ends it and waits for it. */
 class Worker {
  public:
-  /** @param others sockets of the other workers, which are none of its business */
+  /** @param others sockets of the other workers, which this one must not hold open */
   Worker(const IsolatedWork& work, double limit_s, const std::vector<int>& others) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) fail();
-    std::fflush(nullptr);  // or the child would write the parent's text once more
+    std::fflush(nullptr);  // or the child would write the parent's text again
     const pid_t parent = getpid();
     process_ = fork();
     if (process_ == 0) {
@@ -114,7 +114,7 @@ class Worker {
     watch_.emplace(process_, limit_s);
   }
   ~Worker() {
-    close(socket_);  // an idle one leaves
+    close(socket_);  // an idle worker then exits
     if (busy() && process_ > 0) kill(process_, SIGKILL);
     wait();
   }
@@ -124,7 +124,7 @@ class Worker {
   int socket() const { return socket_; }
   bool busy() const { return item_.has_value(); }
   size_t item() const { return item_.value(); }
-  /** The part that it is at, if it is at one. */
+  /** The part that the worker is doing, if any. */
   const std::optional<size_t>& part() const { return part_; }
   size_t nextPart() const { return next_part_; }
   /** Whether it has begun a part of its item. */
@@ -136,12 +136,12 @@ class Worker {
     part_.reset();
     next_part_ = first_part_ = first_part;
     const Order order{item, first_part};
-    writeWhole(socket_, &order, sizeof order);  // what has died meanwhile is seen at reading
+    writeWhole(socket_, &order, sizeof order);  // read() notices a worker that has died meanwhile
   }
 
-  /** Reads all that has come; false if it will say no more. */
+  /** Reads all that has come. Returns false if no more will come. */
   bool read() {
-    const bool ended = hasEnded();  // asked first: what it said before is all there
+    const bool ended = hasEnded();  // asked first, so that all its messages are there
     std::array<char, 65536> buffer;
     for (;;) {
       const ssize_t n = recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
@@ -169,14 +169,14 @@ class Worker {
   }
 
   double intervalS() const { return watch_->intervalS(); }
-  /** Ends a part that uses too much time; the end is then seen at reading. */
+  /** Ends a part that uses too much time; read() then notices the end. */
   void look() {
     if (!part_ || !why_killed_.empty()) return;
     why_killed_ = watch_->look();
     if (!why_killed_.empty()) kill(process_, SIGKILL);
   }
 
-  /** Waits for the end; how it came about. */
+  /** Waits for the worker's end and returns how it ended. */
   std::string end() {
     wait();
     return why_killed_.empty() ? describeProcessEnd(status_) : why_killed_;
@@ -187,7 +187,7 @@ class Worker {
     throw Error(std::string("no worker process can be started: ") + std::strerror(errno));
   }
 
-  /** It may have, though somebody else still holds its socket. */
+  /** Whether the process has ended: another process may still hold its socket open. */
   bool hasEnded() {
     if (process_ > 0 && waitpid(process_, &status_, WNOHANG) == process_) process_ = -1;
     return process_ < 0;
@@ -248,8 +248,8 @@ class Workers {
     for (const std::unique_ptr<Worker>& worker : workers_) worker->look();
   }
 
-  /** Hears what a worker has to say, and gives it, or one in its place, more to do; false if there
-   * is no more. */
+  /** Handles a worker's messages, and gives it, or its replacement, more to do. Returns false if
+   * there is no more. */
   bool attend(std::unique_ptr<Worker>& worker) {
     const bool lives = worker->read();
     hear(worker.get());
@@ -304,7 +304,7 @@ class Workers {
   const double limit_s_;
   const IsolatedWork& work_;
   std::vector<std::unique_ptr<Worker>> workers_;
-  size_t next_ = 0;  ///< item that nobody has yet
+  size_t next_ = 0;  ///< first item that no worker has taken
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
 };
 

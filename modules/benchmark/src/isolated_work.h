@@ -17,14 +17,14 @@ struct IsolatedWork {
   std::size_t items = 0;
   std::function<std::size_t(std::size_t item)> parts;  ///< how many an item has
 
-  /** In a worker process: calls do_part for the parts of an item from `first` on, in order. What it
-   * throws outside of do_part ends the whole work. */
+  /** In a worker process: calls do_part for the parts of an item from `first` on, in order. An
+   * exception outside of do_part ends the whole work. */
   std::function<void(std::size_t item, std::size_t first, const DoPart& do_part)> run;
 
   // In this process, one at a time:
   std::function<void(std::size_t item, std::size_t part, const std::string& answer)> finished;
-  /** The worker's end, or what the part threw, as the end of a sentence ("crashed with signal 11
-   * (Segmentation fault)"). @param out_of_time ended because of the limit */
+  /** @param how the worker's end, or what the part threw, as the end of a sentence ("crashed with
+   * signal 11 (Segmentation fault)"). @param out_of_time the part was ended by the limit */
   std::function<void(std::size_t item, std::size_t part, const std::string& how, bool out_of_time)>
       died;
   std::function<void(std::size_t item)> item_done;
@@ -33,8 +33,8 @@ struct IsolatedWork {
 
 /**
  * Does the work in `jobs` child processes, which see this process as it is now (a fork) and take
- * item after item. A worker that dies loses the part that it was at: the next part is done by a new
- * one. A part that uses more processor time than `limit_s`, or waits that long, is ended.
+ * item after item. A worker that dies loses its current part, and a new worker does the next one. A
+ * part that uses more processor time than `limit_s`, or waits that long, is ended.
  *
  * To be called while this process has one thread. Workers write to standard error what they would
  * write to standard output, and do not hear SIGINT and SIGTERM: an interrupted item is finished. A

@@ -66,7 +66,7 @@ std::string differenceOfInitializers(const std::vector<BenchmarkInitializer>& a,
   return "";
 }
 
-/** Joins the parts; head and results of `merged` are those of all parts so far. */
+/** Joins the parts; `merged` holds head and results of all parts so far. */
 class Merger {
  public:
   void add(const std::string& folder, BenchmarkRecord part) {
@@ -160,7 +160,7 @@ std::string differenceOf(const BenchmarkRecord& a, const BenchmarkRecord& b) {
     if (s.name != t.name) return "other recordings ('" + s.name + "' and '" + t.name + "')";
     if (!s.content.empty() && !t.content.empty() && s.content != t.content)
       return "the recording '" + s.name + "' has other content";
-    // The windows are dealt out over the recordings that could be opened.
+    // The windows are divided over the recordings that could be opened.
     if ((a.shards > 1 || b.shards > 1) && (s.stereo_frames == 0) != (t.stereo_frames == 0))
       return "one could not read the recording '" + s.name + "': " + s.error + t.error;
     if (s.error.empty() && t.error.empty() &&

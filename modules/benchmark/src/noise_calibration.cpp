@@ -30,7 +30,7 @@ Vector3d sigmaOf(const Matrix3d& coupling, const Matrix3d& chi2_covariance) {
   return 0.5 * (inverse * chi2_covariance * inverse.transpose()).diagonal().cwiseSqrt();
 }
 
-/** Cov(chi2_g, chi2_h) = 2 tr((I-H)_gh (I-H)_hg) for Gaussian noise believed right. */
+/** Cov(chi2_g, chi2_h) = 2 tr((I-H)_gh (I-H)_hg) for Gaussian noise of the assumed size. */
 Matrix3d gaussianCovariance(const Matrix3d& coupling) { return coupling + coupling.transpose(); }
 
 std::string text(const char* format, double a, double b = 0.0, double c = 0.0) {
@@ -93,7 +93,7 @@ class Fit {
   double speed_mps_ = 0.0;
 };
 
-/** `value` times `factor`, by no more than three in one step and within what the INI takes. */
+/** `value` times `factor`, limited to a factor of three and to the range that the INI takes. */
 double moved(double value, double factor, double least, double most) {
   return std::clamp(value * std::clamp(factor, 1.0 / 3.0, 3.0), least, most);
 }
@@ -140,8 +140,8 @@ NoiseIteration iterate(std::vector<Fit>* fits, const NoiseFactors& believed,
   return iteration;
 }
 
-/** The larger of the chi-squares' own spread and the scatter of the windows about the sum, as of so
- * many windows as are independent. */
+/** The larger of the chi-squares' own spread and the scatter of the windows about the sum, for the
+ * number of independent windows. */
 NoiseFactors relativeSigma(const NoiseCheck& sum, const std::vector<NoiseCheck>& windows,
                            double overlap) {
   Vector3d sigma = correctionOf(sum).sigma;
@@ -171,7 +171,7 @@ NoiseCorrection correctionOf(const NoiseCheck& check) {
   if (determined(check.coupling)) {
     const Vector3d solved = check.coupling.inverse() * chi2;
     correction.sigma = sigmaOf(check.coupling, gaussianCovariance(check.coupling));
-    // A component that comes out near zero or below is drowned by the others' noise.
+    // A component near or below zero cannot be told from the noise of the others.
     for (int g = 0; g < 3; ++g)
       if (solved[g] > 0.1 * variance[g]) variance[g] = solved[g];
   }
@@ -249,7 +249,7 @@ std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& c
   for (const std::string& line : comment) ini += "; " + line + "\n";
   ini += text("[imu_noise]\ngyro_noise_factor = %.3g\naccel_noise_factor = %.3g\n", factors.gyro,
               factors.accel);
-  // Pixels of a track err alike, which residuals do not show: their noise comes out too small.
+  // Errors of a track's pixels are correlated. Residuals do not show it: the noise is too small.
   return ini +
          text(
              "\n[odometry]\n; The residuals' own figure; too small wherever the pixels of a track "

@@ -33,13 +33,13 @@ void check(const std::vector<PairedCluster>& clusters, const BootstrapOptions& o
         "paired bootstrap: expected at least one resample and a confidence between 0 and 1");
 }
 
-/** What is drawn from: the differences of a cluster. */
+/** The differences of a cluster, which are drawn from. */
 struct Cluster {
   std::vector<double> differences;
   size_t block = 1;
 };
 
-/** Appends as many differences of the cluster as it has, block by block. */
+/** Draws as many differences as the cluster has, block by block, and appends them. */
 void draw(const Cluster& cluster, std::mt19937_64* generator, std::vector<double>* drawn) {
   const size_t n = cluster.differences.size();
   for (size_t count = 0; count < n;) {

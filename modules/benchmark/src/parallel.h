@@ -10,7 +10,7 @@
 
 namespace etalon {
 
-/** Calls work(0) ... work(count - 1) from `jobs` threads, in this order of beginning. The first
+/** Calls work(0) ... work(count - 1) from `jobs` threads; the calls begin in this order. The first
  * exception ends the work and is thrown here. */
 template <typename Work>
 void inParallel(int jobs, std::size_t count, const Work& work) {
@@ -33,7 +33,7 @@ void inParallel(int jobs, std::size_t count, const Work& work) {
   try {
     threads.reserve(others);
     for (std::size_t i = 1; i < others; ++i) threads.emplace_back(worker);
-  } catch (const std::exception&) {  // no more threads, or no memory for them: these must do
+  } catch (const std::exception&) {  // no more threads, or no memory for them: go on with fewer
   }
   worker();
   for (std::thread& thread : threads) thread.join();

@@ -36,7 +36,7 @@ void members(Archive& json, Member<Archive, GyroAgreement>& agreement) {
 template <typename Archive>
 void members(Archive& json, Member<Archive, BenchmarkSequence>& s) {
   json("name", s.name);
-  // It names a file in windows/.
+  // The name becomes a file name in windows/.
   json.expect(
       "name", [&] { return s.name.find('/') == std::string::npos; }, "expected a name without '/'");
   json("source", s.source);
@@ -82,7 +82,7 @@ void members(Archive& json, Member<Archive, NoiseCheck>& noise) {
 
 template <typename Archive>
 void members(Archive& json, Member<Archive, BenchmarkProtocol>& protocol) {
-  // What `etalon bench` takes.
+  // The limits are those of `etalon bench`.
   const auto limited = [&json](const char* key, const auto& numbers, double least, double most) {
     json.expect(
         key,
@@ -110,7 +110,7 @@ void members(Archive& json, Member<Archive, BenchmarkInitializer>& initializer) 
   json("config", initializer.config);
 }
 
-/** But for its results. */
+/** All members but the results. */
 template <typename Archive>
 void members(Archive& json, Member<Archive, BenchmarkRecord>& record) {
   json("protocol", record.protocol);

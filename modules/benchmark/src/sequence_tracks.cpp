@@ -16,7 +16,7 @@
 namespace etalon {
 namespace {
 
-/** The pairs of a recording in order, decoded; with `ahead` the next one while the last is used. */
+/** Decodes the pairs of a recording in order; with `ahead`, the next one while the last is used. */
 class PairReader {
  public:
   PairReader(RecordedSource& recording, bool ahead) : recording_(recording), ahead_(ahead) {}

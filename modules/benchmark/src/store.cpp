@@ -145,7 +145,7 @@ void sortResults(BenchmarkRecord* record) {
 
 namespace {
 
-/** What a complete record has of a sequence, as resultKey() names it. */
+/** The resultKey()s that a complete record has of a sequence. */
 std::vector<std::string> expectedResults(const BenchmarkRecord& record,
                                          const BenchmarkSequence& sequence) {
   std::vector<std::string> keys;

@@ -23,8 +23,7 @@ std::vector<Value> distinct(const BenchmarkRecord& record, Of of) {
   return values;
 }
 
-/** Recordings whose ground truth has velocities: one of them is not zero, or an estimate's was
- * compared. */
+/** Recordings whose ground truth has velocities: one is not zero, or a velocity error is known. */
 std::set<std::string> sequencesWithVelocities(const BenchmarkRecord& record) {
   std::set<std::string> names;
   for (const WindowResult& result : record.results) {
@@ -36,7 +35,7 @@ std::set<std::string> sequencesWithVelocities(const BenchmarkRecord& record) {
   return names;
 }
 
-/** Of the windows with an estimate, in the order of `metrics`. */
+/** Statistics of the windows with an estimate, in the order of `metrics`. */
 std::vector<FigureSummary> summaries(const std::vector<WindowErrors>& estimates,
                                      const std::vector<WindowMetric>& metrics) {
   std::vector<FigureSummary> summaries;

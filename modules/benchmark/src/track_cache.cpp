@@ -115,7 +115,7 @@ TrackedFrame getFrame(std::uint32_t version, Reader* reader) {
   return frame;
 }
 
-/** The oldest version that can tell these tracks. */
+/** The oldest version that can hold these tracks. */
 std::uint32_t versionFor(const SequenceTracks& tracks) {
   const bool stereo_alone =
       std::all_of(tracks.frames.begin(), tracks.frames.end(),
@@ -182,7 +182,7 @@ void writeTracks(const std::string& path, const std::string& key, const Sequence
   for (const TrackedFrame& frame : tracks.frames) putFrame(frame, version, &writer);
   writer.put<XXH64_hash_t>(XXH3_64bits(writer.bytes().data(), writer.bytes().size()));
 
-  // Several processes may share the folder: each writes a file of its own, the last one stays.
+  // Several processes may share the folder: each writes its own file, and the last one stays.
   writeFile(path, writer.bytes());
 }
 

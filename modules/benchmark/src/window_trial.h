@@ -20,7 +20,7 @@ class WindowTrial {
               const GroundTruthCheck& ground_truth_check, double every_s,
               const ImuNoiseOptions& noise, const WindowOptions& options);
 
-  /** Initializer, VI-BA and acceptance. */
+  /** Runs initializer, VI-BA and acceptance. */
   WindowResult tryWith(const ConfiguredInitializer& initializer) const;
   /** The record of an initializer that did not come back.
    * @param how as the end of a sentence: "crashed with signal 11 (Segmentation fault)" */

@@ -76,7 +76,7 @@ double imageRate(const std::vector<TimeNs>& stamps) {
 
 void checkKeyframeRates(const std::vector<double>& rates_hz, double camera_hz,
                         const std::string& recording) {
-  constexpr double kJitter = 1.05;  // a camera of 29.97 Hz may be asked for 30
+  constexpr double kJitter = 1.05;  // 30 Hz may be asked of a camera of 29.97 Hz
   for (const double rate_hz : rates_hz) {
     if (camera_hz <= 0.0 || rate_hz <= kJitter * camera_hz) continue;
     char text[120];

@@ -18,7 +18,7 @@ void write(const std::string& path, const std::string& text) {
 }
 
 TEST(ContentHash, IsXxh3Of128Bit) {
-  // XXH3_128bits of no byte, seed 0, from the test vectors of xxHash 0.8.
+  // XXH3_128bits of the empty input, seed 0, from the test vectors of xxHash 0.8.
   EXPECT_EQ(ContentHash().hex(), "99aa06d3014798d86001c324468d497f");
 }
 

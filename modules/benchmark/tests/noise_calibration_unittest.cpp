@@ -98,7 +98,7 @@ std::vector<NoiseWindow> simulatedWindows(const Truth& truth, std::uint64_t seed
 }
 
 /**
- * 15 % is what is asked for. The relative standard errors with these windows are 3 to 6 % (gyro)
+ * The requirement is 15 %. The relative standard errors with these windows are 3 to 6 % (gyro)
  * and 4 to 11 % (accelerometer; the less its noise, the less it shows beside the others'); the
  * accelerometer's random walk within a window adds some 7 % to a factor of 2 (docs/noise.md).
  */
@@ -107,7 +107,7 @@ constexpr double kTolerance = 0.15;
 void expectFound(const Truth& truth, std::uint64_t seed) {
   NoiseCalibrationOptions options;
   options.start = {1.0, 1.0, 1.0};               // the data sheet's, and a pixel
-  options.window.vi_ba.sigma_shared_deg = 1e-4;  // simulated pixels err each by itself
+  options.window.vi_ba.sigma_shared_deg = 1e-4;  // simulated pixels have independent errors
   const NoiseCalibration found =
       calibrateNoise(simulatedWindows(truth, seed, 32), TestInitializer(), options);
   EXPECT_TRUE(found.converged) << found.message;
@@ -186,7 +186,7 @@ TEST(NoiseCalibration, SaysInWordsWhatIsWrong) {
   EXPECT_NE(sentences[0].find("2.00 times"), std::string::npos) << sentences[0];
   EXPECT_NE(sentences[1].find("is too large"), std::string::npos) << sentences[1];
   EXPECT_NE(sentences[2].find("may be right"), std::string::npos) << sentences[2];
-  // 14 % off: six standard errors, but little more than one of windows that overlap 25 times.
+  // 14 % is six standard errors, but little more than one for windows that overlap 25 times.
   const NoiseCheck near = exampleCheck(1.3, 1.0, 1.0);
   EXPECT_NE(describe(near)[0].find("is too small"), std::string::npos);
   EXPECT_NE(describe(near, 25.0)[0].find("may be right"), std::string::npos);

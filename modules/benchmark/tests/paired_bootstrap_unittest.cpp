@@ -27,7 +27,7 @@ struct NormalPairs {
   }
 };
 
-/** Of one recording, every pair by itself. */
+/** The bootstrap of one recording, with every pair drawn by itself. */
 BootstrapInterval pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b,
                                   PairedStatistic statistic, const BootstrapOptions& options = {}) {
   return etalon::pairedBootstrap({{a, b}}, statistic, options);
@@ -127,8 +127,8 @@ std::pair<double, double> coverageOf(size_t count) {
 }
 
 TEST(PairedBootstrap, RecordingsAreDrawnAsWholesForTheirWindowsHaveMuchInCommon) {
-  // One sigma of 200 trials is 0.015 at 0.95. Few clusters claim too much: n of them show (n - 1) /
-  // n of their variance, and there is no t quantile in a percentile interval.
+  // One sigma of 200 trials is 0.015 at 0.95. Few clusters claim too much: n of them show only
+  // (n - 1) / n of their variance, and a percentile interval has no t quantile.
   for (const size_t count : {2u, 3u, 5u, 7u}) {
     const auto [results, recordings] = coverageOf(count);
     EXPECT_LT(results, 0.6) << count;
@@ -138,7 +138,7 @@ TEST(PairedBootstrap, RecordingsAreDrawnAsWholesForTheirWindowsHaveMuchInCommon)
 }
 
 TEST(PairedBootstrap, OverlappingWindowsAreDrawnInBlocks) {
-  // One recording of 100 windows, each of which has its measurements in common with four others.
+  // One recording of 100 windows, each of which shares measurements with its neighbours.
   Coverage single, blocks;
   std::mt19937_64 generator(6);
   std::normal_distribution<double> normal;

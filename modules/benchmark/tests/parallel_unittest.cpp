@@ -45,7 +45,7 @@ TEST(InParallel, TheFirstExceptionEndsTheWork) {
       EXPECT_STREQ(e.what(), "item 3");
     }
     if (jobs == 1) {
-      EXPECT_EQ(begun, 4);  // what others do meanwhile is a matter of time
+      EXPECT_EQ(begun, 4);  // the other threads' progress depends on timing
     }
   }
 }

@@ -43,9 +43,9 @@ double rms(const Example& example, const std::vector<double>& errors, int k = -1
 TEST(PredictionErrors, AreThePixelsNoiseAndTheLandmarksAtTheTruth) {
   const Example flight = example();
   const std::vector<double> errors = predictionErrors(flight.window, kSigmaPx, flight.T_WB);
-  // A pixel's own noise, and less of the landmark's: its 3 unknowns have 8 or more coordinates from
-  // two other keyframes (sqrt(1 + 3/8) = 1.17), and mostly many more. In-sample residuals would be
-  // below kSigmaPx.
+  // A pixel's own noise and a smaller part of the landmark's: its 3 unknowns come from 8 or more
+  // coordinates in two other keyframes (sqrt(1 + 3/8) = 1.17), mostly from many more. In-sample
+  // residuals would be below kSigmaPx.
   EXPECT_GT(rms(flight, errors), 1.01 * kSigmaPx);
   EXPECT_LT(rms(flight, errors), 1.17 * kSigmaPx);
 }
@@ -92,7 +92,7 @@ TEST(PredictionErrors, APixelDoesNotPredictItself) {
     m.measurement.xy += m.measurement.sqrt_information.inverse() * shift;
     const double after = predictionErrors(flight.window, kSigmaPx, flight.T_WB)[i];
     if (!std::isnan(before[i])) {
-      // All ten of them arrive: none pulls the prediction along.
+      // The error is all of the ten pixels, because the prediction does not move along.
       EXPECT_NEAR(after, 10.0, before[i] + 1e-9);
       ++checked;
     }

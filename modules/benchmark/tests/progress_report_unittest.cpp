@@ -13,7 +13,7 @@ TEST(ProgressReport, CountsUpAndEstimatesWhatIsLeft) {
   BenchmarkOptions options;
   options.progress = [&calls](const BenchmarkProgress& progress) { calls.push_back(progress); };
   ProgressReport report(options, BenchmarkProgress::Stage::kWindows, 10);
-  report.add(0);  // at the rate so far nothing can be said
+  report.add(0);  // there is no rate yet
   EXPECT_TRUE(calls.empty());
   report.add(4);
   report.add(6);

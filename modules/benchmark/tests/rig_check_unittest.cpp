@@ -36,7 +36,7 @@ const RigParameter& find(const RigCheck& check, const std::string& name) {
 TEST(RigCheck, ARightCalibrationIsLeftAsItIs) {
   const SyntheticWindow window = flight();
   const RigCheck result = check(window, window.calibration);
-  // Eleven parameters at once: 4 sigma are passed by chance once in 1,400.
+  // One of eleven parameters exceeds 4 sigma by chance once in 1,400.
   for (const RigParameter& p : result.parameters)
     EXPECT_LT(std::abs(p.correction), 4.0 * p.sigma) << p.name;
   EXPECT_NEAR(result.rms_px, 0.2, 0.02);  // less the landmarks' and poses' freedom
@@ -53,10 +53,10 @@ TEST(RigCheck, FindsATurnedCameraAndAWrongFocalLengthButKeepsTheBaseline) {
     right = right.with(name, right.parameter(name) * (1.0 + kLonger / 1e3));
   }
   const RigCheck result = check(window, believed);
-  // The correction turns by -w what was turned by w: T_C1C0 gets Exp(w) from the left.
+  // The correction undoes the turn by w: T_C1C0 is multiplied by Exp(w) from the left.
   const RigParameter& turn = find(result, "right camera turned about y");
   const RigParameter& focal = find(result, "focal length, right camera less left");
-  // One linear step, with the outliers of the wrong calibration: a tenth may be missing.
+  // One linear step with the outliers of the wrong calibration may be a tenth too short.
   EXPECT_NEAR(turn.correction, kTurned, 4.0 * turn.sigma + 0.1 * kTurned);
   EXPECT_NEAR(focal.correction, -kLonger, 4.0 * focal.sigma + 0.1 * kLonger);
   EXPECT_LT(turn.sigma, 0.25 * kTurned);

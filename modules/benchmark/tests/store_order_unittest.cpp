@@ -1,4 +1,4 @@
-// A benchmark's results in order, what is missing of them, and what goes when it begins anew.
+// A benchmark's results: their order, which are missing, and which are removed for a new start.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -68,7 +68,7 @@ TEST(SortResults, TheOrderIsThatOfTheHeadAndWhatItDoesNotListGoes) {
 
 TEST(Incompleteness, IsToldInAllAndByRecordingAndShard) {
   BenchmarkRecord record = head();
-  // Of 5 s: 2.125 s and 0.85 s at ten keyframes, 0.875 s and 0.35 s at five; two windows each.
+  // A window needs 2.125 s or 0.85 s for ten keyframes, 0.875 s or 0.35 s for five: two fit in 5 s.
   for (const char* sequence : {"a", "b"})
     for (const int keyframes : {10, 5})
       for (const double rate_hz : {4.0, 10.0})
@@ -109,7 +109,7 @@ TEST(DiscardBenchmark, NothingOutlivesItButTheHead) {
   EXPECT_THAT(readBenchmark(folder.path()).results, IsEmpty());
   EXPECT_FALSE(fs::exists(folder / "windows"));
   EXPECT_FALSE(fs::exists(folder / "report.html"));
-  // Without a report there is none; where nothing can be written, an error says so.
+  // Without a report function no report is written; where nothing can be written, it throws.
   EXPECT_EQ(writeBenchmarkResults(folder.path(), record, nullptr).size(), 2U);
   EXPECT_THROW(ResultStore(folder.path()).append(result("a", 10, 4.0, 0, "eta")), DataError);
 }
@@ -122,8 +122,7 @@ TEST(ResultText, IsALineOfItsOwnWhateverIsInIt) {
   EXPECT_EQ(text.find('\n'), std::string::npos);
   const WindowResult read = resultFromText(text);
   EXPECT_EQ(resultKey(read), resultKey(written));
-  // What acts on a terminal is shown as it is written; what is no UTF-8 becomes the replacement
-  // character.
+  // Control characters are escaped; what is not UTF-8 becomes the replacement character.
   EXPECT_EQ(read.attempt.reason, "line one\\nline \"two\"\\t\xC3\xA9 \xEF\xBF\xBD");
   EXPECT_THROW(resultFromText("{"), DataError);
   EXPECT_THROW(resultFromText("{}"), DataError);

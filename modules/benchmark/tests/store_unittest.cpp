@@ -26,7 +26,7 @@ class BenchmarkStoreTest : public ::testing::Test {
     return (folder_ / "windows" / (record.results.front().sequence + ".jsonl")).string();
   }
 
-  /** Head and windows, the windows in the order of `record` turned round. */
+  /** Writes head and windows, the windows in the reverse order of `record`. */
   void write(const BenchmarkRecord& record) {
     writeBenchmarkHead(folder(), record);
     ResultStore store(folder());
@@ -74,7 +74,7 @@ TEST_F(BenchmarkStoreTest, DropsALineThatWasCutAndKeepsTheOthers) {
   fs::resize_file(resultsFile(record), size - 10);
   EXPECT_EQ(readBenchmark(folder()).results.size(), record.results.size() - 1);
   EXPECT_LT(fs::file_size(resultsFile(record)), size - 10);
-  // What is appended now stands on a line of its own.
+  // A result that is appended now has a line of its own.
   ResultStore(folder()).append(record.results.front());
   EXPECT_EQ(readBenchmark(folder()).results.size(), record.results.size());
 }

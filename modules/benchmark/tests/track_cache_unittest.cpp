@@ -44,7 +44,7 @@ class TrackCache : public ::testing::Test {
                   reinterpret_cast<const char*>(&checksum), sizeof checksum);
     folder_.write("cached.tracks", bytes);
   }
-  /** Why the file is not read; empty if it is. Nothing is changed then. */
+  /** Why the file is refused, which must change nothing; empty if it is read. */
   std::string whyNot(const std::string& key) const {
     SequenceTracks read;
     read.unreadable_images = -1;
@@ -80,7 +80,7 @@ TEST_F(TrackCache, GivesBackEveryBitOfEveryFrame) {
         EXPECT_EQ(a.observations[i].has_right, b.observations[i].has_right);
         EXPECT_EQ(a.observations[i].right, b.observations[i].right);
       }
-      // The odometry flies on with these where the left lens is covered.
+      // The odometry needs these where the left lens is covered.
       ASSERT_EQ(a.right_only.size(), b.right_only.size());
       for (size_t i = 0; i < a.right_only.size(); ++i) {
         EXPECT_EQ(a.right_only[i].id, b.right_only[i].id);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr TimeNs kFrameStep = 50'000'000, kSampleStep = 5'000'000;
 
-/** Ten seconds at 20 Hz from `first` on, the IMU from a second before to a second after. */
+/** Ten seconds at 20 Hz from `first` on, with the IMU from a second before to a second after. */
 SequenceTracks tracksFrom(TimeNs first) {
   SequenceTracks tracks;
   tracks.first_image = first;
@@ -59,7 +59,7 @@ TEST(WindowProblem, AStampsJitterMovesNoWindow) {
     tracks.frames[50].t -= durationNs(1e-3 * early_ms);
     EXPECT_EQ(cut(tracks, 1, {10, 4.0}).keyframe(0).observations[0].id, early_ms < 2.0 ? 50 : 51);
   }
-  // Nor does one at the beginning look for frames before the recording.
+  // A window at the beginning does not look for frames before the recording.
   EXPECT_EQ(cut(tracksFrom(0), 0, {10, 4.0}).keyframe(0).t, 0);
 }
 

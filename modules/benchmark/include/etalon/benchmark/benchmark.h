@@ -14,19 +14,19 @@
 
 namespace etalon {
 
-/** Where a benchmark stands. */
+/** The progress of a benchmark. */
 struct BenchmarkProgress {
   enum class Stage { kFrontEnd, kWindows };
   Stage stage = Stage::kFrontEnd;
   size_t done = 0;           ///< stereo pairs, or windows of this run (all initializers)
-  size_t total = 0;          ///< of this run: what was on disk does not count
+  size_t total = 0;          ///< of this run, without what was on disk already
   double elapsed_s = 0.0;    ///< in this stage
   double remaining_s = 0.0;  ///< at the rate so far
 };
 
 struct BenchmarkOptions {
   std::vector<std::string> sources;  ///< EuRoC folders and rawlogs
-  std::string out;                   ///< the benchmark's folder (benchmark_store.h)
+  std::string out;                   ///< the benchmark's folder (store.h)
   std::string tracks;                ///< folder of the cached tracks; empty: `out`/tracks
   BenchmarkProtocol protocol;
   int jobs = 1;  ///< threads of the front end, processes of the windows
@@ -34,20 +34,20 @@ struct BenchmarkOptions {
   double time_limit_s = kDefaultTimeLimitS;
   int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
   double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
-  bool overwrite = false;              ///< begin anew: discard the windows in `out`
+  bool overwrite = false;              ///< start again: discard the windows in `out`
   std::map<std::string, std::string> versions;
-  BenchmarkReport report;  ///< makes report.html; without it there is none
+  BenchmarkReport report;                                  ///< makes report.html; empty: no report
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time
   /** Called with a sentence as soon as an initializer has crashed or used up its time; may be
    * empty. */
   std::function<void(const std::string&)> warn;
-  /** Becomes true when the benchmark shall stop; may be null. */
+  /** Set to true to stop the benchmark; may be null. */
   const std::atomic<bool>* stop = nullptr;
 };
 
 struct BenchmarkOutcome {
   BenchmarkRecord record;
-  size_t results_found = 0;    ///< windows (times initializers) that were on disk already
+  size_t results_found = 0;    ///< results (window and initializer) that were on disk already
   size_t results_tried = 0;    ///< the same for this run
   size_t results_missing = 0;  ///< of the shard: more than 0 only if interrupted
   bool interrupted = false;
@@ -59,7 +59,7 @@ struct BenchmarkOutcome {
 /**
  * The exhaustive initialization test: every window of every recording, for every shape and
  * initializer, is an independent, deterministic problem; the front end runs once a recording. Every
- * finished window is on disk at once; the same call resumes. Windows are tried in child processes
+ * finished window is written at once; the same call resumes. Windows are tried in child processes
  * (a fork: call it while the process has one thread): an initializer that crashes, ends the process
  * or uses up its time loses the window, which is recorded as kStatusCrashed or kStatusTimeLimit,
  * and the next one is tried. The results do not depend on `jobs`, on interruptions or shards (run

@@ -18,9 +18,9 @@ class ContentHash {
   ContentHash& operator=(const ContentHash&) = delete;
 
   void add(const void* data, std::size_t size);
-  /** Length and characters. */
+  /** Adds length and characters. */
   void add(const std::string& text);
-  /** The bytes of a file. @throws DataError if it cannot be read */
+  /** Adds the bytes of a file. @throws DataError if it cannot be read */
   void addFile(const std::string& path);
 
   /** 32 hexadecimal digits. */
@@ -38,10 +38,10 @@ class ContentHash {
  */
 std::string recordingHash(const RecordedSource& recording);
 
-/** Hash of the bytes of those of Etalon's libraries that are named, e.g. "frontend", and loaded. */
+/** Hash of the bytes of Etalon's libraries of these names, e.g. "frontend", that are loaded. */
 std::string librariesHash(const std::vector<std::string>& modules);
 
-/** Hash of the bytes of the program that runs: the executable and Etalon's own libraries. */
+/** Hash of the bytes of the running program: the executable and Etalon's own libraries. */
 std::string programHash();
 
 /** Hash of a file's bytes. @throws DataError if it cannot be read */

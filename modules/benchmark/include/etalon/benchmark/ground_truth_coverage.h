@@ -10,8 +10,9 @@
 
 namespace etalon {
 
-// Where ground truth covers only a few poses of a trajectory or a window, the errors against it say
-// nothing, as a few poses can be aligned with anything: below a minimum share none are given.
+// Where ground truth covers only a few poses of a trajectory or a window, the errors against it
+// mean nothing, because a few poses can be aligned with anything. Below a minimum share no errors
+// are given.
 
 /** Share of the poses of a trajectory, or of the keyframes of a window, that must have ground
  * truth before errors are given. */
@@ -27,23 +28,23 @@ bool coversEnough(size_t covered, size_t total, double wanted);
 size_t coveredPoses(const Trajectory& trajectory, const GroundTruth& ground_truth);
 
 /**
- * Poses of the estimate that are associated, or lie between two associated ones at most a second
- * apart: a reference of a lower rate covers what is between its poses.
+ * Number of poses of the estimate that are associated, or lie between two associated ones at most a
+ * second apart: a reference of a lower rate covers the time between its poses.
  */
 size_t coveredPoses(const Trajectory& estimate, const AssociatedTrajectories& associated);
 
 /** Sets the errors of a stage to NaN (unknown) where too few of its keyframes have ground truth. */
 void requireCoverage(AttemptRecord* attempt, double wanted);
-/** The same of the run's attempts, and of its whole trajectory. */
+/** Does the same for the run's attempts and its whole trajectory. */
 void requireCoverage(RunRecord* run, double wanted);
-/** The same of all windows. */
+/** Does the same for all windows. */
 void requireCoverage(BenchmarkRecord* benchmark, double wanted);
 
 /** A sentence on how much of a run ground truth covers; empty if it covers everything or there is
  * none. */
 std::string describeCoverage(const GroundTruthUse& use, double wanted);
 
-/** The same of a benchmark's windows, a sentence for every recording that is not covered wholly. */
+/** The same for a benchmark's windows: a sentence for every recording not covered wholly. */
 std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, double wanted);
 
 }  // namespace etalon

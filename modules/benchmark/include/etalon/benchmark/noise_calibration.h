@@ -11,55 +11,55 @@
 
 namespace etalon {
 
-/** What is believed of the noise: factors on the data sheet's white-noise densities, and pixels. */
+/** The assumed noise: factors on the data sheet's white-noise densities, and the pixels' sigma. */
 struct NoiseFactors {
   double gyro = 1.0, accel = 1.0;
   double sigma_px = 0.29;
 };
 
 /**
- * How many times larger than believed the standard deviations are, as the residuals tell: Helmert's
- * variance components, coupling * factor^2 = chi2. Order gyro, accel, vision. Where that has no
- * positive solution, or no coupling is known, sqrt(chi2 / dof), which goes in the right direction
- * but too short.
+ * How many times larger than assumed the standard deviations are, estimated from the residuals by
+ * Helmert's variance components, coupling * factor^2 = chi2. The order is gyro, accel, vision.
+ * Where the equation has no positive solution, or no coupling is known, the factor is
+ * sqrt(chi2 / dof), a step in the right direction but too short.
  */
 struct NoiseCorrection {
   Eigen::Vector3d factor = Eigen::Vector3d::Ones();
-  /** Relative standard errors of the factors, from the chi-squares' own spread: at least this.
-   * Infinite where the residuals say nothing. */
+  /** Relative standard errors of the factors from the chi-squares' own spread alone, so a lower
+   * bound. Infinite where the residuals do not determine a factor. */
   Eigen::Vector3d sigma = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 };
 
 NoiseCorrection correctionOf(const NoiseCheck& check);
 
 /**
- * The check in words, a sentence a sensor: whether its noise is believed right, too small or too
- * large (by more than two standard errors and 10 %), with chi2/dof and the factor that puts it
- * right; or that the residuals do not determine it.
+ * The check in words, a sentence for each sensor: whether its noise is assumed right, too small or
+ * too large (by more than two standard errors and 10 %), with chi2/dof and the factor that corrects
+ * it; or that the residuals do not determine it.
  * @param overlap NoiseCalibrationOptions::overlap of the windows behind the check
  */
 std::vector<std::string> describe(const NoiseCheck& check, double overlap = 1.0);
 
 /** Priors under which the noise is estimated: none narrower than the built-in ones. A prior that
- * pins a bias where it is not makes the sensor look noisy. */
+ * pins a bias at a wrong value makes the sensor look noisy. */
 BiasPriors priorsForCalibration(BiasPriors priors);
 
-/** A window as a problem, given what is believed of the noise. The same window every time. */
+/** Makes a window's problem for the assumed noise. It is the same window every time. */
 using NoiseWindow = std::function<InitializationProblem(const NoiseFactors&)>;
 
 struct NoiseCalibrationOptions {
   NoiseFactors start;
   WindowOptions window;
-  double tolerance = 0.01;  ///< done when no factor moves farther, relative
+  double tolerance = 0.01;  ///< converged when no factor changes by more, relative
   int max_iterations = 25;
   /** The number of windows that hold one instant: the length of a window over the step to the next
    * one, at least 1. Windows that share their data are not independent: the standard errors grow
    * with its square root. */
   double overlap = 1.0;
   /** Windows in which the body is slower (RMS over the keyframes, after VI-BA) are at rest and left
-   * out, m/s: without vibration the noise is another. 0 keeps all. */
+   * out, m/s, because the noise differs without vibration. 0 keeps all. */
   double min_speed_mps = 0.1;
-  std::function<void(size_t, size_t)> progress;  ///< windows done and of all, an iteration
+  std::function<void(size_t, size_t)> progress;  ///< windows done and all windows, per iteration
 };
 
 /** One refit of all windows. */
@@ -73,31 +73,31 @@ struct NoiseCalibration {
   bool converged = false;
   std::string message;  ///< why not; empty otherwise
   NoiseFactors factors;
-  /** Relative standard errors, in the members' order: the larger of what chi-squares allow and the
-   * scatter from window to window, as of independent windows (NoiseCalibrationOptions::overlap). */
+  /** Relative standard errors, in the members' order: the larger of the chi-squares' own spread and
+   * the scatter from window to window, corrected for NoiseCalibrationOptions::overlap. */
   NoiseFactors relative_sigma{0.0, 0.0, 0.0};
   std::vector<NoiseIteration> iterations;
   int windows = 0, at_rest = 0, failed = 0;  ///< offered; and left out in the last iteration
-  /** What is left in the last iteration, a window. */
+  /** The checks of the last iteration, one for each window. */
   std::vector<NoiseCheck> checks;
 };
 
 /**
  * Estimates the noise from residuals alone: variance components, iterated. Every window is
- * initialised once and then refitted by VI-BA from where it was, with the factors of the last
+ * initialised once and then refitted by VI-BA from its last result, with the factors of the last
  * iteration; the chi-squares of all windows together give the next factors. Ground truth is not
- * used. A window takes part if VI-BA's result passes `options.window.acceptance` but for the tests
- * of the residuals, which would choose the windows by what is to be measured.
+ * used. A window takes part if VI-BA's result passes `options.window.acceptance`, without the tests
+ * of the residuals, which would select the windows by the quantity to be measured.
  *
- * The windows should be made with priorsForCalibration(). White noise only: the random walks stay
- * the data sheet's. Deterministic.
+ * The windows should be made with priorsForCalibration(). Only white noise is estimated: the random
+ * walks stay the data sheet's. Deterministic.
  */
 NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
                                 const Initializer& initializer,
                                 const NoiseCalibrationOptions& options);
 
-/** The section [imu_noise] that puts the factors in use, and sigma_px as a comment: it is not to be
- * trusted where a track's pixels err alike. `comment` lines first. */
+/** The section [imu_noise] with the factors, after the `comment` lines. sigma_px stands in a
+ * comment, because it is not to be trusted where the errors of a track's pixels are correlated. */
 std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& comment);
 
 }  // namespace etalon

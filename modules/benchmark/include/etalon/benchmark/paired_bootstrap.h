@@ -13,7 +13,7 @@ struct BootstrapOptions {
   std::uint64_t seed = 1;
 };
 
-/** Values of the same thing for both, pair by pair, of one recording in the order of time. */
+/** Pairs of values of one recording, in the order of time. */
 struct PairedCluster {
   std::vector<double> a, b;
   size_t block = 1;  ///< neighbouring pairs that are drawn together: those whose windows overlap
@@ -24,7 +24,7 @@ struct BootstrapInterval {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   int pairs = 0;
-  int clusters = 0;           ///< those that have a pair
+  int clusters = 0;           ///< number of clusters that have a pair
   double difference = kNone;  ///< of the pairs as they are
   double low = kNone, high = kNone;
 
@@ -39,18 +39,18 @@ enum class PairedStatistic {
 
 /**
  * Percentile bootstrap of clusters (Davison and Hinkley, Bootstrap Methods and their Application,
- * 1997, section 3.8): what the pairs of one recording have in common is drawn as often as there are
- * recordings, not as often as there are pairs. A resample draws clusters with replacement, as many
+ * 1997, section 3.8): an effect that the pairs of one recording share is drawn once for each
+ * recording, not once for each pair. A resample draws clusters with replacement, as many
  * as there are, and for each of them its pairs with replacement, as many as it has, in blocks of
  * neighbours that go on at the beginning where the pairs end (the circular block bootstrap of
  * Politis and Romano, 1992). The interval is between the quantiles (see quantile()) at (1 -
  * confidence) / 2 and its complement of the statistic over all pairs of a resample. Draws are
  * mt19937_64(seed) modulo the number of choices, one after the other: the same on every platform.
  *
- * With one cluster the interval is of that one alone. With two to five it is too narrow where
- * clusters differ: they show too little of how much.
- * @throws ConfigError if sizes differ, a block is empty, a value is not finite or an option cannot
- *         be
+ * With one cluster the interval holds for that one alone. With two to five it is too narrow where
+ * clusters differ, because so few do not show how much.
+ * @throws ConfigError if sizes differ, a block is empty, a value is not finite or an option is out
+ *         of range
  */
 BootstrapInterval pairedBootstrap(const std::vector<PairedCluster>& clusters,
                                   PairedStatistic statistic, const BootstrapOptions& options = {});

@@ -101,23 +101,22 @@ struct WindowRow {
   /** init: the initializer without stereo odometry; vi_ba: the VI-BA. */
   double runtime_ms = WindowErrors::kNone;
 
-  /** Status success, gravity < 2 deg and velocity < 0.1 m/s. Nothing where that cannot be judged:
-   * an estimate without ground truth. */
+  /** Status success, gravity < 2 deg and velocity < 0.1 m/s. Nothing where this cannot be judged,
+   * because an estimate has no ground truth. */
   std::optional<bool> success() const;
 };
 
 /**
- * The row of a stage. init: `success` if the initializer gave an estimate. vi_ba: `success` if it
- * was accepted; an estimate that was not accepted keeps its errors. A stage that was not reached
- * has the status and the reason of what stopped it.
+ * The row of a stage. init: `success` if the initializer gave an estimate. vi_ba: `success` if the
+ * estimate was accepted; one that was not accepted keeps its errors. A stage that was not reached
+ * has the status and the reason that stopped the attempt.
  */
 WindowRow windowRow(const WindowResult& result, const std::string& stage);
 
-/** All rows, in the order of the results; init before vi_ba, which only is there if the protocol
- * has it. */
+/** All rows, in the order of the results; init before vi_ba, if the protocol has VI-BA. */
 std::vector<WindowRow> windowRows(const BenchmarkRecord& record);
 
-/** windows.csv: RFC 4180, header, numbers as %.9g, empty where there is none. */
+/** The text of windows.csv: RFC 4180, header, numbers as %.9g, empty where there is none. */
 std::string windowsCsv(const std::vector<WindowRow>& rows);
 
 }  // namespace etalon

@@ -13,8 +13,7 @@
 
 namespace etalon {
 
-/** What the front end makes of a whole recording, and all else that an initialization needs of it.
- */
+/** The front end's tracks of a whole recording, and all else that an initialization needs of it. */
 struct SequenceTracks {
   StereoInertialCalibration calibration;
   GroundTruth ground_truth;
@@ -28,15 +27,15 @@ struct SequenceTracks {
 struct TrackingOptions {
   StereoTrackerOptions frontend;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< in the predicted rotations, rad/s
-  /** Decode the next pair while a pair is tracked, in a second thread. The tracks are the same. */
+  /** Decode the next pair in a second thread while a pair is tracked. The tracks do not change. */
   bool decode_ahead = false;
   /** Called after every pair with the number of pairs done and of all pairs; may be empty. */
   std::function<void(size_t, size_t)> progress;
-  /** Ends the work with an Interrupted where it becomes true; may be null. */
+  /** Ends the work with an Interrupted when it becomes true; may be null. */
   const std::atomic<bool>* stop = nullptr;
 };
 
-/** Thrown where the work was told to stop. */
+/** Thrown when the work was told to stop. */
 struct Interrupted : public std::exception {
   const char* what() const noexcept override { return "interrupted"; }
 };
@@ -48,9 +47,9 @@ std::string recordingName(const std::string& source);
 SequenceTracks withoutTracks(const RecordedSource& recording);
 
 /**
- * Runs the front end over the recording; a pair that cannot be read is left out and counted, one
- * that repeats an image while the platform moves (RepeatedImages) is left out, as are samples that
- * are no measurements (isMeasurement).
+ * Runs the front end over the recording. A pair that cannot be read is left out and counted; pairs
+ * that repeat an image while the platform moves (RepeatedImages) and samples that are no
+ * measurements (isMeasurement) are left out, too.
  * @throws DataError if no pair can be used
  */
 SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options);
@@ -70,10 +69,10 @@ bool readTracks(const std::string& path, const std::string& key, SequenceTracks*
                 std::string* why_not);
 
 /**
- * The recording with its tracks: from the cache file `folder`/`name`-KEY.tracks where that can be
- * trusted, else from the front end, and then kept there. The folder is made if need be.
+ * The recording with its tracks: from the cache file `folder`/`name`-KEY.tracks if it can be
+ * trusted, else from the front end, which then writes that file. The folder is made if need be.
  * @param recording_hash recordingHash(recording)
- * @param note a sentence where a file was there and could not be trusted; may be null
+ * @param note receives a sentence if there was a file that could not be trusted; may be null
  * @throws like trackSequence() and writeTracks()
  */
 SequenceTracks loadOrTrack(RecordedSource& recording, const std::string& recording_hash,

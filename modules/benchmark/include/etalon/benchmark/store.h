@@ -21,7 +21,7 @@ namespace etalon {
 bool isBenchmarkFolder(const std::string& folder);
 
 /**
- * The benchmark in a folder. Of an unfinished one the results that are there.
+ * The benchmark in a folder; an unfinished one has only the results that are there.
  * @throws DataError naming file, line and what was expected
  */
 BenchmarkRecord readBenchmark(const std::string& folder);
@@ -35,30 +35,30 @@ void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record
 /** Makes the HTML report of a finished benchmark (benchmarkReportHtml). */
 using BenchmarkReport = std::function<std::string(const BenchmarkRecord&)>;
 
-/** Writes windows.csv, summary.csv and, where `report` is given, report.html; their paths. */
+/** Writes windows.csv, summary.csv and, if `report` is given, report.html. Returns their paths. */
 std::vector<std::string> writeBenchmarkResults(const std::string& folder,
                                                const BenchmarkRecord& record,
                                                const BenchmarkReport& report);
 
-/** Whether they were written: not so if the benchmark was interrupted. */
+/** Whether these files were written: an interrupted benchmark has none. */
 bool hasBenchmarkResults(const std::string& folder);
 
-/** Removes results and tables, so that none of them outlive a benchmark that begins anew. */
+/** Removes results and tables, so that none of them outlive a benchmark that starts again. */
 void discardBenchmark(const std::string& folder);
 
-/** What tells a result from all others: sequence, keyframes, rate, window, initializer. */
+/** The unique key of a result: sequence, keyframes, rate, window, initializer. */
 std::string resultKey(const WindowResult& result);
 
 /**
  * What is missing for the record to be complete, in sentences: results in all and by recording,
- * shards, recordings that could not be used. Empty if nothing is.
+ * shards, recordings that could not be used. Empty if nothing is missing.
  */
 std::vector<std::string> incompleteness(const BenchmarkRecord& record);
 
-/** A result as its line in windows/, without the line's end. Numbers read back bit for bit
+/** A result as its line in windows/, without the line's end. Numbers are read back bit for bit
  * (rotations, stored as quaternions, to rounding). */
 std::string resultToText(const WindowResult& result);
-/** @throws DataError if it is none */
+/** @throws DataError if the text is no result */
 WindowResult resultFromText(const std::string& text);
 
 /** Puts the results into the order of BenchmarkRecord::results; drops those that the head does not
@@ -82,7 +82,7 @@ class ResultStore {
 
   /** @throws DataError if it cannot be written */
   void append(const WindowResult& result);
-  /** The same with resultToText() of a result of this sequence. */
+  /** The same, given resultToText() of a result of this sequence. */
   void append(const std::string& sequence, const std::string& result_text);
 
  private:

@@ -26,7 +26,7 @@ struct FigureSummary {
 
 FigureSummary summaryOf(const std::vector<double>& values);
 
-/** What one initializer and stage made of the windows of one sequence (or of all) and one shape. */
+/** Results of an initializer and stage on the windows of one sequence (or of all) and one shape. */
 struct SummaryRow {
   std::string sequence;  ///< or kAllSequences
   int keyframes = 0;
@@ -44,7 +44,7 @@ struct SummaryRow {
   int successes = 0;  ///< of those judged
   double success_rate = WindowErrors::kNone;  ///< successes / judged
   /** Judged windows whose estimate keeps the limits of a success in gravity and velocity, accepted
-   * or not. In vi_ba the excess over `successes` are good estimates that the acceptance refused. */
+   * or not. In vi_ba the excess over `successes` is good estimates that the acceptance refused. */
   int good_estimates = 0;
   double good_estimate_rate = WindowErrors::kNone;  ///< good_estimates / judged
 
@@ -70,24 +70,24 @@ std::vector<std::string> stagesOf(const BenchmarkRecord& record);
 
 /**
  * Whether each of the record's windows succeeded in `stage`: status success, gravity < 2 deg and
- * velocity < 0.1 m/s; a refused window did not. Nothing where the ground truth does not allow to
- * judge it (none at the first keyframe, or a recording without velocities), refused or not: whether
- * a window is judged does not depend on what an initializer made of it.
+ * velocity < 0.1 m/s; a refused window did not. Nothing where the ground truth does not allow
+ * judging it (none at the first keyframe, or a recording without velocities), refused or not:
+ * whether a window is judged does not depend on the initializer's result.
  */
 std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
                                                const std::string& stage);
 
-/** By shape, sequence (then all of them), initializer, stage, and all or moving windows, nested in
- * this order. */
+/** The rows by shape, sequence (then all of them), initializer, stage, and all or moving windows,
+ * nested in this order. */
 std::vector<SummaryRow> summarize(const BenchmarkRecord& record);
 
-/** A lower bound of WindowResult::gyro_bound over the windows of a shape and sequence (or
- * kAllSequences), every window once. */
+/** Statistics of a lower bound of WindowResult::gyro_bound over the windows of a shape and sequence
+ * (or kAllSequences), every window once. */
 FigureSummary gyroBound(const BenchmarkRecord& record, const WindowShape& shape,
                         const std::string& sequence, double GyroWindowBound::*bound);
 
-/** summary.csv (docs/evaluation.md): header, numbers as %.9g, empty where there is none; run times
- * in the last columns. */
+/** The text of summary.csv (docs/evaluation.md): header, numbers as %.9g, empty where there is
+ * none; run times in the last columns. */
 std::string summaryCsv(const std::vector<SummaryRow>& rows);
 std::string summaryCsv(const BenchmarkRecord& record);
 

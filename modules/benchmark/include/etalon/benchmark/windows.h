@@ -20,7 +20,7 @@ constexpr double kLongestRecordingS = 7 * 86'400.0;
 /** @throws DataError if the images of the recording `name` are further apart than that */
 void checkLength(const std::string& name, TimeNs first_image, TimeNs last_image);
 
-/** From the first image to the last that a window needs, s: half a keyframe interval is granted. */
+/** Least time from first to last image for a window, s: half a keyframe interval may be missing. */
 double shortestRecording(const WindowShape& shape);
 
 /**
@@ -39,16 +39,16 @@ void checkKeyframeRates(const std::vector<double>& rates_hz, double camera_hz,
                         const std::string& recording);
 
 /**
- * Number of windows of a recording: window i starts every_s * i after the first image, and is there
- * if it ends at the last image or before (see shortestRecording()).
+ * Number of windows of a recording. Window i starts every_s * i after the first image and exists if
+ * it ends at the last image or before (see shortestRecording()).
  */
 int windowCount(TimeNs first_image, TimeNs last_image, double every_s, const WindowShape& shape);
 
 /**
  * Window number `window` as a problem: keyframes by KeyframeSelector from the first frame of the
- * window on, all frames between them, raw IMU. Depends on nothing but its arguments.
- * If images are missing to the end of the recording, the problem has fewer keyframes.
- * @param noise makes the densities to use from the data sheet's and the window's samples
+ * window on, all frames between them, raw IMU. The result depends on nothing but the arguments.
+ * If images are missing up to the end of the recording, the problem has fewer keyframes.
+ * @param noise derives the densities to use from the data sheet's and the window's samples
  */
 InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s,
                                     const WindowShape& shape, int window,
