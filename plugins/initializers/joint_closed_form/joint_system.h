@@ -21,8 +21,8 @@ struct JointEstimate {
 
 /**
  * The linear system of one pass. The unknowns are x = [v_0, b_g, b_a, g], with b_g and b_a as
- * changes of the biases. The poses are y = J x + c + n, where n is the IMU's noise of covariance Sigma; the
- * tracks give the information S, s on y. The system minimises
+ * changes of the biases. The poses are y = J x + c + n, where n is the IMU's noise of covariance
+ * Sigma; the tracks give the information S, s on y. The system minimises
  *   (y - S^-1 s)^T (S^-1 + Sigma)^-1 (y - S^-1 s)  at n = 0,
  * and n then takes its most likely value.
  */
