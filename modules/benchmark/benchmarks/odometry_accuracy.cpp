@@ -10,8 +10,8 @@
 // Prints a line for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE
 // over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth
 // and against the ground truth turned to where the recording's accelerometer has gravity; RMSE of
-// the velocity; scale; CPU time of a frame; mean NEES per degree of freedom of the fixed-lag odometry's
-// rotation, position, velocity, b_g and b_a.
+// the velocity; scale; CPU time of a frame; mean NEES per degree of freedom of the fixed-lag
+// odometry's rotation, position, velocity, b_g and b_a.
 
 #include <Eigen/LU>
 #include <algorithm>

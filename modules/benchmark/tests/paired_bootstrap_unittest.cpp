@@ -138,7 +138,7 @@ TEST(PairedBootstrap, RecordingsAreDrawnAsWholesForTheirWindowsHaveMuchInCommon)
 }
 
 TEST(PairedBootstrap, OverlappingWindowsAreDrawnInBlocks) {
-  // One recording of 100 windows, each of which shares measurements with its neighbours.
+  // One recording of 100 windows, each of which shares measurements with the four next to it.
   Coverage single, blocks;
   std::mt19937_64 generator(6);
   std::normal_distribution<double> normal;

@@ -48,7 +48,7 @@ struct Pairs {
   PairedCluster values;
   std::vector<TimeNs> starts;  ///< of the windows
 
-  /** The most windows that overlap with one of them and begin with it or later, itself included. */
+  /** The largest number of overlapping windows that begin at or after one of them, including it. */
   size_t overlapping(double window_s) const {
     constexpr double kShare = 0.99;  // of a window; two that meet in a keyframe are apart
     size_t most = 1, last = 0;
@@ -132,7 +132,7 @@ BenchmarkRecord combineBenchmarks(
   for (const auto& [name, record] : benchmarks)
     for (const std::string& initializer : initializersOf(record)) ++uses[initializer];
   BenchmarkRecord all;
-  all.protocol.keyframes.clear();  // of several: what the windows have
+  all.protocol.keyframes.clear();  // taken from the windows below
   all.protocol.rates_hz.clear();
   if (benchmarks.size() == 1) all.protocol = benchmarks.front().second.protocol;
   all.protocol.vi_ba = false;

@@ -39,7 +39,7 @@ std::vector<std::string> recordingsOf(const std::vector<PairedComparison>& compa
 
 std::string differenceKey(const std::string& sequence) { return "difference_" + sequence; }
 
-/** What the number of recordings means for the intervals. */
+/** Says what the number of recordings means for the intervals. */
 std::string sentenceOnRecordings(const std::vector<PairedComparison>& comparisons) {
   const size_t recordings = recordingsOf(comparisons).size();
   if (recordings == 1)
@@ -51,7 +51,7 @@ std::string sentenceOnRecordings(const std::vector<PairedComparison>& comparison
   return "";
 }
 
-/** One table holds figures of several units: for people they are texts, for programs numbers. */
+/** One table holds several units, so its cells are texts for people and numbers for programs. */
 std::vector<Table::Column> columnsFor(const std::vector<PairedComparison>& comparisons,
                                       bool group_in_title) {
   std::vector<Table::Column> columns = {{"a", "A", false, 0, 1.0, group_in_title},

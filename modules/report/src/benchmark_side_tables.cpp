@@ -17,7 +17,7 @@ std::string inShort(double value) {
   return text;
 }
 
-/** The attempt's times by part, each with what it is to a reader. */
+/** The attempt's times by part, each with its name for the reader. */
 std::vector<std::pair<std::string, double>> partsOf(const AttemptRecord& attempt) {
   std::vector<std::pair<std::string, double>> parts;
   double total = 0.0;
@@ -63,7 +63,7 @@ void setVerdict(Table* table, const std::string& sensor, const ResidualGroup& re
   table->setNumber(sensor + "_factor", verdict.factor);
 }
 
-/** Where the ground truth's rotations are the gyro's own; empty where that is nowhere. */
+/** Names the recordings whose ground truth copies the gyro's rotations; empty if none does. */
 std::string copiesNote(const BenchmarkRecord& record) {
   std::vector<std::string> names;
   double most = 0.0;

@@ -22,20 +22,20 @@ std::string shapeText(const WindowShape& shape);
 /** For TitledTable::id. */
 std::string shapeId(const WindowShape& shape);
 
-/** Stereo odometry, initializer, its own stages, VI-BA: times over all sequences. */
+/** Times of stereo odometry, initializer, its own stages and VI-BA over all sequences. */
 TitledTable runtimePartsTable(const BenchmarkRecord& record, const WindowShape& shape);
 
 /** The first initializer that has a check of the noise; empty if none has. */
 std::string checkedInitializer(const BenchmarkRecord& record, const WindowShape& shape);
 
-/** The noise in use against the residuals after the first initializer that has a check; nothing if
- * none has. */
+/** Compares the noise in use with the residuals after the first initializer that has a check;
+ * nothing if none has. */
 std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const WindowShape& shape);
 
-/** What the column beside an error is, in sentences. @param key of RRE, gyro bias or gravity */
+/** Explains the column beside an error in sentences. @param key of RRE, gyro bias or gravity */
 std::string boundNote(const BenchmarkRecord& record, const std::string& key);
 
-/** What the ground truth of each sequence is worth. */
+/** The quality of each sequence's ground truth. */
 TitledTable groundTruthTable(const BenchmarkRecord& record);
 
 }  // namespace etalon

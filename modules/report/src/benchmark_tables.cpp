@@ -21,8 +21,7 @@ const SummaryRow& rowOf(const std::vector<SummaryRow>& summary, const SummaryRow
   });
 }
 
-/** An initializer must have an estimate in so many of the windows for its figures to count as best.
- */
+/** Least share of windows with an estimate for an initializer's figures to count as best. */
 constexpr double kShareForBest = 0.75;
 
 /** How a table of the papers' layout is filled. */
@@ -35,8 +34,8 @@ struct Layout {
   std::vector<std::string> stages = {};      ///< empty: all
 };
 
-/** A row a sequence and one over all; `value` gives a cell from its summary, `more` fills the
- * columns beside. */
+/** Makes a row for each sequence and one over all; `value` gives a cell from its summary, `more`
+ * fills the columns beside. */
 template <typename Value, typename More>
 Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
                    const WindowShape& shape, const Layout& layout, Value value, More more) {
@@ -79,7 +78,7 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
   return table;
 }
 
-/** What a program wants to know of a table in the papers' layout. */
+/** Fills the fields that programs read in a table of the papers' layout. */
 TitledTable described(TitledTable table, const WindowShape& shape, const std::string& metric,
                       const std::string& statistic, bool marks_best) {
   table.metric = metric;
@@ -143,7 +142,7 @@ TitledTable successTable(const BenchmarkRecord& record, const std::vector<Summar
                    shape, kSuccessRate, "rate", true);
 }
 
-/** What the acceptance after VI-BA costs: success, were every estimate accepted. */
+/** The cost of the acceptance after VI-BA: the success if every estimate were accepted. */
 TitledTable goodEstimatesTable(const BenchmarkRecord& record,
                                const std::vector<SummaryRow>& summary, const WindowShape& shape) {
   Layout layout;
@@ -196,8 +195,8 @@ TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<Summar
       shape, "runtime_ms", "median", true);
 }
 
-/** Tilt and velocity; a recording's ground truth does not tell the biases as well as the IMU's
- * noise would ask for. */
+/** Tilt and velocity; a recording's ground truth does not know the biases well enough for the IMU's
+ * noise. */
 constexpr size_t kPrintedNees = 2;
 
 /** Whether the errors are as large as the estimates' covariances say. @param index in neesMetrics()

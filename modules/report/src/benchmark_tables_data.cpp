@@ -9,7 +9,7 @@
 namespace etalon {
 namespace {
 
-/** What a number of the CSV table is of; empty where it is of all. */
+/** The labels of a number in the CSV table; an empty one means all. */
 struct Label {
   std::string shape;  ///< keyframes,rate_hz
   std::string which, sequence, initializer, stage;
@@ -46,7 +46,7 @@ std::string lines(const SummaryRow& row) {
          lines("stereo_odometry_ms", label, row.stereo_odometry_ms);
 }
 
-/** Lines of a table whose rows are of a sequence each: a metric a column of numbers. */
+/** Lines of a table with a row for each sequence and a column for each metric. */
 std::string linesOfColumns(const TitledTable& titled, Label label) {
   const Table& table = titled.table;
   std::string csv;

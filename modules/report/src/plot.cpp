@@ -83,8 +83,8 @@ class TrajectoryPlot {
     for (const StampedPose& pose : estimate_) include(pose.T_WB.t);
     for (const Eigen::Vector3d& p : truth_) include(p);
     const Eigen::Vector2d centre = 0.5 * (low + high);
-    // Metres a pixel: the same in both directions, a margin of 8 % around, never below 10 cm
-    // across.
+    // Metres per pixel: the same in both directions, with a margin of 8 % around, and at least
+    // 10 cm across.
     const Eigen::Vector2d size = (1.16 * (high - low)).cwiseMax(0.1);
     const double scale = std::max(size.x() / kTopViewBox.width, size.y() / kTopViewBox.height);
     const double half_x = 0.5 * scale * kTopViewBox.width,
@@ -133,7 +133,7 @@ class TrajectoryPlot {
       high = *greatest;
     }
     const double margin = std::max(0.08 * (high - low), 1e-6);
-    // Twice the margin above: the initialisation's label stands there.
+    // The margin above is doubled for the initialisation's label.
     const PlotArea area(box, 0.0, duration(), series.from_zero ? 0.0 : low - margin,
                         high + 2.0 * margin);
     area.drawAxes(&canvas_, "time since the first pose [s]", series.label, 10, 7);
@@ -162,7 +162,7 @@ class TrajectoryPlot {
     return text;
   }
 
-  /** What precedes the errors, as a part of a heading. */
+  /** The alignment before the errors, as a part of a heading. */
   std::string alignmentName() const {
     if (!options_.alignment) return "not aligned";
     switch (*options_.alignment) {

@@ -27,10 +27,10 @@ class PlotCanvas {
   void frame(const cv::Rect2d& box, const Color& color, double width = 1.0);
   void fill(const cv::Rect2d& box, const Color& color);
 
-  /** ASCII text of `size` px (height of a capital letter), its base line at `at`. */
+  /** Draws ASCII text of `size` px (height of a capital letter) with its base line at `at`. */
   void text(cv::Point2d at, const std::string& text, double size, const Color& color,
             TextAlign align = TextAlign::kLeft);
-  /** The same, reading upwards, centred on `at`. */
+  /** Draws text that reads upwards, centred on `at`. */
   void verticalText(cv::Point2d at, const std::string& text, double size, const Color& color);
   /** Width of a text, px. */
   static double textWidth(const std::string& text, double size);
@@ -63,7 +63,7 @@ class PlotArea {
     return {box_.x + (x - x_low_) / (x_high_ - x_low_) * box_.width,
             box_.y + box_.height - (y - y_low_) / (y_high_ - y_low_) * box_.height};
   }
-  /** Grid, frame, ticks with numbers, labels of the axes. */
+  /** Draws grid, frame, ticks with numbers and labels of the axes. */
   void drawAxes(PlotCanvas* canvas, const std::string& x_label, const std::string& y_label,
                 int x_ticks, int y_ticks) const;
 

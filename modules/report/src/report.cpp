@@ -71,7 +71,7 @@ std::string tableText(const TitledTable& table, bool open) {
   return "<details class=\"table\"><summary>" + title + "</summary>\n" + body + "</details>\n";
 }
 
-/** A closed group of tables; nothing without one. */
+/** A closed group of tables; empty if there are none. */
 std::string groupText(const std::string& title, const std::string& tables) {
   if (tables.empty()) return "";
   return "<details class=\"more\"><summary>" + title + "</summary>\n" + tables + "</details>\n";
@@ -90,7 +90,7 @@ bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/** Those to read first, of one shape; closed behind them those of other shapes, and the rest. */
+/** The tables to read first, of one shape; other shapes and the rest follow in closed groups. */
 std::string tablesText(const BenchmarkRecord& record) {
   const std::string main_shape = shapeId(mainShape(record));
   std::string first, other_shapes, rest;

@@ -25,7 +25,7 @@ Json numberOr(const Json& number, const Json& otherwise) {
   return number.is_null() ? otherwise : number;
 }
 
-/** Texts that stand in the data once, by their number. */
+/** Texts that the data hold once and refer to by number. */
 class Dictionary {
  public:
   size_t operator()(const std::string& text) {

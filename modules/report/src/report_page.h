@@ -7,17 +7,16 @@
 
 namespace etalon {
 
-/** JSON that can stand inside a <script> element: valid UTF-8, no '<'. */
+/** JSON that is safe inside a <script> element: valid UTF-8, no '<'. */
 std::string scriptText(const nlohmann::json& json);
 
-/** The text with its line ends, everything else as printable() says, and U+FFFD where it is no valid
- * UTF-8. */
+/** The text with its line ends kept, all else as in printable(), and U+FFFD for invalid UTF-8. */
 std::string pageText(const std::string& text);
 
-/** pageText() as HTML has it. */
+/** pageText(), escaped for HTML. */
 std::string escaped(const std::string& text);
 
-/** Six digits, enough for every chart; null where there is no number. */
+/** Rounds to six digits, enough for every chart; null where there is no number. */
 nlohmann::json rounded(double value);
 
 /** `%g`. */

@@ -100,7 +100,7 @@ TEST(PairedComparison, ARecordingCountsAsOneNotAsItsWindows) {
   const auto compared = [](const BenchmarkRecord& record) {
     return comparePaired(record, "a", "b", {"gravity_deg"}).front();
   };
-  // Of 180 windows 120 say that b is worse, of six recordings four.
+  // In 120 of 180 windows b is worse, but only in four of six recordings.
   const PairedComparison mixed = compared(recordings({0.3, -0.2, 0.3, 0.3, -0.2, 0.3}));
   EXPECT_EQ(mixed.interval.pairs, 180);
   EXPECT_EQ(mixed.interval.clusters, 6);
@@ -123,7 +123,7 @@ TEST(PairedComparison, OverlappingWindowsAreNotIndependent) {
   };
   EXPECT_EQ(width(2'500'000'000), width(2'250'000'000));
   EXPECT_NE(width(2'500'000'000), width(250'000'000));
-  // 30 windows of which nine overlap are four that do not.
+  // Where nine of 30 windows overlap, only four do not overlap each other.
   const PairedComparison few =
       comparePaired(recordings({0.3}, 250'000'000), "a", "b", {"gravity_deg"}).front();
   EXPECT_EQ(few.interval.pairs, 30);

@@ -45,7 +45,7 @@ struct Flight {
   std::vector<FlightErrors> errors() const { return flightErrors(estimates, truth); }
 };
 
-/** Every error of the frame but those that are named is zero to rounding. */
+/** Expects all errors of the frame but the named ones to be zero to rounding. */
 void expectOnly(const FlightErrors& errors,
                 const std::vector<std::pair<PredictedError FlightErrors::*, double>>& expected) {
   for (const FlightFigure& figure : flightFigures()) {
@@ -103,7 +103,7 @@ TEST(FlightErrors, WhatIsPredictedIsTheRootOfTheTraceInWorldAxes) {
 
 TEST(FlightErrors, PositionAndYawCountFromTheLastStart) {
   Flight flight;
-  // From frame 5 on the world is another one; in between nothing is predicted for a frame.
+  // From frame 5 on the world is a new one; in between one frame has no prediction.
   const SE3 jump(expSO3({0.0, 0.0, 0.7}), {1.0, 1.0, 0.0});
   for (size_t k = 5; k < 10; ++k) {
     FrameEstimate& e = flight.estimates[k];
@@ -122,7 +122,7 @@ TEST(FlightErrors, PositionAndYawCountFromTheLastStart) {
 }
 
 TEST(FlightErrors, TheAlignmentKeepsRollAndPitchAsTheyAre) {
-  // A start that is tilted by a degree stays so: no turn about z takes it away.
+  // A start that is tilted by a degree stays tilted, because no turn about z removes it.
   Flight flight;
   for (FrameEstimate& e : flight.estimates) {
     const SE3 tilt(expSO3({kDeg, 0.0, 0.0}), Vector3d::Zero());

@@ -23,7 +23,7 @@ cv::Mat pictureOf(const PlotCanvas& canvas) {
   return cv::imread(path, cv::IMREAD_GRAYSCALE);
 }
 
-/** What is darker than half, as the smallest box; empty if nothing is. */
+/** The smallest box around the pixels darker than half; empty if there are none. */
 cv::Rect darkBox(const cv::Mat& picture) {
   int x0 = picture.cols, x1 = -1, y0 = picture.rows, y1 = -1;
   for (int y = 0; y < picture.rows; ++y)
@@ -153,10 +153,10 @@ TEST(Ticks, AreRoundInStepAndLabel) {
       EXPECT_LT(std::min({std::abs(digits - 1), std::abs(digits - 2), std::abs(digits - 5)}), 1e-9);
       EXPECT_GE(ticks.count, 2);
       EXPECT_LE(ticks.count, 6);
-      // A label says the value: read back it is that.
+      // A label, read back, gives the value.
       for (int i = 0; i < ticks.count; ++i)
         EXPECT_NEAR(std::stod(ticks.label(i)), ticks.value(i), 1e-6 * ticks.step);
-      // And the next one on either side would be outside.
+      // The next tick on either side would be outside.
       EXPECT_LT(ticks.value(-1), 0.13 * scale);
       EXPECT_GT(ticks.value(ticks.count), (0.13 + width) * scale);
     }

@@ -105,7 +105,7 @@ TEST_F(Plot, AlignmentIsAnOption) {
     EXPECT_EQ(cv::norm(by_option(region), by_caller(region)), 0.0);
     EXPECT_GT(cv::norm(by_option(region), not_aligned(region)), 0.0);
   }
-  // The headings say how: they alone differ.
+  // The pictures differ only in the headings, which name the alignment.
   EXPECT_GT(cv::norm(by_option, by_caller), 0.0);
 }
 

@@ -66,7 +66,7 @@ class Maker {
     return stage;
   }
 
-  /** One attempt by initializer number `method`, the harder the worse. */
+  /** One attempt by initializer number `method`; its errors grow with `hardness`. */
   AttemptRecord attempt(const std::vector<StampedState>& truth, int method, double hardness,
                         bool with_errors) {
     AttemptRecord attempt;

@@ -7,7 +7,7 @@
 
 namespace etalon::testing {
 
-/** How much of a benchmark to make up. */
+/** The size of a made-up benchmark. */
 struct ReportExampleSize {
   int sequences = 7;  ///< the last but one has no ground truth, the last could not be used
   int windows = 60;

@@ -96,7 +96,7 @@ TEST(RunReport, WithoutGroundTruthOrAttempts) {
   for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(row[kTruth + i].is_null());
   const size_t position = columnOf(blind, "position");
   EXPECT_TRUE(row[position].is_null());
-  EXPECT_GT(row[position + 1].get<double>(), 0.1);  // what is predicted needs no truth
+  EXPECT_GT(row[position + 1].get<double>(), 0.1);  // a prediction needs no ground truth
   run.record.attempts.clear();
   run.record.events.clear();
   run.record.initialized_at.reset();

@@ -115,7 +115,7 @@ TEST(TableLimits, TheBestIsTheLeastOrTheGreatestOfThoseThatAreThere) {
   EXPECT_EQ(marked({3.0, none, 2.0}, true), "|3.0|-|**2.0**|");
   EXPECT_EQ(marked({3.0, none, none}, true), "|3.0|-|-|");  // nothing to compare with
   EXPECT_EQ(marked({none, none, none}, true), "|-|-|-|");
-  // Alike is what is printed alike.
+  // Numbers that are printed alike count as equal.
   EXPECT_EQ(marked({1.04, 0.96, 1.06}, true), "|**1.0**|**1.0**|1.1|");
   EXPECT_EQ(marked({1.04, 0.96, 1.06}, true, 2), "|1.04|**0.96**|1.06|");
 }

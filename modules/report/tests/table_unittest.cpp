@@ -142,7 +142,7 @@ TEST(Table, TextThatIsTooWideIsCutBetweenGroups) {
             "V1_01                     -\n"
             "--------  -----------------\n"
             "all                    0.75\n");
-  // A group that is too wide is cut as well; one column always stands.
+  // A group that is too wide is cut as well; one column always remains.
   EXPECT_THAT(groupedTable().toString(TableFormat::kText, {CellMark::kNone, 10}),
               HasSubstr("sequence        b\n"));
   EXPECT_EQ(groupedTable().toString(TableFormat::kText, {CellMark::kNone, 39}),

@@ -11,7 +11,7 @@ constexpr const char* kViBaCovarianceOrder =
     "rotation [rad, right perturbation], position [m], v_WB [m/s] of every keyframe, then b_g "
     "[rad/s], b_a [m/s^2]";
 
-/** What a stage is compared with. */
+/** The ground truth that a stage is compared with. */
 struct Truth {
   const GroundTruth& ground_truth;
   const std::optional<Eigen::Vector3d>& gravity_direction_G;

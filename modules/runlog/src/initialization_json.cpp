@@ -128,13 +128,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/** Text with an indented line for every member of an object, and arrays of scalars on one line. */
+/** Appends text with an indented line for every member of an object, arrays of scalars on one. */
 void print(const Json& json, const std::string& indent, std::string* text) {
   const bool nested = std::any_of(json.begin(), json.end(), [](const Json& element) {
     return element.is_structured() && !element.empty();
   });
   if (!json.is_structured() || json.empty() || (json.is_array() && !nested)) {
-    // A path need not be UTF-8; what is not becomes the replacement character.
+    // A path need not be UTF-8; invalid bytes become the replacement character.
     *text += json.dump(-1, ' ', false, Json::error_handler_t::replace);
     return;
   }

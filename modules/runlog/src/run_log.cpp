@@ -18,7 +18,7 @@ namespace {
 
 using mrpt::obs::CObservation;
 
-/** The attempt whose keyframes stand in the log; null if none got as far as to have states. */
+/** The attempt whose keyframes go into the log; null if none has states. */
 const AttemptRecord* attemptToLog(const RunRecord& record) {
   if (const AttemptRecord* accepted = record.acceptedAttempt()) return accepted;
   for (auto attempt = record.attempts.rbegin(); attempt != record.attempts.rend(); ++attempt)
@@ -84,7 +84,7 @@ RunRecord readRunRecord(const std::string& run) {
     mrpt::serialization::CSerializable::Ptr object;
     try {
       object = archive.ReadObject();
-    } catch (const std::exception&) {  // the end of the log, or what cannot be read
+    } catch (const std::exception&) {  // the end of the log, or an unreadable object
       throw DataError(path, 0,
                       "expected an MRPT rawlog with a comment of the format \"" +
                           std::string(kRunFormat) + "\", found none to its end");

@@ -40,7 +40,7 @@ struct Example {
     }
     attempt.init->bias.gyro = attempt.vi_ba.bias.gyro = {0.012, 0.0, 0.001};
     attempt.has_vi_ba = true;
-    // Of the tilt 0.005 and 0.002 rad, of the velocity 0.1 and 0.4 m/s, of b_g 1e-3 rad/s.
+    // Sigmas: tilt 0.005 and 0.002 rad, velocity 0.1 and 0.4 m/s, b_g 1e-3 rad/s.
     Eigen::VectorXd sigma = Eigen::VectorXd::Ones(33);
     sigma.segment<3>(27).setConstant(1e-3);
     sigma.segment<3>(24) << 0.1, 0.4, 0.4;

@@ -19,8 +19,7 @@ using ::testing::HasSubstr;
 TEST(RunRecordJson, ReadsBackWhatWasWritten) {
   const RunRecord record = exampleRecord();
   const RunRecord read = runRecordFromJson(toJson(record), "test");
-  // Everything but the rotations is text that reads back bit for bit, so writing again shows it
-  // all.
+  // All but the rotations is read back bit for bit, so writing it again gives the same text.
   const nlohmann::json first = nlohmann::json::parse(toJson(record));
   nlohmann::json second = nlohmann::json::parse(toJson(read));
   for (size_t a = 0; a < record.attempts.size(); ++a)

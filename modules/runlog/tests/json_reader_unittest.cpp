@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/** What reading a document throws; empty if nothing. */
+/** The message that reading a document throws; empty if none. */
 template <typename Action>
 std::string errorOf(const Json& json, const Action& action) {
   try {

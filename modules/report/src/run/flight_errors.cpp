@@ -16,7 +16,7 @@ double rootOfSum(const Eigen::VectorXd& variances) {
   return std::sqrt(std::max(0.0, variances.sum()));
 }
 
-/** What the covariance says, whether there is ground truth or not. */
+/** The predicted errors, which need no ground truth. */
 FlightErrors predicted(const FrameEstimate& e) {
   FlightErrors result;
   const Eigen::Matrix3d P =

@@ -16,9 +16,9 @@ struct PredictedError {
 
 /**
  * Errors of a frame's estimate against ground truth beside what its covariance predicts. Position
- * and yaw are those since the last start, as the covariance has them: the ground truth's world is
- * turned about z and moved so that the pose of the last start is right. Vectors by their length,
- * predicted by the root of the covariance's trace.
+ * and yaw count from the last start, as in the covariance: the ground truth's world is turned about
+ * z and moved so that the pose of the last start is right. Vectors are given by their length, which
+ * the root of the covariance's trace predicts.
  */
 struct FlightErrors {
   PredictedError position_m, tilt_deg, yaw_deg, velocity_mps, gyro_bias_rps, accel_bias_mps2;
@@ -34,7 +34,7 @@ struct FlightFigure {
 };
 const std::vector<FlightFigure>& flightFigures();
 
-/** One for each estimate. @param ground_truth may be empty */
+/** The errors of each estimate. @param ground_truth may be empty */
 std::vector<FlightErrors> flightErrors(const std::vector<FrameEstimate>& estimates,
                                        const GroundTruth& ground_truth);
 

@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr size_t kRows = 3000;  ///< at most so many frames are drawn
-/** What is farther away is not drawn, m. */
+/** Positions farther away are not drawn, m. */
 constexpr double kLargestPosition = 1e9;
 
 constexpr PipelineState kStates[] = {PipelineState::kWaiting, PipelineState::kVisual,

@@ -80,8 +80,8 @@ EventRecord recordOf(const PipelineEvent& event) {
   return record;
 }
 
-/** Those of reading, then what the pipeline found in its input; frames outside the IMU's time are
- * known to both. */
+/** The reader's warnings, then what the pipeline found in its input. Both know of frames outside
+ * the IMU's time. */
 std::vector<std::string> warningsOf(const FinishedRun& run) {
   const ReadStatistics& read = run.source.statistics();
   std::vector<std::string> warnings = read.warnings;
@@ -104,14 +104,14 @@ FinalBaRecord recordOf(const TrajectoryBaResult& ba, double wall_s) {
   return record;
 }
 
-/** Before initialisation the odometry's frame is not aligned with gravity: yaw alone aligns
- * nothing. */
+/** Before initialisation the odometry's frame is not aligned with gravity, so yaw alone cannot
+ * align it. */
 AlignmentType rotationAlignment(const RunRecord& record) {
   return record.initialized_at ? AlignmentType::kYawPosition : AlignmentType::kSE3;
 }
 
-/** Positions after alignment in SE(3), the usual ATE. An alignment of positions says little of the
- * rotation where the path is short: rotations after the one that the picture shows. */
+/** Positions are aligned in SE(3), the usual ATE. On a short path this hardly determines the
+ * rotation, so rotations are aligned as in the picture. */
 TrajectoryErrors trajectoryErrorsOf(const RunRecord& record, const Trajectory& trajectory,
                                     const GroundTruth& truth) {
   const AssociatedTrajectories both = associate(trajectory, truth);
@@ -210,7 +210,7 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   if (!run.imu_states.empty()) writeFile(file(kImuStates), imuStatesCsv(run.imu_states));
   writeFile(file("config.ini"), run.configuration.effective_ini);
   output.putInPlace();
-  // Of an earlier run in the folder.
+  // The file may be left from an earlier run in the folder.
   if (!run.final_flight) fs::remove(fs::path(folder) / kFinalTrajectory);
   if (run.imu_states.empty()) fs::remove(fs::path(folder) / kImuStates);
   return files;

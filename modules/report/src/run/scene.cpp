@@ -15,7 +15,7 @@ namespace etalon {
 
 namespace {
 
-constexpr double kFarthest = 100.0;       // m; of a landmark from the flight's middle
+constexpr double kFarthest = 100.0;       // m; distance of a landmark from the flight's middle
 constexpr float kAxes = 0.1F;             // m
 constexpr size_t kMostKeyframes = 2'000;  // axes of more are no picture
 

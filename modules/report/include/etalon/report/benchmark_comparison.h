@@ -18,8 +18,8 @@ constexpr int kMinPairs = 6;
 constexpr double kRelevantShare = 0.01;
 
 /**
- * Several benchmarks as one, to be put beside each other. An initializer that more than one of them
- * has is called "<benchmark>/<initializer>".
+ * Combines several benchmarks into one, to compare them. An initializer that is in more than one of
+ * them is called "<benchmark>/<initializer>".
  * @param benchmarks name and record of each
  * @throws ConfigError if a sequence of the same name is another recording in another benchmark
  */
@@ -27,19 +27,19 @@ BenchmarkRecord combineBenchmarks(
     const std::vector<std::pair<std::string, BenchmarkRecord>>& benchmarks);
 
 /**
- * The record with these initializers alone, in this order.
- * @throws ConfigError naming those that there are, if it has no result of one
+ * The record with only these initializers, in this order.
+ * @throws ConfigError listing the record's initializers, if it has no result of one
  */
 BenchmarkRecord selectInitializers(const BenchmarkRecord& record,
                                    const std::vector<std::string>& names);
 
 constexpr int kSuccessDecimals = 1;  ///< of a rate in percent, where it is printed
 
-/** With fewer recordings the interval is too narrow where recordings differ (docs/evaluation.md);
- * nor would the same sign in all of them be significant (see kMinPairs). */
+/** With fewer recordings the interval is too narrow where recordings differ (docs/evaluation.md),
+ * and even the same sign in all of them would not be significant (see kMinPairs). */
 constexpr int kMinRecordings = 6;
 
-/** The part that one recording has in a comparison. */
+/** The contribution of one recording to a comparison. */
 struct RecordingDifference {
   std::string sequence;
   int pairs = 0;
@@ -59,25 +59,23 @@ struct PairedComparison {
   double value_a = WindowErrors::kNone, value_b = WindowErrors::kNone;
   /** Of a - b: difference of the rates; median of the differences of the errors. */
   BootstrapInterval interval;
-  int apart = 0;  ///< pairs whose windows do not overlap, as many as there are at least
+  int apart = 0;  ///< lower bound of the number of pairs whose windows do not overlap
   std::vector<RecordingDifference> by_recording;  ///< those with a pair, in the record's order
 
   /** Smaller differences are not relevant, however significant they are. Errors: kRelevantShare of
    * the smaller median, but at least the last digit that the tables print. Success: that digit. */
   double smallestRelevantDifference() const;
   /** "<a> is better", "<b> is better", "no relevant difference" (significant, but too small), "no
-   * significant difference" or "too few pairs" (kMinPairs, of those whose windows
-   * do not overlap); with ", this recording alone" where a difference
-   * was found and there is one recording. */
+   * significant difference" or "too few pairs" (fewer than kMinPairs whose windows do not overlap).
+   * ", this recording alone" follows where a difference was found and there is one recording. */
   std::string verdict() const;
 };
 
 /**
  * Every figure of two initializers, for every shape and stage. An error enters where both give a
  * value; a refusal enters into the success of all windows that can be judged (judgedSuccess()).
- * Recordings are the clusters of the bootstrap; those of its windows that overlap are its
- * blocks.
- * @param figures kSuccessRate or keys of windowMetrics(), others are refused with ConfigError
+ * Recordings are the clusters of the bootstrap; runs of overlapping windows are its blocks.
+ * @param figures kSuccessRate or keys of windowMetrics(); others are refused with ConfigError
  */
 std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,
                                             const std::string& b,

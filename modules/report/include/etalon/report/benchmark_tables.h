@@ -12,12 +12,12 @@ namespace etalon {
 
 struct TitledTable {
   std::string id;     ///< unique in a benchmark, e.g. "rre_deg_mean_10_4hz"
-  std::string title;  ///< one line, with the window it speaks of
+  std::string title;  ///< one line, which names the window
   std::string note;   ///< what to know when reading it; may be empty
   Table table;
-  bool headline = false;    ///< one of the few to print where all would be too many
+  bool headline = false;    ///< one of the few tables to print where all are too many
   std::string figure = {};  ///< kSuccessRate or the key of an error; empty: neither
-  /** What the numbers are: `figure`, or e.g. "refusals", "runtime_ms". */
+  /** The quantity in the table: `figure`, or e.g. "refusals", "runtime_ms". */
   std::string metric = {};
   std::string statistic = {};  ///< "mean", "median", "p90", "rate", "count"; empty: several
   int keyframes = 0;           ///< of the window; 0: of all
@@ -28,10 +28,10 @@ struct TitledTable {
 /** A noise is called about right if it is at most this factor from what the residuals say. */
 constexpr double kNoiseTolerance = 1.25;
 
-/** The noise in use against the residuals. */
+/** How the noise in use compares with the residuals. */
 struct NoiseVerdict {
   double chi2_per_dof = WindowErrors::kNone;
-  double factor = WindowErrors::kNone;  ///< one step towards the noise, not where it ends
+  double factor = WindowErrors::kNone;  ///< one step towards the right noise, not the final one
   std::string words;  ///< "too small", "about right", "too large"; empty without residuals
 };
 
@@ -41,10 +41,10 @@ NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor = Window
 enum class SummaryStatistic { kMean, kMedian, kP90 };
 
 /**
- * One error in the layout of the papers' tables: a row a sequence and one over all windows, the
- * initializers beside each other without and with VI-BA, the best of each in bold; where there is
- * one, the lower bound of RRE or b_g (gyroBound()) or the tilt of the ground truth's world beside
- * it.
+ * One error in the layout of the papers' tables: a row for each sequence and one over all windows,
+ * the initializers beside each other without and with VI-BA, the best of each in bold. A further
+ * column has the lower bound of RRE or b_g (gyroBound()), or the tilt of the ground truth's world,
+ * where there is one.
  * @param summary summarize(record)
  */
 TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -61,9 +61,7 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record);
 /** The note, and which cells are marked and how, e.g. "in bold". */
 std::string noteOf(const TitledTable& table, const std::string& mark = "in bold");
 
-/**
- * The table with its title and its note. CSV: the table alone.
- */
+/** The table with its title and its note. CSV: the table alone. */
 std::string toString(const TitledTable& table, TableFormat format, const TextStyle& style = {});
 
 /**

@@ -10,9 +10,10 @@
 namespace etalon {
 
 /**
- * One row a run and stage (`init`, `vi_ba`) of its accepted attempt, else of the last one that got
- * so far; a run whose attempts have no stage has one row, with the last attempt's status. Text and
- * Markdown leave the source out where it is the same for all, and the status where all succeeded.
+ * One row for each run and stage (`init`, `vi_ba`) of its accepted attempt, else of the last one
+ * that has a stage. A run whose attempts have none has one row, with the last attempt's status.
+ * Text and Markdown leave the source out where it is the same for all, and the status where all
+ * succeeded.
  * @param runs name (e.g. the folder) and record of each
  */
 Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs);

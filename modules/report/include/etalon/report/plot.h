@@ -10,10 +10,9 @@ namespace etalon {
 
 struct TrajectoryPlotOptions {
   std::string title;  ///< ASCII
-  /** How the estimate is moved onto ground truth before it is drawn; nothing: it is already there.
-   */
+  /** How the estimate is aligned with ground truth before it is drawn; nothing: it is aligned. */
   std::optional<AlignmentType> alignment = AlignmentType::kYawPosition;
-  /** Marked in the top view and over time. */
+  /** The instant to mark in the top view and over time. */
   std::optional<TimeNs> initialized_at;
 };
 

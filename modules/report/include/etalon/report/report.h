@@ -11,15 +11,15 @@
 namespace etalon {
 
 /**
- * The report of a benchmark: one HTML file that needs nothing else, no network either. Tables,
- * charts of every window, failures with their reasons, configuration. Valid UTF-8 whatever the
- * record's texts are.
+ * The report of a benchmark: one HTML file that needs no other file and no network. It has tables,
+ * charts of every window, failures with their reasons, and the configuration. It is valid UTF-8
+ * whatever the record's texts are.
  */
 std::string benchmarkReportHtml(const BenchmarkRecord& record);
 
 /**
  * The report of one run: the flight from above, states and events over time, errors beside the
- * predicted ones, times a stage, attempts.
+ * predicted ones, times of each stage, attempts.
  * @param estimates of all frames; may be empty
  * @param ground_truth may be empty
  */

@@ -19,21 +19,20 @@ struct FinishedRun {
   std::vector<StereoReference> images;          ///< delivered stereo pairs
   double wall_s = 0.0;                          ///< of the whole run
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
-  double min_coverage = kMinCoverage;           ///< by ground truth, for errors to be given
+  double min_coverage = kMinCoverage;           ///< share with ground truth that errors need
   std::optional<FinalFlight> final_flight;      ///< Pipeline::finalBa(), where it was asked for
-  double final_ba_s = 0.0;                      ///< wall time of that
+  double final_ba_s = 0.0;                      ///< wall time of finalBa()
   std::vector<ImuRateState> imu_states;         ///< Pipeline::onImuState(), where asked for
 };
 
-/** What initialization.json and run.rawlog say of the run, errors against ground truth included. */
+/** The record in initialization.json and run.rawlog, including errors against ground truth. */
 RunRecord makeRunRecord(const FinishedRun& run);
 
 /**
  * Writes trajectory.tum, trajectory_smoothed.tum, states.csv, initialization.json, run.rawlog,
  * trajectory.png, report.html, flight.3Dscene, config.ini and, where there is a final flight or
  * there are states at IMU rate, trajectory_final.tum and states_imu.csv
- * into `folder`, which is made if need be. They take their places together, when all of them are
- * whole.
+ * into `folder`, which is made if need be. The files appear together, when all are complete.
  * @return their paths, in this order
  * @throws DataError naming the file that cannot be written
  */

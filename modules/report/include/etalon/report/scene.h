@@ -10,7 +10,7 @@
 
 namespace etalon {
 
-/** What a flight looks like in 3-D, all in W. */
+/** The parts of a flight's 3-D scene, all in W. */
 struct FlightScene {
   Trajectory trajectory;                            ///< T_WB of all frames: a line
   Trajectory keyframes;                             ///< T_WB: axes
@@ -25,7 +25,7 @@ struct FlightScene {
 mrpt::opengl::COpenGLScene::Ptr sceneOf(const FlightScene& flight);
 
 /**
- * Writes sceneOf() of MRPT (SceneViewer3D opens it). Needs no display.
+ * Writes sceneOf() to a file that MRPT's SceneViewer3D opens. Needs no display.
  * @throws DataError if the file cannot be written
  */
 void writeScene(const std::string& path, const FlightScene& flight);

@@ -16,8 +16,8 @@ enum class CellMark {
 /** How text is laid out. */
 struct TextStyle {
   CellMark mark = CellMark::kNone;
-  /** A table with more characters in a line is cut between its groups of columns (else within them)
-   * into several below each other, each with the columns left of the first group. 0: never. */
+  /** A table with longer lines is cut between its groups of columns (else within them) into several
+   * tables below each other, each with the columns left of the first group. 0: never. */
   int width = 0;
 };
 
@@ -51,14 +51,14 @@ class Table {
 
   /** Adds a row of empty cells, which the calls below fill. */
   void addRow();
-  /** A line above the next row, where the format has one. */
+  /** Draws a line above the next row, where the format has lines. */
   void addRule() { rules_.push_back(rows_.size()); }
   void setText(const std::string& key, const std::string& text);
   /** NaN leaves the cell empty. */
   void setNumber(const std::string& key, double value);
   /** Marks the least (or the greatest) number among these columns of the last row, and all that are
-   * printed alike: `**` in Markdown, `\textbf` in LaTeX, `<b>` in HTML. Nothing where fewer than two
-   * cells have a number. */
+   * printed alike: `**` in Markdown, `\textbf` in LaTeX, `<b>` in HTML. Marks nothing where fewer
+   * than two cells have a number. */
   void markBest(const std::vector<std::string>& keys, bool least_is_best = true);
 
   const std::vector<Column>& columns() const { return columns_; }
@@ -66,7 +66,7 @@ class Table {
   /** A number in the unit of its key; NaN where the cell is empty. @throws Error if there is no
    * such column or row */
   double numberAt(std::size_t row, const std::string& key) const;
-  /** A cell as CSV has it; empty where it is empty. @throws like numberAt() */
+  /** The text of a cell in CSV. @throws like numberAt() */
   std::string textAt(std::size_t row, const std::string& key) const;
   /** Whether there is a column of that key. */
   bool hasColumn(const std::string& key) const;
@@ -75,7 +75,7 @@ class Table {
    * For people (text, Markdown, LaTeX with booktabs and `\multicolumn`, HTML with class
    * "etalon"): columns aligned, numbers in the title's unit and rounded, "-" for an empty cell. CSV
    * (RFC 4180): numbers in `%.9g`, an empty cell is empty.
-   * @param style of text alone
+   * @param style for text only
    */
   std::string toString(TableFormat format, const TextStyle& style = {}) const;
 

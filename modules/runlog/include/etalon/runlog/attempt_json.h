@@ -10,7 +10,7 @@
 
 namespace etalon {
 
-// What the JSON of runs and benchmarks have in common: attempts, and what they consist of.
+// The parts that the JSON of runs and of benchmarks share: attempts and their members.
 
 /** A state without its biases. */
 template <typename Archive>
@@ -28,7 +28,7 @@ void motionMembers(Archive& json, Member<Archive, StampedState>& state) {
   }
 }
 
-/** A state of a stage, whose biases stand in the stage. */
+/** A state of a stage, whose biases are members of the stage. */
 struct StateOfStage : StampedState {};
 
 template <typename Archive>

@@ -10,9 +10,9 @@
 namespace etalon {
 
 /**
- * An attempt of the pipeline as it is recorded: the stages that it reached, with their errors where
- * `ground_truth` covers a keyframe; the times of stereo odometry, initializer and VI-BA first, then
- * the initializer's own stages.
+ * The record of an attempt of the pipeline: the stages that it reached, with their errors where
+ * `ground_truth` covers a keyframe; the times of stereo odometry, initializer and VI-BA, and then
+ * those of the initializer's own stages.
  * @param gravity_mps2 magnitude of gravity that the run was configured with
  * @param gravity_direction_G see evaluateWindow()
  */

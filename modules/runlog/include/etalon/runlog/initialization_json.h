@@ -23,7 +23,7 @@ constexpr const char* kTimingInitialize =
     "initialize";  ///< the initializer without stereo odometry
 constexpr const char* kTimingViBa = kStageViBa;
 constexpr const char* kStatusSuccess = "success";
-// Of a benchmark's window, beside those of RefusalStatus:
+// Statuses of a benchmark's window, beside those of RefusalStatus:
 constexpr const char* kStatusCrashed = "crashed";  ///< the process died, or an exception got out
 constexpr const char* kStatusTimeLimit = "time_limit";  ///< it was ended after its processor time
 
@@ -35,7 +35,7 @@ struct StageRecord {
   double gravity_mps2 = 0.0;                             ///< magnitude
   Eigen::Vector3d gravity_B0 = Eigen::Vector3d::Zero();  ///< in the first keyframe's body, m/s^2
   Eigen::MatrixXd covariance;                            ///< square; empty where there is none
-  std::string covariance_order;                          ///< in words: what its rows stand for
+  std::string covariance_order;                          ///< in words: the meaning of its rows
   std::optional<WindowErrors> errors;                    ///< where there is ground truth
 
   /** Gravity in the first keyframe's body, R_WB0^T (0, 0, -g), from the states. */
@@ -46,12 +46,11 @@ struct StageRecord {
 /** One attempt at initialising. */
 struct AttemptRecord {
   TimeNs t = 0;                   ///< stamp of the last keyframe
-  std::string initializer;        ///< which one, where a run has several; else empty
+  std::string initializer;        ///< its name where a run has several; else empty
   std::vector<TimeNs> keyframes;  ///< stamps of the window's keyframes
   std::string status;             ///< toString(RefusalStatus), or "success": accepted
   std::string reason;             ///< why not, in words; empty on success
-  /** The number behind the reason, and the bound that it does not keep; NaN where there is none.
-   */
+  /** The number behind the reason, and the bound that it breaks; NaN where there is none. */
   double reason_value = WindowErrors::kNone, reason_bound = WindowErrors::kNone;
   std::vector<StageRecord> stages;   ///< those that were reached
   std::vector<StageTiming> timings;  ///< ms, steady clock
@@ -71,7 +70,7 @@ struct InputFaultRecord {
   double value = 0.0;  ///< of the first: a rate, a step in seconds...
 };
 
-/** Wall time of a stage, a frame that it worked on. */
+/** Wall time of a stage per frame that it processed. */
 struct StageTimes {
   std::string stage;  ///< "front_end", "odometry", "initialization"
   int frames = 0;
@@ -98,8 +97,8 @@ struct EventRecord {
   std::string state;    ///< toString(PipelineState): the new one
   std::string reason;   ///< a clause
   bool remark = false;  ///< the state is as before
-  /** Of a start in flight: by how much the pose jumped, and the standard deviation of how far off
-   * position and yaw may be; m and deg. */
+  /** At a start in flight: the jump of the pose, and the standard deviations of position and yaw; m
+   * and deg. */
   struct Jump {
     double translation_m = 0.0, rotation_deg = 0.0;
     double sigma_position_m = 0.0, sigma_rotation_deg = 0.0;
@@ -107,7 +106,7 @@ struct EventRecord {
   std::optional<Jump> jump;
 };
 
-/** How much of a run's frames the ground truth covers. */
+/** How many of a run's frames the ground truth covers. */
 struct GroundTruthUse {
   int frames = 0;          ///< of the trajectory
   int covered_frames = 0;  ///< of these, with ground truth
@@ -141,10 +140,9 @@ struct RunRecord {
   RunStatistics statistics;
   std::vector<std::string> warnings;
   std::optional<GroundTruthUse> ground_truth;  ///< where the recording has some
-  /** Whole trajectory: positions aligned in SE(3), rotations in yaw; where there is enough truth.
-   */
+  /** The whole trajectory, if covered enough: positions aligned in SE(3), rotations in yaw. */
   std::optional<TrajectoryErrors> trajectory_errors;
-  /** The same of trajectory_smoothed.tum, and of trajectory_final.tum where it was asked for. */
+  /** The same for trajectory_smoothed.tum, and for trajectory_final.tum where it was asked for. */
   std::optional<TrajectoryErrors> smoothed_errors, final_errors;
   std::optional<FinalBaRecord> final_ba;
 
@@ -158,7 +156,7 @@ constexpr const char* kRunFormat = "etalon run";
 
 /**
  * JSON text: an object with "format", "version" and the record's members, units in the names of
- * keys. Numbers read back bit for bit (rotations, stored as quaternions, to rounding); a NaN is
+ * keys. Numbers are read back bit for bit (rotations, stored as quaternions, to rounding); a NaN is
  * null.
  */
 std::string toJson(const RunRecord& record);

@@ -23,7 +23,7 @@
  *   }
  *
  * asJson(group) and fromJson<ResidualGroup>(reader) follow from it. nlohmann's macros do the same,
- * but check no range, know no NaN, and name no place in the document where it is not as expected.
+ * but they check no range, handle no NaN, and do not name the place of an error in the document.
  *
  * A double is a number or null (NaN), an int a count, an int64 a stamp in ns, a vector of Eigen an
  * array of numbers, a matrix an array of its rows, a std::vector an array; std::optional is left
@@ -39,7 +39,7 @@ class JsonParser;
 template <typename Archive, typename T>
 using Member = std::conditional_t<Archive::kReads, T, const T>;
 
-/** nlohmann writes what is not finite as null by itself; this says so. */
+/** Makes explicit what nlohmann does by itself: a number that is not finite becomes null. */
 inline nlohmann::ordered_json numberJson(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
@@ -62,7 +62,7 @@ class JsonWriter {
   void operator()(const std::string& key, const std::optional<T>& value) {
     if (value) (*this)(key, *value);
   }
-  /** A member that is left out where it is NaN or empty. */
+  /** Writes a member, but leaves it out where it is NaN or empty. */
   template <typename T>
   void unlessNone(const std::string& key, const T& value) {
     bool none = false;
@@ -77,7 +77,7 @@ class JsonWriter {
   void added(const std::string& key, const T& value) {
     (*this)(key, value);
   }
-  /** A check of what was read. */
+  /** Checks nothing, because only what was read is checked. */
   template <typename Condition>
   void expect(const std::string& /*key*/, const Condition& /*holds*/,
               const std::string& /*expectation*/) {}
@@ -88,7 +88,7 @@ class JsonWriter {
   nlohmann::ordered_json json_ = nlohmann::ordered_json::object();
 };
 
-/** Reads them; what is not as expected is a DataError that names the place. */
+/** Reads members; throws a DataError that names the place where a member is not as expected. */
 class JsonParser {
  public:
   static constexpr bool kReads = true;

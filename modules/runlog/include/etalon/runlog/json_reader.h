@@ -11,7 +11,7 @@
 
 namespace etalon {
 
-/** A node of a JSON document that knows its place, so that what is wrong can be named. */
+/** A node of a JSON document that knows its place, so that messages can name it. */
 class JsonReader {
  public:
   /** @param document stands for the text in messages; `json` must outlive the reader. */

@@ -34,8 +34,9 @@ struct RunLog {
  *  - CObservationStereoImages "stereo": the input's images by reference, no pixels, and calibration
  *  - CObservationRobotPose "<initializer>/init" and "<initializer>/vi_ba": the keyframes of the
  *    accepted attempt, else of the last one that has states; "<initializer>/odometry"; and
- *    "ground_truth", inside the run's time. A pose has the covariance of its estimate; zero: not
- * known. The observations' stamps are cut to MRPT's tick of 100 ns; those in the record are not.
+ *    "ground_truth", inside the run's time
+ * A pose has the covariance of its estimate, or zero if it is not known. The observations' stamps
+ * are cut to MRPT's tick of 100 ns; those in the record are not.
  * @throws DataError if the log cannot be written
  */
 void writeRunLog(const std::string& path, const RunLog& log);

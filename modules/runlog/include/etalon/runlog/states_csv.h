@@ -10,7 +10,7 @@ namespace etalon {
 /**
  * The causal estimates of a run as CSV, a line a frame: stamp (ns), state, position (m), quaternion
  * of T_WB, velocity in W (m/s), b_g (rad/s), b_a (m/s^2), and the standard deviation of each
- * (rotation about the body's axes in deg). Empty where it is not known.
+ * (rotation about the body's axes in deg). A cell is empty where its value is not known.
  */
 std::string statesCsv(const std::vector<FrameEstimate>& estimates);
 
