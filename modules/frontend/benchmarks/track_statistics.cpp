@@ -161,16 +161,14 @@ void judgeShares(const std::vector<TrackedFrame>& frames, const std::vector<int>
 
 }  // namespace
 
-ErrorSummary summarize(std::vector<double> errors) {
+ErrorSummary summarize(const std::vector<double>& errors) {
   ErrorSummary s;
   s.count = errors.size();
   if (errors.empty()) return s;
-  std::sort(errors.begin(), errors.end());
-  const auto at = [&](double share) {
-    return errors[static_cast<size_t>(share * static_cast<double>(errors.size() - 1))];
-  };
-  s.median = at(0.5), s.percentile_68 = at(0.68), s.percentile_95 = at(0.95);
-  const auto above = errors.end() - std::upper_bound(errors.begin(), errors.end(), 3.0);
+  s.median = quantile(errors, 0.5);
+  s.percentile_68 = quantile(errors, 0.68);
+  s.percentile_95 = quantile(errors, 0.95);
+  const auto above = std::count_if(errors.begin(), errors.end(), [](double e) { return e > 3.0; });
   s.outlier_share = static_cast<double>(above) / static_cast<double>(errors.size());
   return s;
 }

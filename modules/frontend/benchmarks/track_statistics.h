@@ -15,7 +15,7 @@ struct ErrorSummary {
   double median = 0, percentile_68 = 0, percentile_95 = 0;
   double outlier_share = 0;  ///< above 3 px
 };
-ErrorSummary summarize(std::vector<double> errors);
+ErrorSummary summarize(const std::vector<double>& errors);
 
 /** Errors of tracks against known poses, by the age of the track (frames since its birth). */
 struct AgeRow {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "motion_check.h"
 #include "stereo_matcher.h"
@@ -28,13 +29,6 @@ StereoInertialCalibration fisheyeRig() {
   return rig;
 }
 
-double percentile(std::vector<double> values, double share) {
-  EXPECT_FALSE(values.empty());
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
 TEST(Fisheye, RightPixelsAreFoundToATenthOfAPixel) {
   const StereoInertialCalibration rig = fisheyeRig();
   for (const double depth_m : {0.55, 3.0}) {
@@ -51,8 +45,8 @@ TEST(Fisheye, RightPixelsAreFoundToATenthOfAPixel) {
     }
     ASSERT_GT(in_view, 80) << depth_m;
     EXPECT_GT(static_cast<double>(errors.size()), 0.8 * in_view) << depth_m;
-    EXPECT_LT(percentile(errors, 0.5), 0.05) << depth_m;
-    EXPECT_LT(percentile(errors, 0.9), 0.1) << depth_m;
+    EXPECT_LT(quantile(errors, 0.5), 0.05) << depth_m;
+    EXPECT_LT(quantile(errors, 0.9), 0.1) << depth_m;
   }
 }
 
@@ -72,7 +66,7 @@ TEST(Fisheye, TracksFollowAMotion) {
       if (o.id == old.id)
         errors.push_back(
             (wall.pixelOf(wall.pointBehind(old.left, SE3()), 0, T_WB) - o.left).norm());
-  EXPECT_LT(percentile(errors, 0.9), 0.1);
+  EXPECT_LT(quantile(errors, 0.9), 0.1);
 }
 
 TEST(Fisheye, TheSearchStepsByPixelsHoweverLongTheBaseline) {

@@ -11,19 +11,13 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "textured_wall.h"
 
 namespace etalon {
 namespace {
 
 constexpr TimeNs kFrame = 50'000'000;  // 20 Hz
-
-double percentile(std::vector<double> values, double share) {
-  EXPECT_FALSE(values.empty());
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
-}
 
 /** Moves sideways, forwards and turns: poses of consecutive frames. */
 std::vector<SE3> flight(int frames) {
@@ -62,8 +56,8 @@ TEST(StereoTracker, FollowsPointsToATenthOfAPixel) {
   EXPECT_GT(errors.size(), 100U);
   // The images are noise-free but for rounding to gray levels; the patch is taken for shifted, not
   // for tilted.
-  EXPECT_LT(percentile(errors, 0.5), 0.05);
-  EXPECT_LT(percentile(errors, 0.9), 0.1);
+  EXPECT_LT(quantile(errors, 0.5), 0.05);
+  EXPECT_LT(quantile(errors, 0.9), 0.1);
 }
 
 TEST(StereoTracker, FindsRightPixelsToATenthOfAPixel) {
@@ -84,8 +78,8 @@ TEST(StereoTracker, FindsRightPixelsToATenthOfAPixel) {
     }
     ASSERT_GT(in_view, 100) << depth_m;
     EXPECT_GT(static_cast<double>(errors.size()), 0.9 * in_view) << depth_m;
-    EXPECT_LT(percentile(errors, 0.5), 0.05) << depth_m;
-    EXPECT_LT(percentile(errors, 0.95), 0.1) << depth_m;
+    EXPECT_LT(quantile(errors, 0.5), 0.05) << depth_m;
+    EXPECT_LT(quantile(errors, 0.95), 0.1) << depth_m;
   }
 }
 
@@ -138,8 +132,8 @@ TEST(StereoTracker, TracksLiveOnInTheRightImageWhileTheLeftLensIsCovered) {
       if (points.count(o.id))
         errors.push_back((wall.pixelOf(points[o.id], 1, T_WB[i]) - o.right).norm());
     EXPECT_GT(errors.size(), 80U) << i;
-    EXPECT_LT(percentile(errors, 0.5), 0.1) << i;
-    EXPECT_LT(percentile(errors, 0.9), 0.2) << i;
+    EXPECT_LT(quantile(errors, 0.5), 0.1) << i;
+    EXPECT_LT(quantile(errors, 0.9), 0.2) << i;
   }
   for (size_t i = 6; i < 8; ++i) {  // the same landmarks, in both images
     std::vector<double> errors;
@@ -147,7 +141,7 @@ TEST(StereoTracker, TracksLiveOnInTheRightImageWhileTheLeftLensIsCovered) {
       if (points.count(o.id))
         errors.push_back((wall.pixelOf(points[o.id], 0, T_WB[i]) - o.left).norm());
     EXPECT_GT(errors.size(), 60U) << i;
-    EXPECT_LT(percentile(errors, 0.5), 0.1) << i;
+    EXPECT_LT(quantile(errors, 0.5), 0.1) << i;
   }
 }
 
