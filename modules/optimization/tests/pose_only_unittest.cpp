@@ -30,7 +30,7 @@ struct Scene {
   explicit Scene(size_t points, double noise_px = 0.0, unsigned seed = 1) : random(seed) {
     for (size_t c = 0; c < 2; ++c) T_CB[c] = rig.cameras[c].T_BC.inverse();
     std::uniform_real_distribution<double> u(100.0, 650.0), v(80.0, 400.0), depth(2.0, 8.0);
-    std::normal_distribution<double> normal(0.0, noise_px);
+    std::normal_distribution<double> normal;
     while (measurements.size() < 2 * points) {
       const Vector3d ray = *rig.cameras[0].model.unproject({u(random), v(random)});
       const Vector3d p_W = T_WB * (rig.cameras[0].T_BC * (depth(random) * ray));
@@ -38,7 +38,7 @@ struct Scene {
       for (int c = 0; c < 2; ++c) {
         const auto pixel =
             rig.cameras[c].model.project((T_WB * rig.cameras[c].T_BC).inverse() * p_W);
-        const Vector2d noise(normal(random), normal(random));
+        const Vector2d noise = noise_px * Vector2d(normal(random), normal(random));
         if (const auto m = pixel ? makeMeasurement(rig.cameras[c].model, *pixel + noise, kSigmaPx)
                                  : std::nullopt)
           both.push_back({p_W, c, *m});
