@@ -29,7 +29,8 @@ struct Scene : PointScene {
                        &window);
     }
     std::mt19937 random(1);
-    std::normal_distribution<double> normal(0.0, off);
+    std::normal_distribution<double> unit;
+    const auto normal = [&unit, off](std::mt19937& from) { return off * unit(from); };
     for (size_t i = 0; i < window.states.size(); ++i) {
       Vector15d d = Vector15d::Zero();
       for (int c = 0; c < 6; ++c) d[c] = 2e-3 * normal(random);
