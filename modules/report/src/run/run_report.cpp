@@ -87,6 +87,12 @@ std::string section(const std::string& title, const Table& table) {
          pageText(table.toString(TableFormat::kHtml)) + "</div></section>\n";
 }
 
+/** A name of the files as people read it: "dead reckoning". */
+std::string spaced(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
 Table errorTable(const std::vector<FlightErrors>& errors) {
   Table table({{"figure", "figure"},
                {"rmse", "RMS error", true, 4},
@@ -121,9 +127,7 @@ Table stageTable(const RunStatistics& statistics) {
                {"total", "total [s]", true, 2}});
   for (const StageTimes& s : statistics.stages) {
     table.addRow();
-    std::string name = s.stage;
-    std::replace(name.begin(), name.end(), '_', ' ');
-    table.setText("stage", name);
+    table.setText("stage", spaced(s.stage));
     table.setNumber("frames", s.frames);
     table.setNumber("median", s.median_ms);
     table.setNumber("p99", s.p99_ms);
@@ -138,9 +142,7 @@ Table eventTable(const RunRecord& record) {
   for (const EventRecord& event : record.events) {
     table.addRow();
     table.setNumber("t", secondsBetween(record.first_image, event.t));
-    std::string state = event.state;
-    std::replace(state.begin(), state.end(), '_', ' ');
-    table.setText("state", event.remark ? "still " + state : state);
+    table.setText("state", (event.remark ? "still " : "") + spaced(event.state));
     table.setText("reason", event.reason);
   }
   return table;
