@@ -19,7 +19,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kBetweenDrawings{100};
 /** A long flight has many landmarks and keyframes, so they are collected only once a second. */
 constexpr std::chrono::milliseconds kBetweenMaps{1000};
-constexpr double kImageWidth = 0.38;  ///< of the window's width
+constexpr int kWidth = 1200, kHeight = 800;  // px, of the window as it opens
+constexpr double kImageWidth = 0.38;         ///< of the window's width
 
 /** Draws landmarks that both cameras see green, those of the left one alone amber. */
 cv::Mat drawn(const FrontFrame& frame) {
@@ -35,7 +36,7 @@ cv::Mat drawn(const FrontFrame& frame) {
 }  // namespace
 
 struct FlightWindow::Impl {
-  explicit Impl(Pipeline* p) : pipeline(*p), window("Etalon", 1200, 800) {
+  explicit Impl(Pipeline* p) : pipeline(*p), window("Etalon", kWidth, kHeight) {
     window.setCameraZoom(8.0F);
     window.setCameraElevationDeg(45.0F);
     window.setCameraAzimuthDeg(-60.0F);
@@ -55,7 +56,7 @@ struct FlightWindow::Impl {
     if (last) {
       const cv::Mat image = drawn(*last);
       auto view = scene->createViewport("left image");
-      const double height = kImageWidth * 1200.0 / 800.0 * image.rows / image.cols;
+      const double height = kImageWidth * kWidth / kHeight * image.rows / image.cols;
       view->setViewportPosition(0.0, 1.0 - height, kImageWidth, height);
       view->setImageView(mrpt::img::CImage(image, mrpt::img::DEEP_COPY));
     }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "etalon/testing/example_benchmark.h"
+#include "page_data.h"
 #include "report_assets.h"
 #include "report_data.h"
 #include "report_example.h"
@@ -17,20 +18,9 @@ namespace etalon {
 namespace {
 
 using nlohmann::json;
+using testing::dataOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-/** The text between `open` and the `close` that follows it; empty if there is none. */
-std::string between(const std::string& text, const std::string& open, const std::string& close) {
-  const size_t begin = text.find(open);
-  if (begin == std::string::npos) return "";
-  const size_t end = text.find(close, begin + open.size());
-  return text.substr(begin + open.size(), end - begin - open.size());
-}
-
-json dataOf(const std::string& html) {
-  return json::parse(between(html, "<script type=\"application/json\" id=\"data\">", "</script>"));
-}
 
 size_t countOf(const std::string& text, const std::string& part) {
   size_t count = 0;

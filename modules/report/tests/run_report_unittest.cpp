@@ -7,20 +7,16 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/report/report.h"
+#include "page_data.h"
 #include "report_example.h"
 
 namespace etalon {
 namespace {
 
 using nlohmann::json;
+using testing::dataOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-json dataOf(const std::string& html) {
-  const std::string open = R"(<script type="application/json" id="data">)";
-  const size_t begin = html.find(open) + open.size();
-  return json::parse(html.substr(begin, html.find("</script>", begin) - begin));
-}
 
 // Columns of a row, as page/run.js has them.
 constexpr size_t kTime = 0, kState = 1, kPosition = 2, kTruth = 5, kFigures = 8;
