@@ -109,6 +109,8 @@ Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
     run.keyframes += run.outputs.back().keyframe;
     record->add(frame.t, frame, imu, run.outputs.back(), &odometry);
   }
+  for (const CalibrationFinding& finding : odometry.calibrationFindings())
+    std::printf("%s\n", finding.words.c_str());
   return run;
 }
 

@@ -161,6 +161,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
   OdometryOutput output = inertial_->process(frame, imu);
   record_.add(t, frame, imu, output, inertial_.get());
+  remark(t, output.remarks);
   output.t = frame.t = t;
   const bool located = output.unlocated_s == 0.0;
   if (!located) ++frames_not_located_;
