@@ -14,14 +14,15 @@
 #include <map>
 #include <string>
 
-#include "../tests/calibration/wrong_calibration.h"
 #include "../tests/simulated_views.h"
 #include "etalon/core/angles.h"
 #include "etalon/core/parameters.h"
+#include "etalon/testing/wrong_calibration.h"
 
 namespace {
 
 using namespace etalon;
+using testing::WrongCalibration;
 
 struct Sums {
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
@@ -87,22 +88,12 @@ struct Arguments {
 };
 
 Arguments::Arguments(int argc, char** argv) {
-  const std::map<std::string, double*> own = {
-      {"flights", &flights},
-      {"seed", &seed},
-      {"pixels", &pixels},
-      {"imu", &imu},
-      {"walk", &walk},
-      {"tracks", &tracks},
-      {"duration", &duration},
-      {"start", &start},
-      {"map", &with_map},
-      {"time_offset", &wrong.time_offset},
-      {"camera_rotation", &wrong.camera_rotation},
-      {"stereo_rotation", &wrong.stereo_rotation},
-      {"baseline", &wrong.baseline},
-      {"focal", &wrong.focal},
+  std::map<std::string, double*> own = {
+      {"flights", &flights},   {"seed", &seed},   {"pixels", &pixels},
+      {"imu", &imu},           {"walk", &walk},   {"tracks", &tracks},
+      {"duration", &duration}, {"start", &start}, {"map", &with_map},
   };
+  own.merge(wrong.numbers());
   std::string calibrate = "off";
   IniFile ini, map_ini, calibration_ini;
   for (int i = 1; i < argc; ++i) {

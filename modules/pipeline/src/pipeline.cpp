@@ -311,7 +311,7 @@ FinalFlight Pipeline::finalBa() const {
   TrajectoryBaOptions options;
   options.least_noise_factor =
       std::min(1.0, options_.fixed_lag.least_sigma_px / options_.fixed_lag.sigma_px);
-  return record_.finalBa(options_.window.priors, options);
+  return record_.finalBa(options_.window.priors, options, calibrationInUse());
 }
 
 /** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and

@@ -40,6 +40,9 @@ const char* toString(CalibrationFinding::Verdict verdict) {
 
 namespace fixed_lag {
 
+/** Standard deviations from which on an agreement is said with doubt. */
+constexpr double kDoubtful = 2.0;
+
 /** With as many decimals as the smallest sigma has: two of its digits. */
 static std::string numbers(const Eigen::VectorXd& values, int decimals, const char* sign) {
   std::string text;
@@ -68,6 +71,8 @@ std::string inWords(const CalibrationFinding& finding, const CalibrationQuantity
       return name + "not observed, because the motion hardly tells it, " + sigma + " " +
              finding.unit + (used ? "; the estimate is used" : "");
     case Verdict::kAgrees:
+      if (!used && (finding.value.array().abs() > kDoubtful * finding.sigma.array()).any())
+        return name + "perhaps off by " + value + ", which is not certain enough; left as given";
       return name + "agrees with what was given, " + value + (used ? "; the estimate is used" : "");
     case Verdict::kImplausible:
       return name + "off by " + value + ", farther than a calibration can be; not corrected";

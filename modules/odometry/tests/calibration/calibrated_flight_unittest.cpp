@@ -7,11 +7,12 @@
 
 #include "../simulated_flight.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
-#include "wrong_calibration.h"
+#include "etalon/testing/wrong_calibration.h"
 
 namespace etalon {
 namespace {
 
+using testing::WrongCalibration;
 using Verdict = CalibrationFinding::Verdict;
 
 constexpr double kDuration = 25.0, kFrameRate = 10.0;  // s, Hz

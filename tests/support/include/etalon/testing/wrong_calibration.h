@@ -3,13 +3,14 @@
 // A calibration that is wrong by a stated amount, and what an odometry that is given it should
 // find. For the tests and benchmarks of odometry.
 
+#include <map>
 #include <string>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/calibration.h"
 #include "etalon/core/so3.h"
 
-namespace etalon {
+namespace etalon::testing {
 
 /** The deviations that make the given calibration right, in the units of CalibrationFinding. */
 struct WrongCalibration {
@@ -18,6 +19,15 @@ struct WrongCalibration {
   double stereo_rotation = 0.0;  ///< between the cameras, about every axis, deg
   double baseline = 0.0;         ///< %
   double focal = 0.0;            ///< %
+
+  /** By the names of programs' arguments. */
+  std::map<std::string, double*> numbers() {
+    return {{"time_offset", &time_offset},
+            {"camera_rotation", &camera_rotation},
+            {"stereo_rotation", &stereo_rotation},
+            {"baseline", &baseline},
+            {"focal", &focal}};
+  }
 
   StereoInertialCalibration given(const StereoInertialCalibration& right) const {
     StereoInertialCalibration given = right;
@@ -43,4 +53,4 @@ struct WrongCalibration {
   }
 };
 
-}  // namespace etalon
+}  // namespace etalon::testing
