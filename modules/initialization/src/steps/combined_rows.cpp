@@ -34,7 +34,7 @@ void CombinedRowsOptions::declare(ParameterSet& parameters) {
 namespace {
 
 /** Unknowns of the second solution: gravity along its sphere (rad), change of b_a; then what is
- * wanted of v_0 and the change of the scale. */
+ * wanted of v_0, the change of the scale and x. */
 enum Unknown : Index { kTilt = 0, kAccel = 2, kOthers = 5 };
 
 /** dz/dy of the least-squares solution of M z = y, by singular values. */
@@ -58,9 +58,11 @@ struct LeastSquares {
 
 /** Columns of what is wanted besides gravity and b_a. */
 MatrixXd otherColumns(const CombinedRows& rows, const CombinedRowsOptions& options) {
-  MatrixXd others(rows.y.size(), (options.first_velocity ? 3 : 0) + (options.free_scale ? 1 : 0));
+  const Index velocity = options.first_velocity ? 3 : 0, scale = options.free_scale ? 1 : 0;
+  MatrixXd others(rows.y.size(), velocity + scale + rows.extra.cols());
   if (options.first_velocity) others.leftCols<3>() = rows.first_velocity;
-  if (options.free_scale) others.rightCols<1>() = rows.scale;
+  if (options.free_scale) others.col(velocity) = rows.scale;
+  others.rightCols(rows.extra.cols()) = rows.extra;
   return others;
 }
 
@@ -152,20 +154,40 @@ CombinedErrors errorsOf(const Refinement& refined, const CombinedRows& rows,
   CombinedErrors result;
   result.accel = solution.middleRows<3>(kAccel);
   result.gravity = refined.g_basis * solution.topRows<2>();
-  if (options.first_velocity) result.first_velocity = solution.middleRows<3>(kOthers);
-  if (options.free_scale) result.scale = solution.bottomRows<1>();
+  Index at = kOthers;
+  if (options.first_velocity) {
+    result.first_velocity = solution.middleRows<3>(at);
+    at += 3;
+  }
+  if (options.free_scale) result.scale = solution.row(at++);
+  result.extra = solution.bottomRows(solution.rows() - at);
   return result;
 }
 
 }  // namespace
 
+MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& pairs) {
+  const Index triples = pairs.size() - 1;
+  MatrixXd T = MatrixXd::Zero(3 * triples, 6 * (triples + 1));
+  for (Index k = 0; k < triples; ++k) {
+    const double dt = pairs[k].dt(), next_dt = pairs[k + 1].dt();
+    T.block<3, 3>(3 * k, 6 * k) = -next_dt * T_VB[k].R;
+    T.block<3, 3>(3 * k, 6 * k + 3) = dt * next_dt * T_VB[k].R;
+    T.block<3, 3>(3 * k, 6 * k + 6) = dt * T_VB[k + 1].R;
+  }
+  return T;
+}
+
 CombinedRows::CombinedRows(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
-                           const VisualFrameEstimate& estimate, MatrixXd combination)
+                           const VisualFrameEstimate& estimate, MatrixXd combination,
+                           MatrixXd extra_columns)
     : pairs(preintegrations),
       rows(linearAlignmentRows(estimate.T_VB, pairs, estimate.bias)),
       T(std::move(combination)),
-      pair_scale(VectorXd::Zero(rows.y.size())) {
+      pair_scale(VectorXd::Zero(rows.y.size())),
+      pair_extra(std::move(extra_columns)) {
+  if (pair_extra.cols() == 0) pair_extra.resize(rows.y.size(), 0);
   for (const SE3& T_VB : estimate.T_VB)
     camera.push_back(T_VB * problem.calibration().cameras[0].T_BC.t);
   for (size_t k = 0; k < pairs.size(); ++k)
@@ -174,12 +196,14 @@ CombinedRows::CombinedRows(const InitializationProblem& problem,
   gravity = T * rows.A.rightCols<3>();
   accel = T * rows.by_bias.rightCols<3>();
   scale = T * pair_scale;
+  extra = T * pair_extra;
   y = T * rows.y;
 }
 
-Expected<void> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
-                                 const PoseErrors& pose_errors, const CombinedRowsOptions& options,
-                                 VisualFrameEstimate* estimate) {
+Expected<VectorXd> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
+                                     const PoseErrors& pose_errors,
+                                     const CombinedRowsOptions& options,
+                                     VisualFrameEstimate* estimate) {
   const MatrixXd others = otherColumns(rows, options);
   const auto seed = seedGravity(problem, rows, others, options);
   if (!seed) return refuse(seed.error());
@@ -192,14 +216,11 @@ Expected<void> solveCombinedRows(const InitializationProblem& problem, const Com
               &*estimate->errors);
   const VectorXd& change = refined->change;
   estimate->bias.accel += change.segment<3>(kAccel);
-  if (options.free_scale) rescale(1.0 + change[change.size() - 1], rows.camera, estimate);
-  if (options.first_velocity) {
-    const Vector3d first = change.segment<3>(kOthers);
-    solveVelocities(rows.pairs, &first, estimate);
-  } else {
-    solveVelocities(rows.pairs, nullptr, estimate);
-  }
-  return {};
+  const Index scale_at = kOthers + (options.first_velocity ? 3 : 0);
+  if (options.free_scale) rescale(1.0 + change[scale_at], rows.camera, estimate);
+  const Vector3d first = options.first_velocity ? Vector3d(change.segment<3>(kOthers)) : Vector3d();
+  solveVelocities(rows.pairs, options.first_velocity ? &first : nullptr, estimate);
+  return VectorXd(change.tail(rows.extra.cols()));
 }
 
 void solveVelocities(const std::vector<Preintegration>& pairs, const Vector3d* first,
@@ -228,6 +249,7 @@ void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
   map.middleRows<3>(StateErrors::kGravity) = solution.gravity;
   MatrixXd of_rows = rowErrors(rows.rows, errors->sources, pose_errors, map.topRows<6>());
   if (solution.scale.size() > 0) of_rows -= rows.pair_scale * solution.scale;
+  if (solution.extra.size() > 0) of_rows -= rows.pair_extra * solution.extra;
   const bool integrated = solution.first_velocity.size() > 0;
   const auto velocity = [&](Index k) { return map.middleRows(StateErrors::kVelocity + 3 * k, 3); };
   if (integrated) velocity(0) = solution.first_velocity;

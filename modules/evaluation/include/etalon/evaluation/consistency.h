@@ -5,15 +5,8 @@
 
 #include "etalon/core/trajectory.h"
 #include "etalon/evaluation/metrics.h"
-#include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 namespace etalon {
-
-/**
- * The covariance of VI-BA as 11 x 11, in the order of Initialization::covariance: biases,
- * tilt of the first keyframe, velocity of the last one. Empty where VI-BA has none.
- */
-Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result);
 
 /**
  * Sets `*_nees` of the errors: normalised estimation error squared a degree of freedom, e^T P^-1 e
