@@ -105,7 +105,7 @@ FilteredRotations filterRotations(const InitializationProblem& problem,
       result.pose_errors = poses;
       for (Index k = 0; k < n; ++k)
         result.pose_errors.middleRows<3>(6 * k) = filter.rotation_errors[k];
-      estimate.errors = StateErrors{*sources, sources->priorMean()};
+      estimate.errors = StateErrors{*sources, sources->priorMean(), result.pose_errors};
       estimate.errors->map.topRows<3>() = filter.map.bottomRows<3>();
     }
     constexpr double kStandsStill = 1e-6;  // rad/s
