@@ -20,7 +20,7 @@ double neesOf(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
 void setNees(const std::vector<StampedState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,
              WindowErrors* errors) {
-  if (states.empty() || covariance.rows() != 11) return;
+  if (states.empty() || covariance.rows() < 11) return;
   const std::optional<StampedState> first = ground_truth.at(states.front().t),
                                     last = ground_truth.at(states.back().t);
   WindowTruth truth;

@@ -104,10 +104,11 @@ std::string brokenPromise(const InitializationProblem& problem, const Initializa
   for (const auto& [id, p_W] : result.landmarks) {
     if (!p_W.allFinite()) return "a position not finite for landmark " + std::to_string(id);
   }
+  const Eigen::Index rows = result.covariance.rows(), poses = 6 * (problem.keyframeCount() - 1);
   if (result.covariance.size() > 0 &&
-      (result.covariance.rows() != 11 || result.covariance.cols() != 11)) {
-    return "a covariance that is not 11 x 11";
-  }
+      (rows != result.covariance.cols() || (rows != 11 && rows != 11 + poses)))
+    return "a covariance that is neither 11 x 11 nor, with the poses, " +
+           std::to_string(11 + poses) + " square";
   if (!result.covariance.allFinite()) return "a covariance not finite";
   if (result.T_BC && !(result.T_BC->t.allFinite() && isRotation(result.T_BC->R)))
     return "a T_BC that is no rigid transform";

@@ -116,9 +116,10 @@ TEST(InitializerPromises, StatesAreThoseOfTheKeyframes) {
   EXPECT_THAT(reasonOf([](auto* r) { r->states.push_back(r->states[1]); }),
               HasSubstr("3 states for 2 keyframes"));
   EXPECT_THAT(reasonOf([](auto* r) { r->covariance = Eigen::MatrixXd::Identity(11, 10); }),
-              HasSubstr("a covariance that is not 11 x 11"));
+              HasSubstr("a covariance that is neither 11 x 11 nor, with the poses, 17 square"));
   EXPECT_THAT(reasonOf([](auto* r) { r->covariance = Eigen::MatrixXd::Identity(15, 15); }),
-              HasSubstr("a covariance that is not 11 x 11"));
+              HasSubstr("a covariance that is neither 11 x 11 nor, with the poses, 17 square"));
+  EXPECT_EQ(reasonOf([](auto* r) { r->covariance = Eigen::MatrixXd::Identity(17, 17); }), "");
 }
 
 TEST(InitializerPromises, ARotationIsOneToSixDigits) {

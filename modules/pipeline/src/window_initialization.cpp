@@ -7,17 +7,29 @@
 #include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/predicted_errors.h"
 #include "etalon/initialization/steps/visual_inertial_problem.h"
 
 namespace etalon {
 
+std::vector<StampedState> InitializationAttempt::states() const {
+  if (!has_vi_ba) return init ? init->states : std::vector<StampedState>();
+  std::vector<StampedState> states;
+  for (size_t k = 0; k < vi_ba.states.size(); ++k)
+    states.emplace_back(keyframes[k], vi_ba.states[k]);
+  return states;
+}
+
 std::vector<SE3> InitializationAttempt::poses() const {
   std::vector<SE3> poses;
-  if (has_vi_ba)
-    for (const NavState& s : vi_ba.states) poses.push_back(s.T_WB);
-  else
-    for (const StampedState& s : init->states) poses.push_back(s.T_WB);
+  for (const StampedState& s : states()) poses.push_back(s.T_WB);
   return poses;
+}
+
+Eigen::MatrixXd InitializationAttempt::covariance() const {
+  if (has_vi_ba) return claimedCovariance(vi_ba);
+  if (!init || init->covariance.size() == 0) return {};
+  return init->covariance.topLeftCorner<11, 11>();
 }
 
 void InitializationAttempt::dropEstimates() {
@@ -27,14 +39,9 @@ void InitializationAttempt::dropEstimates() {
 }
 
 double InitializationAttempt::sigmaGyroBias() const {
-  Eigen::Vector3d variance;
-  if (has_vi_ba && vi_ba.covariance.rows() >= 6)
-    variance = vi_ba.covariance.diagonal().tail<6>().head<3>();
-  else if (!has_vi_ba && init && init->covariance.rows() >= 3)
-    variance = init->covariance.diagonal().head<3>();
-  else
-    return std::numeric_limits<double>::infinity();
-  return std::sqrt(std::max(0.0, variance.maxCoeff()));
+  const Eigen::MatrixXd P = covariance();
+  if (P.size() == 0) return std::numeric_limits<double>::infinity();
+  return std::sqrt(std::max(0.0, P.diagonal().head<3>().maxCoeff()));
 }
 
 InitializationProblem makeProblem(const StereoInertialCalibration& calibration,

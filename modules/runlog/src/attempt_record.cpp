@@ -7,7 +7,9 @@ namespace etalon {
 namespace {
 
 constexpr const char* kInitCovarianceOrder =
-    "b_g [rad/s], b_a [m/s^2], gravity direction [rad, 2], v_WB of the last keyframe [m/s]";
+    "b_g [rad/s], b_a [m/s^2], gravity direction [rad, 2], v_WB of the last keyframe [m/s]; "
+    "then, where it is known, rotation [rad, right perturbation] and position [m] of the other "
+    "keyframes relative to the first";
 constexpr const char* kViBaCovarianceOrder =
     "rotation [rad, right perturbation], position [m], v_WB [m/s] of every keyframe, then b_g "
     "[rad/s], b_a [m/s^2]";

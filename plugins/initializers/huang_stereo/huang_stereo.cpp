@@ -32,13 +32,13 @@ std::vector<SE3> cameraPath(const VisualSolution& visual, const SE3& T_BC, const
 }
 
 /** Errors of cameraPath(), 6(N-1) rows, from those of stereo odometry and of R_BC. */
-PoseErrors pathErrors(const VisualSolution& visual, const SE3& T_BC, const HandEye& hand_eye,
-                      const std::vector<SE3>& path) {
+MatrixXd pathErrors(const VisualSolution& visual, const SE3& T_BC, const HandEye& hand_eye,
+                    const std::vector<SE3>& path) {
   const MatrixXd poses = hand_eye.errors->sources.poses();
   const MatrixXd& phi = hand_eye.rotation_errors;
   const Matrix3d R_found_known = hand_eye.R_BC * T_BC.R.transpose();
   const Matrix3d R_B0V = path[0].R * R_found_known * visual.T_VB[0].R.transpose();
-  PoseErrors errors(poses.rows(), poses.cols());
+  MatrixXd errors(poses.rows(), poses.cols());
   for (Index k = 0; k < poses.rows() / 6; ++k) {
     const auto rotation = poses.middleRows<3>(6 * k), position = poses.middleRows<3>(6 * k + 3);
     const SE3& at = path[k + 1];
@@ -107,9 +107,9 @@ class HuangStereo : public Initializer {
     estimate.bias = hand_eye->bias;
     // Unweighted, errors of p_BC are of decimetres, and what they make of the rest is not linear.
     if (options_.weighted || !free_translation_) estimate.errors = hand_eye->errors;
-    const PoseErrors errors =
-        estimate.errors ? pathErrors(visual, T_BC, *hand_eye, estimate.T_VB) : PoseErrors();
-    const auto p_BC = solveTranslation(problem, *hand_eye, errors, &estimate);
+    if (estimate.errors)
+      estimate.errors->poses = pathErrors(visual, T_BC, *hand_eye, estimate.T_VB);
+    const auto p_BC = solveTranslation(problem, *hand_eye, &estimate);
     if (!p_BC) return refuse(p_BC.error());
     // Landmarks go with the camera.
     const SE3 T_new_old =
@@ -124,7 +124,6 @@ class HuangStereo : public Initializer {
  private:
   /** Gravity, b_a and p_BC from the triples; moves the poses from the camera to the body. */
   Expected<Vector3d> solveTranslation(const InitializationProblem& problem, const HandEye& hand_eye,
-                                      const PoseErrors& camera_errors,
                                       VisualFrameEstimate* estimate) const {
     const std::vector<Preintegration>& pairs = hand_eye.preintegrations;
     const VisualFrameEstimate at_camera = *estimate;
@@ -134,15 +133,18 @@ class HuangStereo : public Initializer {
     for (int pass = 0; pass < (free_translation_ ? 2 : 1); ++pass) {
       *estimate = at_camera;
       moveToBody(p_BC, estimate);
-      PoseErrors errors = camera_errors;
-      for (Index k = 0; k < errors.rows() / 6; ++k)
-        errors.middleRows<3>(6 * k + 3) +=
-            estimate->T_VB[k + 1].R * hat(p_BC) * errors.middleRows<3>(6 * k);
+      if (estimate->errors) {
+        MatrixXd& errors = estimate->errors->poses;
+        for (Index k = 0; k < errors.rows() / 6; ++k)
+          errors.middleRows<3>(6 * k + 3) +=
+              estimate->T_VB[k + 1].R * hat(p_BC) * errors.middleRows<3>(6 * k);
+      }
       const CombinedRows triples(problem, pairs, *estimate, triplesOfPairs(estimate->T_VB, pairs),
                                  free_translation_ ? leverColumns(estimate->T_VB) : MatrixXd());
-      const auto change = solveCombinedRows(problem, triples, errors, options_, estimate);
+      const auto change = solveCombinedRows(problem, triples, options_, estimate);
       if (!change) return refuse(change.error());
       if (!free_translation_) continue;
+      if (estimate->errors) estimate->errors->poses.resize(0, 0);  // p_BC's are not followed
       p_BC += *change;
       moveToBody(*change, estimate);
       solveVelocities(pairs, nullptr, estimate);

@@ -40,9 +40,7 @@ class ViOrb : public Initializer {
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const CombinedRows triples(problem, gyro->preintegrations, estimate,
                                triplesOfPairs(estimate.T_VB, gyro->preintegrations));
-    const PoseErrors poses = estimate.errors ? estimate.errors->sources.poses() : PoseErrors();
-    if (const auto solved = solveCombinedRows(problem, triples, poses, options_, &estimate);
-        !solved)
+    if (const auto solved = solveCombinedRows(problem, triples, options_, &estimate); !solved)
       return refuse(solved.error());
     Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"triples", watch.lapMilliseconds()}};

@@ -90,19 +90,17 @@ Expected<Vector3d> seedGravity(const InitializationProblem& problem, const Combi
   return magnitude * free.normalized();
 }
 
-MatrixXd errorsOf(const CombinedRows& rows, const ErrorSources& sources,
-                  const PoseErrors& pose_errors, const MatrixXd& bias_errors) {
-  return rows.T * rowErrors(rows.rows, sources, pose_errors, bias_errors);
+MatrixXd errorsOf(const CombinedRows& rows, const StateErrors& errors,
+                  const MatrixXd& bias_errors) {
+  return rows.T * rowErrors(rows.rows, errors.sources, errors.poses, bias_errors);
 }
 
 /** W such that W^T W is the inverse covariance of T r with exact biases; the identity if that is
  * singular. */
-MatrixXd whiteningOf(const CombinedRows& rows, const ErrorSources& sources,
-                     const PoseErrors& pose_errors) {
-  const MatrixXd exact = MatrixXd::Zero(6, pose_errors.cols());
+MatrixXd whiteningOf(const CombinedRows& rows, const StateErrors& errors) {
+  const MatrixXd exact = MatrixXd::Zero(6, errors.map.cols());
   const MatrixXd identity = MatrixXd::Identity(rows.y.size(), rows.y.size());
-  const Eigen::LLT<MatrixXd> noise(
-      sources.covarianceOf(errorsOf(rows, sources, pose_errors, exact)));
+  const Eigen::LLT<MatrixXd> noise(errors.sources.covarianceOf(errorsOf(rows, errors, exact)));
   return noise.info() == Eigen::Success ? MatrixXd(noise.matrixL().solve(identity)) : identity;
 }
 
@@ -114,12 +112,12 @@ struct Refinement {
 };
 
 Expected<Refinement> refine(const InitializationProblem& problem, const CombinedRows& rows,
-                            const PoseErrors& pose_errors, const MatrixXd& others,
-                            const CombinedRowsOptions& options, VisualFrameEstimate* estimate) {
+                            const MatrixXd& others, const CombinedRowsOptions& options,
+                            VisualFrameEstimate* estimate) {
   const Index n = rows.y.size(), unknowns = kOthers + others.cols();
   MatrixXd whitening = MatrixXd::Identity(n, n), prior(0, unknowns);
   if (options.weighted && estimate->errors) {
-    whitening = whiteningOf(rows, estimate->errors->sources, pose_errors);
+    whitening = whiteningOf(rows, *estimate->errors);
     prior = MatrixXd::Zero(3, unknowns);
     prior.middleCols<3>(kAccel).diagonal().setConstant(1.0 / problem.priors().sigma_accel_mps2);
   }
@@ -144,11 +142,10 @@ Expected<Refinement> refine(const InitializationProblem& problem, const Combined
 }
 
 CombinedErrors errorsOf(const Refinement& refined, const CombinedRows& rows,
-                        const PoseErrors& pose_errors, const CombinedRowsOptions& options,
-                        const StateErrors& errors) {
-  MatrixXd biases = MatrixXd::Zero(6, pose_errors.cols());
+                        const CombinedRowsOptions& options, const StateErrors& errors) {
+  MatrixXd biases = MatrixXd::Zero(6, errors.map.cols());
   biases.topRows<3>() = errors.map.topRows<3>();
-  MatrixXd solution = refined.by_rows * errorsOf(rows, errors.sources, pose_errors, biases);
+  MatrixXd solution = refined.by_rows * errorsOf(rows, errors, biases);
   if (refined.by_prior.size() > 0)
     solution += refined.by_prior * errors.sources.priorMean().bottomRows<3>();
   CombinedErrors result;
@@ -201,18 +198,16 @@ CombinedRows::CombinedRows(const InitializationProblem& problem,
 }
 
 Expected<VectorXd> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
-                                     const PoseErrors& pose_errors,
                                      const CombinedRowsOptions& options,
                                      VisualFrameEstimate* estimate) {
   const MatrixXd others = otherColumns(rows, options);
   const auto seed = seedGravity(problem, rows, others, options);
   if (!seed) return refuse(seed.error());
   estimate->g_V = *seed;
-  const auto refined = refine(problem, rows, pose_errors, others, options, estimate);
+  const auto refined = refine(problem, rows, others, options, estimate);
   if (!refined) return refuse(refined.error());
   if (estimate->errors)
-    addErrors(rows, pose_errors, estimate->T_VB,
-              errorsOf(*refined, rows, pose_errors, options, *estimate->errors),
+    addErrors(rows, estimate->T_VB, errorsOf(*refined, rows, options, *estimate->errors),
               &*estimate->errors);
   const VectorXd& change = refined->change;
   estimate->bias.accel += change.segment<3>(kAccel);
@@ -240,14 +235,14 @@ void solveVelocities(const std::vector<Preintegration>& pairs, const Vector3d* f
   }
 }
 
-void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
-               const std::vector<SE3>& T_VB, const CombinedErrors& solution, StateErrors* errors) {
+void addErrors(const CombinedRows& rows, const std::vector<SE3>& T_VB,
+               const CombinedErrors& solution, StateErrors* errors) {
   const Index N = T_VB.size();
-  MatrixXd map(StateErrors::kVelocity + 3 * N, pose_errors.cols());
+  MatrixXd map(StateErrors::kVelocity + 3 * N, errors->map.cols());
   map.topRows<3>() = errors->map.topRows<3>();
   map.middleRows<3>(StateErrors::kAccel) = solution.accel;
   map.middleRows<3>(StateErrors::kGravity) = solution.gravity;
-  MatrixXd of_rows = rowErrors(rows.rows, errors->sources, pose_errors, map.topRows<6>());
+  MatrixXd of_rows = rowErrors(rows.rows, errors->sources, errors->poses, map.topRows<6>());
   if (solution.scale.size() > 0) of_rows -= rows.pair_scale * solution.scale;
   if (solution.extra.size() > 0) of_rows -= rows.pair_extra * solution.extra;
   const bool integrated = solution.first_velocity.size() > 0;
@@ -262,6 +257,8 @@ void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
           velocity(k) + dt * solution.gravity - T_VB[k].R * of_rows.middleRows<3>(6 * k + 3);
   }
   errors->map = std::move(map);
+  for (Index k = 1; k < N && solution.scale.size() > 0; ++k)
+    errors->poses.middleRows<3>(6 * k - 3) += (rows.camera[k] - rows.camera[0]) * solution.scale;
 }
 
 void rescale(double factor, const std::vector<Vector3d>& camera, VisualFrameEstimate* estimate) {

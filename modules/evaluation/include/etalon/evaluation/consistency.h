@@ -14,7 +14,7 @@ namespace etalon {
  * Applications to Tracking and Navigation, 2001, section 5.4). True biases are the ground truth's
  * mean over the keyframes. Left as NaN: what the ground truth does not have, or whose covariance is
  * empty or not positive definite.
- * @param covariance 11 x 11 in the order of Initialization::covariance, or empty
+ * @param covariance in the order of Initialization::covariance, or empty
  */
 void setNees(const std::vector<StampedState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,

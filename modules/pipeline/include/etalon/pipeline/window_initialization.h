@@ -48,7 +48,11 @@ struct InitializationAttempt {
   bool accepted() const { return decision.has_value(); }
   /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is
    * none. */
-  std::vector<SE3> poses() const;
+  std::vector<StampedState> states() const;
+  std::vector<SE3> poses() const;  ///< of states()
+  /** The first 11 rows and columns of Initialization::covariance, or VI-BA's; empty where there is
+   * none. */
+  Eigen::MatrixXd covariance() const;
   const ImuBias& bias() const { return has_vi_ba ? vi_ba.bias : init->bias; }
   /** Leaves time, keyframes, decision and timings. */
   void dropEstimates();

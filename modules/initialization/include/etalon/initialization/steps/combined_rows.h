@@ -65,10 +65,6 @@ struct CombinedRows {
   Eigen::VectorXd scale, y;
 };
 
-/** Errors of the poses that rows stand on, 6(N-1) rows: stereo odometry's, unless a method has
- * changed them. */
-using PoseErrors = Eigen::MatrixXd;
-
 /**
  * First gravity with its magnitude free and b_a the mean of its prior; then its direction and b_a
  * together, linearised `passes` times. Fills the estimate: gravity, b_a, velocities, and with a
@@ -76,7 +72,7 @@ using PoseErrors = Eigen::MatrixXd;
  * @return x; refused: ill_conditioned, implausible, and the estimate is then meaningless
  */
 Expected<Eigen::VectorXd> solveCombinedRows(const InitializationProblem& problem,
-                                            const CombinedRows& rows, const PoseErrors& pose_errors,
+                                            const CombinedRows& rows,
                                             const CombinedRowsOptions& options,
                                             VisualFrameEstimate* estimate);
 
@@ -95,9 +91,10 @@ struct CombinedErrors {
   Eigen::MatrixXd extra;  ///< a row for each component
 };
 
-/** Sets the errors of [b_a, g_V, velocities of solveVelocities()] behind those of b_g. */
-void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
-               const std::vector<SE3>& T_VB, const CombinedErrors& solution, StateErrors* errors);
+/** Sets the errors of [b_a, g_V, velocities of solveVelocities()] behind those of b_g, and adds the
+ * scale's to those of the poses, which the rows stand on. */
+void addErrors(const CombinedRows& rows, const std::vector<SE3>& T_VB,
+               const CombinedErrors& solution, StateErrors* errors);
 
 /** Moves positions and landmarks: the path of the left camera becomes `factor` times as long. */
 void rescale(double factor, const std::vector<Eigen::Vector3d>& camera,
