@@ -11,8 +11,12 @@ void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_pat
 }
 
 void ConfigurationOptions::addConfig(CLI::App* command) {
-  command->add_option("-c,--config", config, "INI file; without, built-in values")
-      ->check(CLI::ExistingFile);
+  command
+      ->add_option("-c,--config", config,
+                   "INI file; without, built-in values. Repeatable, a device file for instance "
+                   "after the run's own; of two values of a key the later counts")
+      ->check(CLI::ExistingFile)
+      ->allow_extra_args(false);
 }
 
 void ConfigurationOptions::addInitializer(CLI::App* command) {
@@ -27,8 +31,8 @@ void ConfigurationOptions::addOverrides(CLI::App* command) {
 }
 
 IniFile ConfigurationOptions::ini() const {
-  IniFile ini =
-      config.empty() ? IniFile::fromText("", "built-in configuration") : IniFile::fromFile(config);
+  IniFile ini = IniFile::fromText("", "built-in configuration");
+  for (const std::string& file : config) ini.add(IniFile::fromFile(file));
   if (initializer) ini.set("pipeline", "initializer", *initializer, "--initializer");
   for (const std::string& argument : set) ini.setFromArgument(argument);
   return ini;

@@ -18,7 +18,7 @@ void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_pat
  * order in --help. The object must live until the command has run.
  */
 struct ConfigurationOptions {
-  std::string config;                      ///< INI file; empty: built-in values
+  std::vector<std::string> config;         ///< INI files, later ones win; none: built-in values
   std::optional<std::string> initializer;  ///< instead of the INI's
   std::vector<std::string> set;            ///< section.key=value
   std::vector<std::string> plugin_path;    ///< searched before the INI's
