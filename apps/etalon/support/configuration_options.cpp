@@ -1,5 +1,7 @@
 #include "support/configuration_options.h"
 
+#include "support/read_summary.h"
+
 namespace etalon::app {
 
 void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_path) {
@@ -36,6 +38,15 @@ IniFile ConfigurationOptions::ini() const {
   if (initializer) ini.set("pipeline", "initializer", *initializer, "--initializer");
   for (const std::string& argument : set) ini.setFromArgument(argument);
   return ini;
+}
+
+std::string deviceInWords(const IniFile& ini, const DeviceOptions& device) {
+  const auto& values = ini.section("device");
+  if (values.empty()) return "";
+  const std::string& origin = values.begin()->second.origin;
+  return "device " + (device.name.empty() ? "without a name" : device.name) + ", " +
+         counted(static_cast<size_t>(device.flights), "flight") + " (" +
+         origin.substr(0, origin.rfind(':')) + ")";
 }
 
 }  // namespace etalon::app

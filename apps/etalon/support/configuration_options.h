@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "etalon/core/ini_file.h"
+#include "etalon/pipeline/device_file.h"
 
 namespace etalon::app {
 
@@ -31,5 +32,8 @@ struct ConfigurationOptions {
   /** The INI file after --initializer, then --set were applied. @throws ConfigError */
   IniFile ini() const;
 };
+
+/** "device euroc, 7 flights (config/devices/euroc.ini)"; empty where `ini` has no [device]. */
+std::string deviceInWords(const IniFile& ini, const DeviceOptions& device);
 
 }  // namespace etalon::app

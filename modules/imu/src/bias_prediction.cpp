@@ -58,7 +58,7 @@ Vector3d medianOf(const std::vector<SensorBias>& flights) {
   for (int a = 0; a < 3; ++a) {
     std::vector<double> values;
     for (const SensorBias& flight : flights) values.push_back(flight.mean[a]);
-    result[a] = median(std::move(values));
+    result[a] = quantile(std::move(values), 0.5);
   }
   return result;
 }

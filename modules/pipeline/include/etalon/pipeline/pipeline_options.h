@@ -8,6 +8,7 @@
 #include "etalon/imu/imu_noise.h"
 #include "etalon/map/map_options.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/device_file.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/starter.h"
 
@@ -38,6 +39,7 @@ struct PipelineOptions {
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
   AutoOptions auto_initializer;
+  DeviceOptions device;
 
   /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
    * [frontend], ... */
