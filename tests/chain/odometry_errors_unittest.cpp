@@ -1,5 +1,5 @@
-// The odometry's errors on two rendered flights, against the table in odometry_errors.csv: a change that makes a figure worse
-// than the table allows has to change the table, and its commit to say why.
+// The odometry's errors on two rendered flights, against the bounds in odometry_errors.csv. A change
+// that exceeds a bound has to raise it, and its commit has to say why.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

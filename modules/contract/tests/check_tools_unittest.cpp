@@ -61,12 +61,12 @@ TEST(Complaints, TheWorstComesFirstAndTheOthersAreCounted) {
   EXPECT_EQ(complaints.verdict().detail, "gentle: b_g 0.2");
   complaints.add("circle", "b_g 0.9", 9.0);
   EXPECT_EQ(complaints.verdict().detail, "circle: b_g 0.9; 1 more window failed");
-  complaints.add("standstill", "throws");  // no matter of degree
+  complaints.add("standstill", "throws");  // has no size, and comes first
   complaints.add("aggressive", "b_g 0.9", 9.0);
   const ContractCheck check = complaints.verdict();
   EXPECT_EQ(check.verdict, Verdict::kFailed);
   EXPECT_EQ(check.detail, "standstill: throws; 3 more windows failed");
-  // Of two alike the one that came first.
+  // Failures of equal size keep their order.
   EXPECT_THAT(check.failures, ElementsAre("standstill: throws", "circle: b_g 0.9",
                                           "aggressive: b_g 0.9", "gentle: b_g 0.2"));
 }
@@ -83,7 +83,7 @@ TEST(Ask, TellsARefusalOfTheHostFromAWordThatThePluginBroke) {
   EXPECT_EQ(brokenBy(refuses, trial.problem()), "");
   const testing::Change throws = [](const auto&, auto*) { throw 7; };
   EXPECT_EQ(brokenBy(throws, trial.problem()), "throws what is no std::exception");
-  // The host refuses a window without samples before it asks: nothing that the plugin would do.
+  // The host refuses a window without samples before it calls the plugin.
   Trial blind = biasedTrial(Motion::kGentle);
   blind.window.imu = ImuBuffer();
   EXPECT_EQ(brokenBy(throws, blind.problem()), "");

@@ -45,7 +45,7 @@ TEST(ContractComparisons, WhoRefusesEverythingIsTheSameAndRefused) {
 }
 
 TEST(ContractComparisons, NamesWhatDiffersWhenAskedAgain) {
-  // The answers are told apart by how often was asked; every part of an answer is looked at.
+  // The number of calls changes one part of the answer at a time.
   const std::pair<const char*, std::function<void(Initialization*, double)>> parts[] = {
       {"the rotation of keyframe 3",
        [](auto* r, double d) {
@@ -107,7 +107,8 @@ TEST(ContractComparisons, WhatGoesWrongInOneMotionIsFoundThere) {
   EXPECT_EQ(check.detail, "circle: b_a differs when asked again");
 }
 
-/** Answers about the second window of each motion differ by this. */
+/** The check's verdict on an initializer that changes its answer about the second window of each
+ * motion. */
 ContractCheck worldCheck(const std::function<void(Initialization*)>& change) {
   int calls = 0;
   return checkHere("invariant.world", TruthTeller(ofSuccess([&](auto* r) {
@@ -121,7 +122,7 @@ TEST(ContractComparisons, AnotherWorldMayTurnAboutZAndMoveTheAnswerAndNothingEls
     for (StampedState& s : r->states) s.T_WB = T * s.T_WB, s.v_WB = T.R * s.v_WB;
   });
   EXPECT_EQ(turned.verdict, Verdict::kPassed) << turned.detail;
-  // A hundred thousandth is allowed, of radians as of metres.
+  // 1e-5 is allowed, in rad as in m.
   const ContractCheck little = worldCheck([](auto* r) { r->bias.gyro.x() += 0.9e-5; });
   EXPECT_EQ(little.verdict, Verdict::kPassed);
   EXPECT_NEAR(little.value, 0.9e-5, 1e-12);

@@ -37,7 +37,7 @@ TEST(ContractSuite, RunsWhatIsNamedInItsOwnOrder) {
   const TruthTeller truth;
   EXPECT_THAT(namesOf(reportOf(truth, {"exact.circle", "parameters"})),
               ElementsAre("parameters", "exact.circle"));
-  // All that begin so, and what is said of them together.
+  // All checks whose names begin so, and their summary.
   const ContractReport exact = reportOf(truth, {"exact."});
   EXPECT_THAT(namesOf(exact),
               ElementsAre("exact.gentle", "exact.aggressive", "exact.circle", "exact.pure_rotation",
@@ -155,7 +155,7 @@ TEST(ContractExact, LandmarksAreLookedUpByTheirIds) {
 }
 
 TEST(ContractResponses, ABiasThatIsFoundInPartIsJudgedByItsBound) {
-  // The truth teller says zero, which is what a b_a at the prior looks like; not so a b_g.
+  // TruthTeller answers zero: b_a may stay at its prior, b_g may not.
   const ContractCheck none = checkHere("response.accel_bias", TruthTeller());
   EXPECT_EQ(none.verdict, Verdict::kPassed) << none.detail;
   EXPECT_EQ(none.value, 0.0);
@@ -164,7 +164,7 @@ TEST(ContractResponses, ABiasThatIsFoundInPartIsJudgedByItsBound) {
     return checkHere("response.accel_bias",
                      TruthTeller(ofSuccess([b_a](auto* r) { r->bias.accel = b_a; })));
   };
-  // In one of the two directions that points the wrong way.
+  // The check tries two biases; this answer has the wrong sign for one of them.
   EXPECT_THAT(saying({0.05, -0.04, 0.06}).detail, HasSubstr("b_a against its direction"));
   EXPECT_EQ(saying({1e-3, -8e-4, 1.2e-3}).verdict, Verdict::kPassed);
 }

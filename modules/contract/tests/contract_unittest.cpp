@@ -170,7 +170,7 @@ TEST(Contract, AsksForTheUsualMistakesWhereTheyAreClear) {
                 "; velocity expressed in the frame of the first keyframe?");
   expectFailure("response.gyro_bias", ofSuccess([](auto* r) { r->bias.gyro *= -1.0; }),
                 "; the sign of b_g?");
-  // Nothing is clear here.
+  // These errors fit none of the known mistakes.
   const Spoilt noisy(ofSuccess([](auto* r) {
     r->bias.gyro.x() += 0.02;
     for (StampedState& s : r->states) s.v_WB.x() += 0.3;

@@ -68,4 +68,15 @@ double InitializationProblem::visualSolutionMilliseconds() const {
   return lazy_->computed ? lazy_->milliseconds : 0.0;
 }
 
+Expected<const VisualSolution*> visualSolutionWith(const InitializationProblem& problem,
+                                                   int min_landmarks) {
+  const Expected<VisualSolution>& visual = problem.visualSolution();
+  if (!visual) return refuse(visual.error());
+  if (static_cast<int>(visual->landmarks.size()) < min_landmarks)
+    return refuse(RefusalStatus::kTooFewTracks, "stereo odometry has ",
+                  Value(visual->landmarks.size()), " landmarks in the window, at least ",
+                  Bound(min_landmarks), " are wanted");
+  return &*visual;
+}
+
 }  // namespace etalon

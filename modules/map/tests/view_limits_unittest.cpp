@@ -119,7 +119,8 @@ TEST(ViewSelectionLimits, DistancesAndAnglesCountAsConfigured) {
   EXPECT_EQ(redundantView({at(0, 0), at(1, 0), at(50, 0), at(50, 11 * M_PI / 180)}, options), 1U);
   options.spread_m = 2.0;
   EXPECT_EQ(redundantView({at(0, 0), at(1, 0), at(50, 0), at(50, 9 * M_PI / 180)}, options), 1U);
-  // A roll about the optical axis is no other direction; of equals the first pair decides.
+  // A roll about the optical axis does not change the viewing direction. Of equally redundant pairs
+  // the first one counts.
   EXPECT_EQ(
       redundantView({at(0, 0), at(1, 0), SE3(expSO3({0.0, 0.0, 2.0}), {0.1, 0.0, 0.0})}, options),
       2U);

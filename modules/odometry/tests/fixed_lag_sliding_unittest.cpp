@@ -243,14 +243,14 @@ TEST(DispensableKeyframe, IsOneThatHardlySeesWhatTheNewestSees) {
   for (int k = 1; k <= 6; ++k) slider.add(true);
   for (size_t i = 0; i < 6; ++i) slider.window.states[i].full = false;
   slider.window.reindex();
-  // All are alike in what they see; state 2 loses all of it.
+  // All states see the same; then state 2 loses nearly everything.
   for (auto& [id, landmark] : slider.window.landmarks)
-    if (id > 0)  // one in thirty is fewer than one in twenty
+    if (id > 0)  // it keeps one landmark of thirty; one in twenty is the limit
       landmark.observations.erase(landmark.observations.begin() + 2);
     else
       landmark.observations.pop_back();
   EXPECT_EQ(dispensableKeyframe(slider.window), 2U);
-  slider.window.states[2].retained = true;  // it is not in question
+  slider.window.states[2].retained = true;  // the map keeps it
   EXPECT_NE(dispensableKeyframe(slider.window), 2U);
 }
 
@@ -259,7 +259,7 @@ TEST(DispensableKeyframe, IsOneThatStandsWhereOthersDo) {
   for (const double step : {0.5, 0.5, 0.02, 0.5, 0.5, 0.5}) slider.add(true, step);
   for (size_t i = 0; i < 6; ++i) slider.window.states[i].full = false;
   slider.window.reindex();
-  // 2 and 3 are 2 cm apart; 2 is farther from the newest, which weighs more.
+  // States 2 and 3 are 2 cm apart; of the two, 2 is farther from the newest.
   EXPECT_EQ(dispensableKeyframe(slider.window), 2U);
   // The newest two stay, whatever they see.
   Slider newest;

@@ -61,8 +61,8 @@ int foundAgain(const std::vector<OdometryOutput>& outputs) {
 }
 
 TEST(OdometryWithMap, AKeyframeThatStaysEqualsTheFullBatch) {
-  // A chain of numbers, neighbours measured against each other: the first stays while those between
-  // are marginalised one by one; then the last is measured against it.
+  // A chain of numbers, each measured against its neighbour. The first one stays while those between
+  // are marginalised one by one; at the end the last one is measured against it.
   constexpr Eigen::Index kLength = 8;
   LinearRows batch(kLength + 1, kLength);
   batch.A(0, 0) = 3.0;

@@ -145,7 +145,7 @@ TEST(Recall, WhatWasSoughtIsNotSoughtAgain) {
   answers.change_ = [](size_t i, ViewMatch* match) { match->found = i >= 3; };
   const int found = scene.recall(&answers);
   EXPECT_EQ(found, static_cast<int>(answers.queries_.size()) - 3);
-  // Neither those that were found nor the three.
+  // Neither those that were found nor the three that were not.
   EXPECT_EQ(scene.recall(&answers), 0);
   EXPECT_EQ(answers.views_.size(), 1U);
 }

@@ -111,7 +111,7 @@ TEST_F(PipelineStates, TheImuCarriesThePoseWhileTheLensesAreCovered) {
   EXPECT_EQ(pipeline.framesNotLocated(), 3);
   for (const FrameEstimate& estimate : pipeline.estimates())
     EXPECT_LT(positionError(estimate), 0.02);
-  // It knows less and less: position of frames 3, 4, 5.
+  // The position's sigma grows over frames 3, 4, 5.
   for (const size_t k : {4U, 5U})
     EXPECT_GT(pipeline.estimates()[k].sigma().segment<3>(3).norm(),
               pipeline.estimates()[k - 1].sigma().segment<3>(3).norm());
@@ -130,7 +130,7 @@ TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
   const PipelineEvent& again = pipeline.events().back();
   EXPECT_EQ(again.t, flight().frames[4 + kWindow - 1].t);
   ASSERT_TRUE(again.jump);
-  // The position goes on, but for what the window's frames teach beside the start.
+  // The position continues, but for what the frames of the window add to the start.
   EXPECT_LT(again.jump->T_before_after.t.norm(), 0.01);
   EXPECT_GT(again.jump->covariance.trace(), 0.0);
   ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());

@@ -133,7 +133,7 @@ TEST_F(PipelineWithAuto, AWindowsOwnSamplesSayWhetherItVibrates) {
   EXPECT_DOUBLE_EQ(believed(1.0), options().imu_noise.accel_noise_factor);
 }
 
-/** Those in W that have a name in A are where it says. */
+/** Landmarks that are in both maps are at the same place, by T_WA. */
 void expectLandmarks(const std::map<LandmarkId, Vector3d>& in_W, const SE3& T_WA,
                      const std::map<LandmarkId, Vector3d>& in_A) {
   size_t compared = 0;

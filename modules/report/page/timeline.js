@@ -138,9 +138,9 @@ function stepResult(from, along, across) {
   const row = lanes.indexOf(from.initializer);
   const initializer = across ? lanes[row + across] : from.initializer;
   if (initializer === undefined) return;
-  const row_of = results.filter((s) => s.sequence === from.sequence && s.shape === from.shape && s.initializer === initializer);
+  const lane = results.filter((s) => s.sequence === from.sequence && s.shape === from.shape && s.initializer === initializer);
   const next = across
-    ? row_of.find((s) => s.window === from.window)
-    : row_of[row_of.findIndex((s) => s.window === from.window) + along];
+    ? lane.find((s) => s.window === from.window)
+    : lane[lane.findIndex((s) => s.window === from.window) + along];
   if (next) selectResult(next.index);
 }

@@ -28,12 +28,9 @@ Expected<InertialOnlyStep> solveInertialOnlyStep(
     const InitializationProblem& problem, const InertialOnlyStepOptions& options,
     const std::optional<GyroBiasMeasurement>& gyro_bias,
     const Eigen::Matrix3d& gyro_bias_covariance) {
-  const Expected<VisualSolution>& visual = problem.visualSolution();
-  if (!visual) return refuse(visual.error());
-  if (static_cast<int>(visual->landmarks.size()) < options.min_landmarks)
-    return refuse(RefusalStatus::kTooFewTracks, "stereo odometry has ",
-                  Value(visual->landmarks.size()), " landmarks in the window, at least ",
-                  Bound(options.min_landmarks), " are wanted");
+  const auto found = visualSolutionWith(problem, options.min_landmarks);
+  if (!found) return refuse(found.error());
+  const VisualSolution& visual = **found;
 
   InertialOnlyOptions map_options;
   map_options.prior_gyro_information = options.prior_gyro_information;
@@ -50,7 +47,7 @@ Expected<InertialOnlyStep> solveInertialOnlyStep(
   constexpr double kStandsStill = 1e-5;
   for (int pass = 0; pass <= options.reintegrations; ++pass) {
     step.preintegrations = problem.preintegrate(bias);
-    step.map = solveInertialOnlyMap(visual->T_VB, step.preintegrations, map_options);
+    step.map = solveInertialOnlyMap(visual.T_VB, step.preintegrations, map_options);
     const double moved =
         (step.map.bias.gyro - bias.gyro).norm() + (step.map.bias.accel - bias.accel).norm();
     bias = step.map.bias;

@@ -1,6 +1,7 @@
 #include "etalon/initialization/steps/linear_alignment.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
@@ -16,12 +17,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 Index offset(size_t k, Index size) { return size * k; }
-
-/** Rows of all pairs: A (v_0 .. v_N-1, g) = y. */
-struct Rows {
-  MatrixXd A;
-  VectorXd y;
-};
 
 /**
  * Rows of one pair in the unknowns x = (v_k, v_k+1, g): y - A x = (r_p, r_v), in the signs of the
@@ -92,22 +87,6 @@ MatrixXd poseJacobian(const std::vector<SE3>& T_VB,
   return J;
 }
 
-Rows allRows(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
-             const std::vector<Preintegration::Deltas>& deltas) {
-  const Index n = offset(deltas.size(), 6);
-  Rows rows{MatrixXd::Zero(n, offset(T_VB.size(), 3) + 3), VectorXd(n)};
-  for (size_t k = 0; k < deltas.size(); ++k) {
-    Eigen::Matrix<double, 6, 9> A;
-    Eigen::Matrix<double, 6, 1> y;
-    pairRows(T_VB[k], T_VB[k + 1], deltas[k], preintegrations[k].dt(), &A, &y);
-    const Index row = offset(k, 6);
-    rows.A.block<6, 6>(row, offset(k, 3)) = A.leftCols<6>();
-    rows.A.block<6, 3>(row, rows.A.cols() - 3) = A.rightCols<3>();
-    rows.y.segment<6>(row) = y;
-  }
-  return rows;
-}
-
 /** What the rows are whitened by: the covariance of the IMU, and of the poses if it is given. */
 MatrixXd rowCovariance(const std::vector<Preintegration>& preintegrations,
                        const MatrixXd& rows_by_poses, const MatrixXd& pose_covariance) {
@@ -121,12 +100,9 @@ MatrixXd rowCovariance(const std::vector<Preintegration>& preintegrations,
 }
 
 /** Rows of all pairs whitened by the covariance of IMU and poses together. */
-bool addJointly(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
-                const std::vector<Preintegration::Deltas>& deltas, const MatrixXd& pose_covariance,
-                NormalEquations* equations) {
-  Rows rows = allRows(T_VB, preintegrations, deltas);
-  const Eigen::LLT<MatrixXd> factor(
-      rowCovariance(preintegrations, poseJacobian(T_VB, deltas), pose_covariance));
+bool addJointly(LinearAlignmentRows rows, const std::vector<Preintegration>& preintegrations,
+                const MatrixXd& pose_covariance, NormalEquations* equations) {
+  const Eigen::LLT<MatrixXd> factor(rowCovariance(preintegrations, rows.by_poses, pose_covariance));
   if (factor.info() != Eigen::Success) return false;
   factor.matrixL().solveInPlace(rows.A);
   factor.matrixL().solveInPlace(rows.y);
@@ -138,17 +114,16 @@ bool addJointly(const std::vector<SE3>& T_VB, const std::vector<Preintegration>&
 
 bool fill(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
           const ImuBias& bias, const LinearAlignmentOptions& options, NormalEquations* equations) {
-  std::vector<Preintegration::Deltas> deltas;
-  for (const Preintegration& p : preintegrations) deltas.push_back(p.corrected(bias));
-  if (options.weighted && options.pose_covariance.rows() == offset(deltas.size(), 6))
-    return addJointly(T_VB, preintegrations, deltas, options.pose_covariance, equations);
-  for (size_t k = 0; k < deltas.size(); ++k) {
+  if (options.weighted && options.pose_covariance.rows() == offset(preintegrations.size(), 6))
+    return addJointly(linearAlignmentRows(T_VB, preintegrations, bias), preintegrations,
+                      options.pose_covariance, equations);
+  for (size_t k = 0; k < preintegrations.size(); ++k) {
+    const Preintegration& p = preintegrations[k];
     Eigen::Matrix<double, 6, 9> A;
     Eigen::Matrix<double, 6, 1> y;
-    pairRows(T_VB[k], T_VB[k + 1], deltas[k], preintegrations[k].dt(), &A, &y);
+    pairRows(T_VB[k], T_VB[k + 1], p.corrected(bias), p.dt(), &A, &y);
     if (options.weighted) {
-      const Eigen::LLT<Eigen::Matrix<double, 6, 6>> noise(
-          positionVelocityCovariance(preintegrations[k]));
+      const Eigen::LLT<Eigen::Matrix<double, 6, 6>> noise(positionVelocityCovariance(p));
       if (noise.info() != Eigen::Success) return false;
       A = noise.matrixL().solve(A).eval();
       y = noise.matrixL().solve(y).eval();
@@ -178,6 +153,36 @@ LinearAlignmentResult unpack(const NormConstrainedSolution& solution,
 }
 
 }  // namespace
+
+Expected<void> checkFreeGravity(double free_mps2, double gravity_mps2, double max_deviation_mps2) {
+  const double deviation = free_mps2 - gravity_mps2;
+  if (std::abs(deviation) <= max_deviation_mps2) return {};
+  return refuse(RefusalStatus::kImplausible, "gravity comes out ", deviation > 0.0 ? "+" : "",
+                Value(deviation, 2), " m/s^2 away from its magnitude, at most ",
+                Bound(max_deviation_mps2, 2), " is wanted");
+}
+
+LinearAlignmentRows linearAlignmentRows(const std::vector<SE3>& T_VB,
+                                        const std::vector<Preintegration>& preintegrations,
+                                        const ImuBias& bias) {
+  std::vector<Preintegration::Deltas> deltas;
+  for (const Preintegration& p : preintegrations) deltas.push_back(p.corrected(bias));
+  const Index n = offset(deltas.size(), 6);
+  LinearAlignmentRows rows{MatrixXd::Zero(n, offset(T_VB.size(), 3) + 3), VectorXd(n),
+                           poseJacobian(T_VB, deltas), MatrixXd(n, 6)};
+  for (size_t k = 0; k < deltas.size(); ++k) {
+    const Preintegration& p = preintegrations[k];
+    Eigen::Matrix<double, 6, 9> A;
+    Eigen::Matrix<double, 6, 1> y;
+    pairRows(T_VB[k], T_VB[k + 1], deltas[k], p.dt(), &A, &y);
+    const Index row = offset(k, 6);
+    rows.A.block<6, 6>(row, offset(k, 3)) = A.leftCols<6>();
+    rows.A.block<6, 3>(row, rows.A.cols() - 3) = A.rightCols<3>();
+    rows.y.segment<6>(row) = y;
+    rows.by_bias.middleRows<6>(row) << p.dp_dbg(), p.dp_dba(), p.dv_dbg(), p.dv_dba();
+  }
+  return rows;
+}
 
 LinearAlignmentResult alignLinearly(const std::vector<SE3>& T_VB,
                                     const std::vector<Preintegration>& preintegrations,
@@ -211,20 +216,18 @@ LinearAlignmentResponse linearAlignmentResponse(const std::vector<SE3>& T_VB,
                                                 const ImuBias& bias,
                                                 const LinearAlignmentOptions& options,
                                                 const Vector3d& g_V) {
-  std::vector<Preintegration::Deltas> deltas;
-  for (const Preintegration& p : preintegrations) deltas.push_back(p.corrected(bias));
   LinearAlignmentResponse response;
-  response.rows_by_poses = poseJacobian(T_VB, deltas);
+  response.rows = linearAlignmentRows(T_VB, preintegrations, bias);
   // Gravity moves in the tangent plane alone.
   const Index velocities = offset(T_VB.size(), 3);
   MatrixXd basis = MatrixXd::Zero(velocities + 3, velocities + 2);
   basis.topLeftCorner(velocities, velocities).setIdentity();
   basis.bottomRightCorner<3, 2>() = tangentBasis(g_V);
-  const MatrixXd A = allRows(T_VB, preintegrations, deltas).A * basis;
+  const MatrixXd A = response.rows.A * basis;
   MatrixXd AtW = A.transpose();
   if (options.weighted) {
     const Eigen::LLT<MatrixXd> noise(
-        rowCovariance(preintegrations, response.rows_by_poses, options.pose_covariance));
+        rowCovariance(preintegrations, response.rows.by_poses, options.pose_covariance));
     if (noise.info() != Eigen::Success) return {};
     AtW = noise.solve(A).transpose();
   }

@@ -66,23 +66,24 @@ std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& probl
   return errors;
 }
 
+MatrixXd rowErrors(const LinearAlignmentRows& rows, const ErrorSources& sources,
+                   const MatrixXd& pose_errors, const MatrixXd& bias_errors) {
+  const MatrixXd imu = sources.imu();
+  MatrixXd errors = rows.by_poses * pose_errors - rows.by_bias * bias_errors;
+  for (Index k = 0; k < imu.rows() / 9; ++k)
+    errors.middleRows<6>(6 * k) -= imu.middleRows<6>(9 * k + 3);
+  return errors;
+}
+
 bool alignErrors(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
                  const ImuBias& bias, const LinearAlignmentOptions& options, const Vector3d& g_V,
                  const MatrixXd& pose_errors, StateErrors* errors) {
   const LinearAlignmentResponse response =
       linearAlignmentResponse(T_VB, preintegrations, bias, options, g_V);
   if (response.by_rows.size() == 0) return false;
-  const MatrixXd imu = errors->sources.imu();
-  MatrixXd rows = response.rows_by_poses * pose_errors;
-  for (size_t k = 0; k < preintegrations.size(); ++k) {
-    const Preintegration& p = preintegrations[k];
-    Eigen::Matrix<double, 6, 6> by_bias;  // of the deltas, [position, velocity]
-    by_bias << p.dp_dbg(), p.dp_dba(), p.dv_dbg(), p.dv_dba();
-    const Index i = k;
-    rows.middleRows<6>(6 * i) -= imu.middleRows<6>(9 * i + 3) + by_bias * errors->map.topRows<6>();
-  }
-  const MatrixXd solution = response.by_rows * rows;
   const MatrixXd biases = errors->map.topRows<6>();
+  const MatrixXd solution =
+      response.by_rows * rowErrors(response.rows, errors->sources, pose_errors, biases);
   errors->map.resize(6 + solution.rows(), solution.cols());
   errors->map << biases, solution.bottomRows<3>(), solution.topRows(solution.rows() - 3);
   return true;

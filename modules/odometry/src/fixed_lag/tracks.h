@@ -6,12 +6,13 @@
 #include <set>
 #include <unordered_map>
 
+#include "etalon/core/tracked_frame.h"
 #include "window.h"
 
 namespace etalon::fixed_lag {
 
 struct TrackOptions {
-  double sigma_px = 0.29;
+  double sigma_px = kTrackSigmaPx;
   double chi2_gate = 25.0;
   double chi2_outlier = 16.0;
   double keyframe_survival = 0.7;

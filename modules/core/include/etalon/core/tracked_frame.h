@@ -10,6 +10,10 @@ namespace etalon {
 
 using LandmarkId = std::int64_t;
 
+/** Standard deviation of a tracked pixel coordinate unless a configuration says otherwise, px
+ * (docs/noise.md). */
+constexpr double kTrackSigmaPx = 0.29;
+
 /** One landmark seen in one stereo frame: raw (distorted) pixels, the right one where it was found.
  */
 struct Observation {

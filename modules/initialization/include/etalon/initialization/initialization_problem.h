@@ -70,4 +70,9 @@ class InitializationProblem {
   std::shared_ptr<Lazy> lazy_;
 };
 
+/** The visual solution; refused (too_few_tracks) with fewer landmarks. Valid as long as the problem.
+ */
+Expected<const VisualSolution*> visualSolutionWith(const InitializationProblem& problem,
+                                                   int min_landmarks);
+
 }  // namespace etalon

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/odometry/fixed_lag/odometry.h"
 #include "etalon/optimization/bundle/trajectory_ba.h"
@@ -14,7 +15,7 @@ namespace etalon {
 struct FlightRecordOptions {
   ImuNoiseDensities imu_noise;
   double gravity_mps2 = 9.81;
-  double sigma_px = 0.29;
+  double sigma_px = kTrackSigmaPx;
   double recalled_sigma_factor = 4.0;  ///< of a pixel in OdometryOutput::recalled
   /** For finalBa(); of a longer flight the newest ones. 0: nothing is kept for it. */
   size_t max_keyframes = 0;

@@ -14,7 +14,7 @@ namespace etalon {
 
 /** Section [odometry]. */
 struct StereoOdometryOptions {
-  double sigma_px = 0.29;
+  double sigma_px = kTrackSigmaPx;
   double pose_chi2 = 16.0;
   int min_pose_inliers = 12;
   int window_keyframes = 10;

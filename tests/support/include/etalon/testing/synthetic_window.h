@@ -1,4 +1,4 @@
 #pragma once
 
-// Lives in the contract suite, which is installed; tests of modules include it from here.
+// The window is simulation's, its problem the contract suite's; tests include both from here.
 #include "etalon/contract/synthetic_window.h"  // IWYU pragma: export

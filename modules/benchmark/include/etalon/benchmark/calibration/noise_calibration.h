@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "etalon/core/tracked_frame.h"
 #include "etalon/optimization/bundle/noise_check.h"
 #include "etalon/pipeline/window_initialization.h"
 
@@ -14,7 +15,7 @@ namespace etalon {
 /** The assumed noise: factors on the data sheet's white-noise densities, and the pixels' sigma. */
 struct NoiseFactors {
   double gyro = 1.0, accel = 1.0;
-  double sigma_px = 0.29;
+  double sigma_px = kTrackSigmaPx;
 };
 
 /**

@@ -17,6 +17,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "etalon/core/refusal.h"
 #include "etalon/core/se3.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/optimization/solver_summary.h"
@@ -64,11 +65,28 @@ LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
                                                 const ImuBias& bias, double gravity_mps2,
                                                 const Eigen::Vector3d& g_seed);
 
-/** How the solution [v_0 .. v_N-1, g_V] answers to what goes in, to first order. Empty where it is
- * not determined. */
+/** Refused (implausible) where gravity, its magnitude left free, is farther from its magnitude than
+ * allowed, m/s^2. */
+Expected<void> checkFreeGravity(double free_mps2, double gravity_mps2, double max_deviation_mps2);
+
+/** (r_p, r_v) of all pairs, unwhitened: r = y - A [v_0 .. v_N-1, g_V], and how they answer to what
+ * goes in, to first order. */
+struct LinearAlignmentRows {
+  Eigen::MatrixXd A;         ///< 6(N-1) x (3N + 3)
+  Eigen::VectorXd y;         ///< 6(N-1)
+  Eigen::MatrixXd by_poses;  ///< 6(N-1) x 6(N-1), [rotation, position] of keyframes 1..
+  Eigen::MatrixXd by_bias;   ///< 6(N-1) x 6, of dp and dv: the rows change by minus that
+};
+
+LinearAlignmentRows linearAlignmentRows(const std::vector<SE3>& T_VB,
+                                        const std::vector<Preintegration>& preintegrations,
+                                        const ImuBias& bias);
+
+/** How the solution [v_0 .. v_N-1, g_V] answers to the rows, to first order. Empty where it is not
+ * determined. */
 struct LinearAlignmentResponse {
-  Eigen::MatrixXd by_rows;        ///< (3N + 3) x 6(N-1), of (r_p, r_v) of the pairs, unwhitened
-  Eigen::MatrixXd rows_by_poses;  ///< 6(N-1) x 6(N-1), [rotation, position] of keyframes 1..
+  Eigen::MatrixXd by_rows;  ///< (3N + 3) x 6(N-1)
+  LinearAlignmentRows rows;
 };
 
 /** At the solution `g_V` that alignLinearly() returned for the same arguments. */

@@ -71,6 +71,14 @@ std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& probl
                                               const Eigen::Matrix3d& measured_gyro_bias);
 
 /**
+ * Errors of a linear alignment's rows at its solution.
+ * @param pose_errors 6(N-1) rows, [rotation, position] of keyframes 1..
+ * @param bias_errors 6 rows, of the biases at which the rows stand
+ */
+Eigen::MatrixXd rowErrors(const LinearAlignmentRows& rows, const ErrorSources& sources,
+                          const Eigen::MatrixXd& pose_errors, const Eigen::MatrixXd& bias_errors);
+
+/**
  * Replaces the errors of gravity and velocities by those of a linear alignment.
  * @param T_VB its poses
  * @param pose_errors 6(N-1) rows, [rotation, position] of keyframes 1..

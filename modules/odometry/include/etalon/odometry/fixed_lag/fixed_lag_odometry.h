@@ -4,6 +4,7 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/parameters.h"
+#include "etalon/core/tracked_frame.h"
 #include "etalon/map/map_options.h"
 #include "etalon/map/view_matcher.h"
 #include "etalon/odometry/fixed_lag/odometry.h"
@@ -15,7 +16,7 @@ struct FixedLagOptions {
   int recent_frames = 3;               ///< newest states with velocity and biases
   int keyframes = 7;                   ///< older states, poses alone
   int iterations = 3;                  ///< Gauss-Newton steps a frame, at most
-  double sigma_px = 0.29;              ///< of a pixel at the start; not a key ([odometry] has it)
+  double sigma_px = kTrackSigmaPx;     ///< of a pixel at the start; not a key ([odometry] has it)
   double least_sigma_px = 0.1;         ///< it follows the residuals, but not below this
   double chi2_gate = 25.0;             ///< of an observation against its prediction
   double chi2_outlier = 16.0;          ///< of one after the optimisation, in sigma_px

@@ -1,0 +1,48 @@
+#pragma once
+
+/*
+ * Gyro bias of rotations: b_g that makes the preintegrated rotations those of stereo odometry.
+ *
+ * Frames      V the frame of the poses, B_k the body at keyframe k.
+ * Unknown     b_g, rad/s.
+ * Residual    per pair of neighbours, 3 x 1, rad: r_k = 2 vec(q) of dR_k(b_g)^T R_VBk^T R_VBk+1,
+ *             linear in the change of b_g: r_k = J_k db_g, J_k = dR_dbg of the preintegration.
+ * Whitening   none, by the IMU's rotations, or by these and stereo odometry's.
+ * Reference   Qin, Li and Shen, VINS-Mono, TRO 2018, section V-B1; Mur-Artal and Tardos, RA-L 2017,
+ *             eq. (9), has the logarithm for 2 vec(q), which is the same at the solution.
+ */
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/steps/state_errors.h"
+
+namespace etalon {
+
+/** What the rows of a linear step are whitened by. */
+enum class RowWeights { kNone, kImu, kImuAndVision };
+
+struct RotationBias {
+  ImuBias bias;                                 ///< b_a is that of the start
+  std::vector<Preintegration> preintegrations;  ///< at `bias`
+  Eigen::MatrixXd response;                     ///< db_g/dr, 3 x 3(N-1)
+
+  /** Errors of b_g, and of b_a, which is the mean of its prior; nothing if stereo odometry has no
+   * covariance. Gravity's and the velocities' are for the caller to add. */
+  std::optional<StateErrors> errors(const InitializationProblem& problem,
+                                    const VisualSolution& visual) const;
+};
+
+/**
+ * Linear least squares from the mean of the priors; the raw IMU is integrated anew at each result,
+ * because a linear step leaves an error of the order of (|db_g| dt)^2 / dt.
+ * @param passes linear solutions, at most
+ * @return nothing if the rotations do not determine b_g
+ */
+std::optional<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
+                                                const VisualSolution& visual, RowWeights weights,
+                                                int passes);
+
+}  // namespace etalon

@@ -1,0 +1,96 @@
+#include "etalon/initialization/steps/gyro_bias_of_rotations.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+namespace etalon {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+/** dr_k/d(poses) of all pairs, r_k near zero: 3(N-1) x 6(N-1). */
+MatrixXd rotationByPoses(const VisualSolution& visual) {
+  const Index n = visual.T_VB.size() - 1;
+  MatrixXd J = MatrixXd::Zero(3 * n, 6 * n);
+  for (Index k = 0; k < n; ++k) {
+    J.block<3, 3>(3 * k, 6 * k).setIdentity();
+    if (k > 0)
+      J.block<3, 3>(3 * k, 6 * (k - 1)) = -visual.T_VB[k + 1].R.transpose() * visual.T_VB[k].R;
+  }
+  return J;
+}
+
+/** W such that W^T W is the inverse covariance of all r_k; empty if all rows weigh the same. */
+MatrixXd rotationWhitening(const VisualSolution& visual,
+                           const std::vector<Preintegration>& preintegrations, RowWeights weights) {
+  const Index n = preintegrations.size();
+  if (weights == RowWeights::kNone) return {};
+  MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
+  if (weights == RowWeights::kImuAndVision && visual.covariance.rows() == 6 * n) {
+    const MatrixXd J = rotationByPoses(visual);
+    covariance = J * visual.covariance * J.transpose();
+  }
+  for (Index k = 0; k < n; ++k)
+    covariance.block<3, 3>(3 * k, 3 * k) += preintegrations[k].covariance().topLeftCorner<3, 3>();
+  const Eigen::LLT<MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success) return {};
+  return factor.matrixL().solve(MatrixXd::Identity(3 * n, 3 * n));
+}
+
+}  // namespace
+
+std::optional<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
+                                                const VisualSolution& visual, RowWeights weights,
+                                                int passes) {
+  RotationBias result;
+  result.bias = problem.priors().mean;
+  result.preintegrations = problem.preintegrate(result.bias);
+  const Index rows = 3 * result.preintegrations.size();
+  const MatrixXd whitening = rotationWhitening(visual, result.preintegrations, weights);
+  for (int pass = 0; pass < passes; ++pass) {
+    MatrixXd J(rows, 3);
+    VectorXd r(rows);
+    for (size_t k = 0; k < result.preintegrations.size(); ++k) {
+      const Preintegration& p = result.preintegrations[k];
+      const Matrix3d error =
+          p.deltas().dR.transpose() * visual.T_VB[k].R.transpose() * visual.T_VB[k + 1].R;
+      const Eigen::Quaterniond q(error);
+      J.middleRows<3>(3 * k) = p.dR_dbg();
+      r.segment<3>(3 * k) = (q.w() < 0 ? -2.0 : 2.0) * q.vec();
+    }
+    if (whitening.size() > 0) {
+      J = whitening * J;
+      r = whitening * r;
+    }
+    const Eigen::LDLT<Matrix3d> factor(J.transpose() * J);
+    const Vector3d step = factor.solve(J.transpose() * r);
+    result.response = factor.solve(J.transpose());
+    if (whitening.size() > 0) result.response *= whitening;
+    if (!factor.isPositive() || !step.allFinite()) return std::nullopt;
+    result.bias.gyro += step;
+    for (Preintegration& p : result.preintegrations) p = p.reintegrated(result.bias);
+    constexpr double kStandsStill = 1e-6;  // rad/s
+    if (step.norm() < kStandsStill) break;
+  }
+  return result;
+}
+
+std::optional<StateErrors> RotationBias::errors(const InitializationProblem& problem,
+                                                const VisualSolution& visual) const {
+  const Index n = preintegrations.size();
+  if (visual.covariance.rows() != 6 * n) return {};
+  StateErrors result{ErrorSources(problem, preintegrations), {}};
+  MatrixXd rotations = rotationByPoses(visual) * result.sources.poses();
+  const MatrixXd imu = result.sources.imu();
+  for (Index k = 0; k < n; ++k) rotations.middleRows<3>(3 * k) -= imu.middleRows<3>(9 * k);
+  result.map = result.sources.priorMean();
+  result.map.topRows<3>() = response * rotations;
+  return result;
+}
+
+}  // namespace etalon

@@ -1,0 +1,190 @@
+#include "etalon/initialization/joint/joint_system.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <random>
+
+#include "etalon/contract/synthetic_window.h"
+#include "etalon/core/so3.h"
+#include "etalon/initialization/steps/gravity_sphere.h"
+#include "etalon/testing/expect_jacobian.h"
+
+namespace etalon {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Vector12 = Eigen::Matrix<double, 12, 1>;  // [v_0, b_g, b_a, g]
+
+/** Four keyframes at their true poses. What the tracks say of the poses, S and s, is drawn. */
+struct Case {
+  Case() : problem(contractProblem()), estimate(trueEstimate()) {
+    motion = composeMotion(problem.preintegrate(estimate.bias));
+    const Index n = 6 * (problem.keyframeCount() - 1);
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    const auto draw = [&] { return normal(random); };
+    const MatrixXd A = MatrixXd::NullaryExpr(n, n, draw);
+    S = 1e5 * (A * A.transpose() + MatrixXd::Identity(n, n));
+    // The cameras see the poses a centimetre and some hundredths of a radian elsewhere.
+    s = S * (0.01 * VectorXd::NullaryExpr(n, draw));
+  }
+
+  InitializationProblem contractProblem() {
+    testing::SyntheticWindowOptions options;
+    options.motion = testing::Motion::kAggressive;
+    options.keyframes = 4;
+    options.landmarks = 20;
+    options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
+    options.priors = {options.bias, 0.1, 0.1, {}};
+    options.priors.mean.accel.x() += 0.05;
+    window = testing::makeSyntheticWindow(options);
+    return testing::makeProblem(window, options);
+  }
+  JointEstimate trueEstimate() const {
+    JointEstimate result;
+    result.bias = window.bias;
+    for (const StampedState& state : window.truth)
+      result.T_VB.push_back(window.truth[0].T_WB.inverse() * state.T_WB);
+    return result;
+  }
+
+  /** Where the IMU carries the nodes from x, less the estimate's poses: 6 a node. */
+  VectorXd carried(const Vector12& x) const {
+    VectorXd y(S.rows());
+    for (size_t k = 1; k < motion.nodes.size(); ++k) {
+      const ClosedFormMotion::Node& node = motion.nodes[k];
+      const Eigen::Matrix<double, 9, 1> by_bias = node.bias * x.segment<6>(3);
+      y.segment<3>(6 * (k - 1)) =
+          logSO3(estimate.T_VB[k].R.transpose() * node.R_VB) + by_bias.head<3>();
+      y.segment<3>(6 * (k - 1) + 3) = node.alpha + node.t * x.head<3>() +
+                                      0.5 * node.t * node.t * x.tail<3>() + by_bias.segment<3>(3) -
+                                      estimate.T_VB[k].t;
+    }
+    return y;
+  }
+  /** Sigma: of the nodes' poses. */
+  MatrixXd imuCovariance() const {
+    MatrixXd result(S.rows(), S.rows());
+    for (Index i = 0; i < S.rows() / 6; ++i)
+      for (Index j = 0; j < S.rows() / 6; ++j)
+        result.block<6, 6>(6 * i, 6 * j) = motion.covariance.block<6, 6>(9 * i, 9 * j);
+    return result;
+  }
+  /** The cost as the class states it, by inverting what the class never inverts. */
+  double cost(const Vector12& x) const {
+    const MatrixXd S_inverse = S.inverse();
+    const VectorXd r = carried(x) - S_inverse * s;
+    const BiasPriors& priors = problem.priors();
+    const Vector3d gyro = estimate.bias.gyro + x.segment<3>(3) - priors.mean.gyro;
+    const Vector3d accel = estimate.bias.accel + x.segment<3>(6) - priors.mean.accel;
+    return r.dot((S_inverse + imuCovariance()).inverse() * r) +
+           gyro.squaredNorm() / std::pow(priors.sigma_gyro_rps, 2) +
+           accel.squaredNorm() / std::pow(priors.sigma_accel_mps2, 2);
+  }
+
+  testing::SyntheticWindow window;
+  InitializationProblem problem;
+  JointEstimate estimate;
+  ClosedFormMotion motion;
+  MatrixXd S;
+  VectorXd s;
+};
+
+Vector12 unknowns(const JointEstimate& before, const JointEstimate& after) {
+  Vector12 x;
+  x << after.v_VB[0], after.bias.gyro - before.bias.gyro, after.bias.accel - before.bias.accel,
+      after.g_V;
+  return x;
+}
+
+/** Moves x by [v_0, b_g, b_a] and gravity along its sphere: 11 degrees of freedom. */
+Vector12 moved(const Vector12& x, const VectorXd& by) {
+  Vector12 result = x;
+  result.head<9>() += by.head<9>();
+  const Vector3d g = x.tail<3>() + 9.81 * tangentBasis(x.tail<3>()) * by.tail<2>();
+  result.tail<3>() = 9.81 * g.normalized();
+  return result;
+}
+
+TEST(JointSystem, FindsTheMinimumOfItsCost) {
+  const Case c;
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, {}).solve(&solved));
+  const Vector12 x = unknowns(c.estimate, solved);
+  EXPECT_NEAR(x.tail<3>().norm(), 9.81, 1e-9);
+  const double least = c.cost(x);
+  // A step that is uphill in both directions of every axis, with a gradient that is nothing beside
+  // the curvature.
+  for (Index axis = 0; axis < 11; ++axis) {
+    const VectorXd step = 1e-4 * VectorXd::Unit(11, axis);
+    const double up = c.cost(moved(x, step)) - least, down = c.cost(moved(x, -step)) - least;
+    EXPECT_GT(up, 0.0);
+    EXPECT_GT(down, 0.0);
+    EXPECT_NEAR(up, down, 1e-3 * (up + down)) << "axis " << axis;
+  }
+}
+
+/** n is what is most likely: the mean of the IMU's prediction and the tracks, each by its worth. */
+TEST(JointSystem, PosesLieBetweenTheImuAndTheTracks) {
+  const Case c;
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, {}).solve(&solved));
+  const VectorXd y = c.carried(unknowns(c.estimate, solved));
+  const MatrixXd imu = c.imuCovariance().inverse();
+  const VectorXd expected = (imu + c.S).inverse() * (imu * y + c.s);
+  for (size_t k = 1; k < solved.T_VB.size(); ++k) {
+    const SE3 &before = c.estimate.T_VB[k], &after = solved.T_VB[k];
+    EXPECT_LT((logSO3(before.R.transpose() * after.R) - expected.segment<3>(6 * k - 6)).norm(),
+              1e-8);
+    EXPECT_LT((after.t - before.t - expected.segment<3>(6 * k - 3)).norm(), 1e-8);
+  }
+}
+
+/** Half the second derivative of the cost is the information on [v_0, b_g, b_a, tilt]. */
+TEST(JointSystem, BiasCovarianceIsTheInverseOfTheCurvature) {
+  const Case c;
+  const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(system.solve(&solved));
+  const Vector12 x = unknowns(c.estimate, solved);
+  const auto r = [&](Index i, Index j) {
+    const double h = 1e-3;
+    const VectorXd a = h * VectorXd::Unit(11, i), b = h * VectorXd::Unit(11, j);
+    // Along straight lines, as the tangent plane has them.
+    const auto at = [&](const VectorXd& by) {
+      Vector12 p = x;
+      p.head<9>() += by.head<9>();
+      p.tail<3>() += 9.81 * tangentBasis(x.tail<3>()) * by.tail<2>();
+      return c.cost(p);
+    };
+    return (at(a + b) - at(a - b) - at(b - a) + at(-a - b)) / (8.0 * h * h);
+  };
+  const MatrixXd information = MatrixXd::NullaryExpr(11, 11, r);
+  const MatrixXd expected = information.inverse().block<6, 6>(3, 3);
+  const MatrixXd covariance = system.covariance(solved);
+  ASSERT_EQ(covariance.rows(), 11);
+  EXPECT_LT((covariance.topLeftCorner<6, 6>() - expected).norm(), 1e-3 * expected.norm());
+}
+
+TEST(JointSystem, TakesForExactWhatTheModelSays) {
+  const Case c;
+  JointModel model;
+  model.estimate_accel_bias = false;
+  JointEstimate fixed = c.estimate;
+  ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, model).solve(&fixed));
+  EXPECT_LT((fixed.bias.accel - c.problem.priors().mean.accel).norm(), 1e-9);
+
+  model.imu_noise = false;  // the poses are where the IMU carries them
+  JointEstimate exact = c.estimate;
+  ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, model).solve(&exact));
+  const VectorXd y = c.carried(unknowns(c.estimate, exact));
+  for (size_t k = 1; k < exact.T_VB.size(); ++k)
+    EXPECT_LT((exact.T_VB[k].t - c.estimate.T_VB[k].t - y.segment<3>(6 * k - 3)).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace etalon
