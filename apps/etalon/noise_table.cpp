@@ -1,4 +1,4 @@
-#include "support/noise_table.h"
+#include "noise_table.h"
 
 #include <cstdio>
 
