@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Prints what a device file is worth, recording by recording left out of it: windows of one second by `etalon`, without VI-BA,
 # cold and with the flights of all other recordings. A recording NAME_real is a part of NAME. Errors are medians / 90th percentiles
-# (worst), NEES a degree of freedom means.
+# (worst), NEES a degree of freedom means. Then how far the flights' biases are from the means of the recordings' ground truth.
 #
 #   scripts/measure_device.sh OUT DEVICE.ini SRC...    -- OUT keeps tracks, device files and results
 #   INITIALIZER=etalon KEYFRAMES=5 EVERY=2.5           -- 5 keyframes at 4 Hz are a second
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 3 ]] || { sed -n '2,7p' "$0"; exit 2; }
+[[ $# -ge 3 ]] || { sed -n '2,8p' "$0"; exit 2; }
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
 out=$1 device=$2
 shift 2
@@ -74,3 +74,28 @@ done | awk -F, '
         sum[key, 4] / n, sum[key, 3] / n, sum[key, 1] / n
     }
   }'
+
+printf '\n%-16s %27s %27s\n' "flight" "b_g off, 1e-5 rad/s (sigma)" "b_a off, m/s^2 (sigma)"
+for source in "$@"; do
+  truth=$source/mav0/state_groundtruth_estimate0/data.csv
+  flight=$(grep "^$(basename "$source") = " "$device") || continue
+  [[ -f $truth ]] || continue
+  awk -v flight="$flight" '
+    BEGIN {
+      FS = ","
+      split(flight, part, " ")  # name = first last | mean, sigma, wander | mean, sigma, wander
+      for (a = 1; a <= 3; a++) {
+        mean[a] = part[5 + a]; sigma[a] = part[8 + a]
+        mean[3 + a] = part[13 + a]; sigma[3 + a] = part[16 + a]
+      }
+    }
+    !/^#/ && $1 + 0 >= part[3] + 0 && $1 + 0 <= part[4] + 0 { n++; for (a = 1; a <= 6; a++) sum[a] += $(11 + a) }
+    END {
+      for (a = 1; a <= 6; a++) off[a] = mean[a] - sum[a] / n
+      printf "%-16s", part[1]
+      for (a = 1; a <= 3; a++) printf " %5.1f (%.1f)", 1e5 * off[a], 1e5 * sigma[a]
+      for (a = 4; a <= 6; a++) printf " %7.4f (%.4f)", off[a], sigma[a]
+      printf "\n"
+    }' "$truth"
+done | awk '{ print; for (a = 1; a <= 3; a++) { g += $(2 * a) ^ 2; b += $(6 + 2 * a) ^ 2; n++ } }
+  END { if (n) printf "%-16s %.1f and %.4f\n", "RMS of an axis", sqrt(g / n), sqrt(b / n) }'

@@ -37,6 +37,7 @@ std::optional<TracksStart> firstStart(const SequenceTracks& tracks, const Pipeli
     if (!attempt.accepted()) continue;
     TracksStart first;
     while (tracks.frames[first.frame].t != attempt.keyframes.front()) ++first.frame;
+    first.accepted = attempt.t;
     first.start = odometryStart(attempt, SE3(), options.window.priors);
     return first;
   }
@@ -60,6 +61,7 @@ std::vector<FrameEstimate> flyOverTracks(const SequenceTracks& tracks,
         i == first->frame
             ? odometry.start(first->start, frame)
             : odometry.process(frame, tracks.imu.between(tracks.frames[i - 1].t, frame.t));
+    if (frame.t < first->accepted) continue;
     estimates.push_back(estimateOf(output, options));
     if (estimates.back().state == PipelineState::kLost) break;
   }

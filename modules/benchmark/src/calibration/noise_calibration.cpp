@@ -103,9 +103,12 @@ NoiseFactors corrected(const NoiseFactors& f, const Vector3d& by) {
           moved(f.sigma_px, by[2], 0.01, 100.0)};
 }
 
-double largestMove(const NoiseFactors& a, const NoiseFactors& b) {
-  return std::max({std::abs(b.gyro / a.gyro - 1.0), std::abs(b.accel / a.accel - 1.0),
-                   std::abs(b.sigma_px / a.sigma_px - 1.0)});
+/** The largest relative change of a factor that is determined. */
+double largestMove(const NoiseFactors& a, const NoiseFactors& b, const Vector3d& sigma) {
+  constexpr double kDetermined = 0.5;
+  const Vector3d moves(b.gyro / a.gyro - 1.0, b.accel / a.accel - 1.0,
+                       b.sigma_px / a.sigma_px - 1.0);
+  return (sigma.array() < kDetermined).select(moves.cwiseAbs().array(), 0.0).maxCoeff();
 }
 
 WindowOptions withoutResidualTest(WindowOptions options) {
@@ -235,10 +238,10 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
     }
     // A factor that hardly shows beside the others' swings about its value with full steps.
     constexpr int kFullSteps = 6;
-    const Vector3d factor = correctionOf(last.check).factor;
+    const NoiseCorrection step = correctionOf(last.check);
     const NoiseFactors next =
-        corrected(out.factors, i < kFullSteps ? factor : Vector3d(factor.cwiseSqrt()));
-    out.converged = largestMove(out.factors, next) < options.tolerance;
+        corrected(out.factors, i < kFullSteps ? step.factor : Vector3d(step.factor.cwiseSqrt()));
+    out.converged = largestMove(out.factors, next, step.sigma) < options.tolerance;
     out.factors = next;
   }
   out.relative_sigma = relativeSigma(out.iterations.back().check, out.checks, options.overlap);

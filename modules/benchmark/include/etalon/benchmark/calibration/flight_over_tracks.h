@@ -13,6 +13,7 @@ namespace etalon {
 /** Where an odometry begins in a recording: a frame's index, and the state there. */
 struct TracksStart {
   size_t frame = 0;
+  TimeNs accepted = 0;  ///< stamp of the window's last keyframe
   OdometryStart start;
 };
 
@@ -22,7 +23,8 @@ std::optional<TracksStart> firstStart(const SequenceTracks& tracks, const Pipeli
                                       const Initializer& initializer);
 
 /**
- * A flight of the fixed-lag odometry over a recording's tracks, from its first start on: as the
+ * A flight of the fixed-lag odometry over a recording's tracks, from the first start that is
+ * accepted on: as the
  * pipeline flies it, but without a map, for which it has no images, and with one start only. Empty
  * without a start.
  */

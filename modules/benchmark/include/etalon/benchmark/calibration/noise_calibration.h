@@ -51,7 +51,8 @@ using NoiseWindow = std::function<InitializationProblem(const NoiseFactors&)>;
 struct NoiseCalibrationOptions {
   NoiseFactors start;
   WindowOptions window;
-  double tolerance = 0.01;  ///< converged when no factor changes by more, relative
+  double tolerance = 0.01;  ///< converged when no factor that is determined to
+                            ///< a half changes by more, relative
   int max_iterations = 25;
   /** The number of windows that hold one instant: the length of a window over the step to the next
    * one, at least 1. Windows that share their data are not independent: the standard errors grow
