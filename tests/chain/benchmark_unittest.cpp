@@ -212,6 +212,17 @@ TEST_F(BenchmarkTest, FlightsOfADeviceFileCanBeLeftOut) {
   EXPECT_EQ(without("c").exit_code, 2);
 }
 
+TEST_F(BenchmarkTest, TheDeviceFileOfEurocIsUpToDateAndAConfiguration) {
+  const std::string device = ETALON_SCRIPTS "/../config/devices/euroc.ini";
+  ASSERT_EQ(runEtalon({"calibrate-device", "--base", device, "--out", out("same.ini")}).exit_code,
+            0);
+  EXPECT_EQ(readText(out("same.ini")), readText(device));
+  const CommandResult run =
+      runEtalon({"replay", kFlight, "-c", device, "--to", "0.2", "--out", out("run")});
+  EXPECT_EQ(run.exit_code, 1) << run.err;  // too brief to initialise
+  EXPECT_THAT(run.out, HasSubstr("device EuRoC MAV, VI-Sensor, 7 flights (" + device + ")"));
+}
+
 TEST_F(BenchmarkTest, AFlightThatIsTooBriefLeavesTheDeviceFileAsItIs) {
   const std::string file = out("device.ini");
   const auto replayed = [&] {
