@@ -82,11 +82,7 @@ class Kneip : public Initializer {
       return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     const double gyro_ms = watch.lapMilliseconds();
-    VisualFrameEstimate estimate;
-    estimate.T_VB = visual.T_VB;
-    estimate.landmarks = visual.landmarks;
-    estimate.bias = gyro->bias;
-    estimate.errors = gyro->errors(problem, visual);
+    VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     if (const auto done = findGravity(problem, gyro->preintegrations, &estimate); !done)
       return refuse(done.error());
     Initialization result = alignWithGravity(problem, estimate);
@@ -117,26 +113,29 @@ class Kneip : public Initializer {
       g -= path * (scale - 1.0);
     }
     estimate->g_V = magnitude * g.normalized();
-    if (estimate->errors && !free_scale_) addGravityErrors(equation, pairs, by_y, g, estimate);
+    if (estimate->errors && !free_scale_) addGravityErrors(equation, by_y, g, estimate);
     if (free_scale_) {
       estimate->errors.reset();  // one equation for two unknowns of the same size
       rescale(scale, equation.camera, estimate);
     }
-    solveVelocities(pairs, estimate);
+    solveVelocities(pairs, nullptr, estimate);
     return {};
   }
 
-  static void addGravityErrors(const CombinedRows& equation,
-                               const std::vector<Preintegration>& pairs, const Matrix3d& by_y,
+  static void addGravityErrors(const CombinedRows& equation, const Matrix3d& by_y,
                                const Vector3d& g, VisualFrameEstimate* estimate) {
     StateErrors& errors = *estimate->errors;
+    const PoseErrors poses = errors.sources.poses();
     const MatrixXd biases = errors.map.topRows<6>();
     // Its magnitude is set: errors along it go.
     const Vector3d up = g.normalized();
     const Matrix3d across =
         estimate->g_V.norm() / g.norm() * (Matrix3d::Identity() - up * up.transpose());
-    const MatrixXd gravity = across * by_y * equation.errors(errors.sources, biases);
-    addErrors(equation, pairs, estimate->T_VB, biases.bottomRows<3>(), gravity, {}, &errors);
+    CombinedErrors solution;
+    solution.accel = biases.bottomRows<3>();
+    solution.gravity =
+        across * by_y * equation.T * rowErrors(equation.rows, errors.sources, poses, biases);
+    addErrors(equation, poses, estimate->T_VB, solution, &errors);
   }
 
   bool free_scale_ = false;

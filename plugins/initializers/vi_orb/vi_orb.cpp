@@ -1,9 +1,33 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/initialization/steps/combined_rows.h"
 #include "etalon/initialization/steps/gyro_bias_of_rotations.h"
-#include "triple_alignment.h"
 
 namespace etalon::plugins {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+namespace {
+
+/**
+ * Equations of three consecutive keyframes, m s, in which no velocity occurs (eqs. 11 to 13):
+ *   dt_k R_k+1 r_p(k+1) - dt_k+1 R_k r_p(k) + dt_k dt_k+1 R_k r_v(k).
+ * @return T, 3(N-2) x 6(N-1)
+ */
+MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& pairs) {
+  const Index triples = pairs.size() - 1;
+  MatrixXd T = MatrixXd::Zero(3 * triples, 6 * (triples + 1));
+  for (Index k = 0; k < triples; ++k) {
+    const double dt = pairs[k].dt(), next_dt = pairs[k + 1].dt();
+    T.block<3, 3>(3 * k, 6 * k) = -next_dt * T_VB[k].R;
+    T.block<3, 3>(3 * k, 6 * k + 3) = dt * next_dt * T_VB[k].R;
+    T.block<3, 3>(3 * k, 6 * k + 6) = dt * T_VB[k + 1].R;
+  }
+  return T;
+}
+
+}  // namespace
 
 /**
  * The initialization of visual-inertial ORB-SLAM (Mur-Artal and Tardos, RA-L 2017, section IV) on
@@ -14,25 +38,10 @@ class ViOrb : public Initializer {
 
  public:
   void declareParameters(ParameterSet& parameters) override {
-    parameters.add("weighted", &options_.weighted,
-                   "false: the equations of three keyframes as they are, b_a without a prior (as "
-                   "published). true: weighted by the covariance of IMU and stereo odometry, with "
-                   "the prior on b_a.");
-    parameters.add("free_scale", &options_.free_scale,
-                   "false: the scale is the stereo camera's. true: it is an unknown, as with one "
-                   "camera.");
+    options_.declare(parameters);
     parameters.add("gyro_passes", &gyro_passes_, {1, 20},
                    "Linear solutions for b_g, at most, each followed by integrating the raw IMU "
                    "anew.");
-    parameters.add("gravity_passes", &options_.passes, {1, 100},
-                   "Solutions for gravity's direction and b_a, each linearised at the last one (as "
-                   "published: 1).");
-    parameters.add("max_condition", &options_.max_condition, {1.0, 1e12},
-                   "Refuse if the condition number of these equations, columns of unit length, is "
-                   "larger.");
-    parameters.add("max_gravity_deviation_mps2", &options_.max_gravity_deviation_mps2, {0.0, 100.0},
-                   "Refuse if gravity, its magnitude free and b_a the mean of its prior, differs "
-                   "from its magnitude by more, m/s^2.");
     parameters.add("min_landmarks", &min_landmarks_, {3, 100000},
                    "Refuse if stereo odometry has fewer landmarks in the window.");
   }
@@ -52,21 +61,20 @@ class ViOrb : public Initializer {
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     const double gyro_ms = watch.lapMilliseconds();
 
-    VisualFrameEstimate estimate;
-    estimate.T_VB = visual.T_VB;
-    estimate.landmarks = visual.landmarks;
-    estimate.bias = gyro->bias;
-    estimate.errors = gyro->errors(problem, visual);
-    if (const auto aligned = alignTriples(problem, gyro->preintegrations, options_, &estimate);
-        !aligned)
-      return refuse(aligned.error());
+    VisualFrameEstimate estimate = gyro->estimate(problem, visual);
+    const CombinedRows triples(problem, gyro->preintegrations, estimate,
+                               triplesOfPairs(estimate.T_VB, gyro->preintegrations));
+    const PoseErrors poses = estimate.errors ? estimate.errors->sources.poses() : PoseErrors();
+    if (const auto solved = solveCombinedRows(problem, triples, poses, options_, &estimate);
+        !solved)
+      return refuse(solved.error());
     Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"triples", watch.lapMilliseconds()}};
     return result;
   }
 
  private:
-  TripleAlignmentOptions options_;
+  CombinedRowsOptions options_;
   int gyro_passes_ = 3;
   int min_landmarks_ = 15;
 };

@@ -51,21 +51,18 @@ class VinsAlignment : public Initializer {
     if (!found) return refuse(found.error());
     const VisualSolution& visual = **found;
     Stopwatch watch;
-    VisualFrameEstimate estimate;
-    estimate.T_VB = visual.T_VB;
-    estimate.landmarks = visual.landmarks;
     const auto gyro = gyroBiasOfRotations(problem, visual, weights_, gyro_passes_);
     if (!gyro)
       return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     const std::vector<Preintegration>& preintegrations = gyro->preintegrations;
-    estimate.bias = gyro->bias;
+    VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const double gyro_ms = watch.lapMilliseconds();
 
     if (variant_ == Variant::kFusion) {
       seedAsFusion(problem, preintegrations, &estimate);
+      estimate.errors.reset();
     } else {
-      estimate.errors = gyro->errors(problem, visual);
       const auto aligned = align(problem, visual, preintegrations, &estimate);
       if (!aligned) return refuse(aligned.error());
     }

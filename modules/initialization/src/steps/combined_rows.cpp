@@ -2,7 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
+#include <cmath>
 #include <utility>
+
+#include "etalon/core/so3.h"
 
 namespace etalon {
 
@@ -11,23 +14,156 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-LeastSquares::LeastSquares(const MatrixXd& M) {
-  if (M.rows() < M.cols()) return;
-  const VectorXd scale = M.colwise().norm().cwiseInverse();
-  if (!scale.allFinite()) return;
-  const Eigen::JacobiSVD<MatrixXd> svd(M * scale.asDiagonal(),
-                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd& values = svd.singularValues();
-  if (!(values[values.size() - 1] > 0.0)) return;
-  condition = values[0] / values[values.size() - 1];
-  response = scale.asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal() *
-             svd.matrixU().transpose();
+void CombinedRowsOptions::declare(ParameterSet& parameters) {
+  parameters.add("weighted", &weighted,
+                 "false: the equations as they are, b_a without a prior. true: weighted by the "
+                 "covariance of IMU and stereo odometry, with the prior on b_a.");
+  parameters.add("free_scale", &free_scale,
+                 "false: the scale is the stereo camera's. true: it is an unknown, as with one "
+                 "camera.");
+  parameters.add("gravity_passes", &passes, {1, 100},
+                 "Solutions for gravity's direction and b_a, each linearised at the last one.");
+  parameters.add("max_condition", &max_condition, {1.0, 1e12},
+                 "Refuse if the condition number of the equations, columns of unit length, is "
+                 "larger.");
+  parameters.add("max_gravity_deviation_mps2", &max_gravity_deviation_mps2, {0.0, 100.0},
+                 "Refuse if gravity, its magnitude free and b_a the mean of its prior, differs "
+                 "from its magnitude by more, m/s^2.");
 }
 
+namespace {
+
+/** Unknowns of the second solution: gravity along its sphere (rad), change of b_a; then what is
+ * wanted of v_0 and the change of the scale. */
+enum Unknown : Index { kTilt = 0, kAccel = 2, kOthers = 5 };
+
+/** dz/dy of the least-squares solution of M z = y, by singular values. */
+struct LeastSquares {
+  MatrixXd response;
+  double condition = INFINITY;  ///< of M with columns of unit length; infinite: not determined
+
+  explicit LeastSquares(const MatrixXd& M) {
+    if (M.rows() < M.cols()) return;
+    const VectorXd scale = M.colwise().norm().cwiseInverse();
+    if (!scale.allFinite()) return;
+    const Eigen::JacobiSVD<MatrixXd> svd(M * scale.asDiagonal(),
+                                         Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const VectorXd& values = svd.singularValues();
+    if (!(values[values.size() - 1] > 0.0)) return;
+    condition = values[0] / values[values.size() - 1];
+    response = scale.asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal() *
+               svd.matrixU().transpose();
+  }
+};
+
+/** Columns of what is wanted besides gravity and b_a. */
+MatrixXd otherColumns(const CombinedRows& rows, const CombinedRowsOptions& options) {
+  MatrixXd others(rows.y.size(), (options.first_velocity ? 3 : 0) + (options.free_scale ? 1 : 0));
+  if (options.first_velocity) others.leftCols<3>() = rows.first_velocity;
+  if (options.free_scale) others.rightCols<1>() = rows.scale;
+  return others;
+}
+
+tl::unexpected<Refusal> notDetermined(const InitializationProblem& problem, double condition,
+                                      const CombinedRowsOptions& options) {
+  return refuse(RefusalStatus::kIllConditioned, Value(problem.keyframeCount()),
+                " keyframes do not tell gravity from the accelerometer's bias: the condition "
+                "number is ",
+                Number(condition), ", at most ", Bound(options.max_condition), " is wanted");
+}
+
+/** Gravity without b_a, its magnitude free. */
+Expected<Vector3d> seedGravity(const InitializationProblem& problem, const CombinedRows& rows,
+                               const MatrixXd& others, const CombinedRowsOptions& options) {
+  MatrixXd M(rows.y.size(), 3 + others.cols());
+  M << rows.gravity, others;
+  const LeastSquares solution(M);
+  if (!(solution.condition <= options.max_condition))
+    return notDetermined(problem, solution.condition, options);
+  const Vector3d free = solution.response.topRows<3>() * rows.y;
+  const double magnitude = problem.gravityMagnitude();
+  const auto plausible =
+      checkFreeGravity(free.norm(), magnitude, options.max_gravity_deviation_mps2);
+  if (!plausible) return refuse(plausible.error());
+  return magnitude * free.normalized();
+}
+
+MatrixXd errorsOf(const CombinedRows& rows, const ErrorSources& sources,
+                  const PoseErrors& pose_errors, const MatrixXd& bias_errors) {
+  return rows.T * rowErrors(rows.rows, sources, pose_errors, bias_errors);
+}
+
+/** W such that W^T W is the inverse covariance of T r with exact biases; the identity if that is
+ * singular. */
+MatrixXd whiteningOf(const CombinedRows& rows, const ErrorSources& sources,
+                     const PoseErrors& pose_errors) {
+  const MatrixXd exact = MatrixXd::Zero(6, pose_errors.cols());
+  const MatrixXd identity = MatrixXd::Identity(rows.y.size(), rows.y.size());
+  const Eigen::LLT<MatrixXd> noise(
+      sources.covarianceOf(errorsOf(rows, sources, pose_errors, exact)));
+  return noise.info() == Eigen::Success ? MatrixXd(noise.matrixL().solve(identity)) : identity;
+}
+
+/** Of the second solution. */
+struct Refinement {
+  MatrixXd g_basis;
+  MatrixXd by_rows, by_prior;  ///< by T r, and by the mean of the prior on b_a
+  VectorXd change;
+};
+
+Expected<Refinement> refine(const InitializationProblem& problem, const CombinedRows& rows,
+                            const PoseErrors& pose_errors, const MatrixXd& others,
+                            const CombinedRowsOptions& options, VisualFrameEstimate* estimate) {
+  const Index n = rows.y.size(), unknowns = kOthers + others.cols();
+  MatrixXd whitening = MatrixXd::Identity(n, n), prior(0, unknowns);
+  if (options.weighted && estimate->errors) {
+    whitening = whiteningOf(rows, estimate->errors->sources, pose_errors);
+    prior = MatrixXd::Zero(3, unknowns);
+    prior.middleCols<3>(kAccel).diagonal().setConstant(1.0 / problem.priors().sigma_accel_mps2);
+  }
+  Refinement r;
+  MatrixXd M(n, unknowns), all(n + prior.rows(), unknowns);
+  M.rightCols(others.cols()) = others;
+  M.middleCols<3>(kAccel) = rows.accel;
+  for (int pass = 0; pass < options.passes; ++pass) {
+    r.g_basis = problem.gravityMagnitude() * tangentBasis(estimate->g_V);
+    M.leftCols<2>() = rows.gravity * r.g_basis;
+    all << whitening * M, prior;
+    const LeastSquares solution(all);
+    if (!(solution.condition <= options.max_condition))
+      return notDetermined(problem, solution.condition, options);
+    r.by_rows = solution.response.leftCols(n) * whitening;
+    r.by_prior = solution.response.rightCols(prior.rows()) * prior.middleCols(kAccel, 3);
+    r.change = r.by_rows * (rows.y - rows.gravity * estimate->g_V);
+    estimate->g_V =
+        problem.gravityMagnitude() * (estimate->g_V + r.g_basis * r.change.head<2>()).normalized();
+  }
+  return r;
+}
+
+CombinedErrors errorsOf(const Refinement& refined, const CombinedRows& rows,
+                        const PoseErrors& pose_errors, const CombinedRowsOptions& options,
+                        const StateErrors& errors) {
+  MatrixXd biases = MatrixXd::Zero(6, pose_errors.cols());
+  biases.topRows<3>() = errors.map.topRows<3>();
+  MatrixXd solution = refined.by_rows * errorsOf(rows, errors.sources, pose_errors, biases);
+  if (refined.by_prior.size() > 0)
+    solution += refined.by_prior * errors.sources.priorMean().bottomRows<3>();
+  CombinedErrors result;
+  result.accel = solution.middleRows<3>(kAccel);
+  result.gravity = refined.g_basis * solution.topRows<2>();
+  if (options.first_velocity) result.first_velocity = solution.middleRows<3>(kOthers);
+  if (options.free_scale) result.scale = solution.bottomRows<1>();
+  return result;
+}
+
+}  // namespace
+
 CombinedRows::CombinedRows(const InitializationProblem& problem,
-                           const std::vector<Preintegration>& pairs,
+                           const std::vector<Preintegration>& preintegrations,
                            const VisualFrameEstimate& estimate, MatrixXd combination)
-    : rows(linearAlignmentRows(estimate.T_VB, pairs, estimate.bias)),
+    : pairs(preintegrations),
+      rows(linearAlignmentRows(estimate.T_VB, pairs, estimate.bias)),
       T(std::move(combination)),
       pair_scale(VectorXd::Zero(rows.y.size())) {
   for (const SE3& T_VB : estimate.T_VB)
@@ -41,44 +177,68 @@ CombinedRows::CombinedRows(const InitializationProblem& problem,
   y = T * rows.y;
 }
 
-MatrixXd whiteningOf(const CombinedRows& rows, const ErrorSources& sources) {
-  const MatrixXd exact = MatrixXd::Zero(6, sources.poses().cols());
-  const Eigen::LLT<MatrixXd> noise(sources.covarianceOf(rows.errors(sources, exact)));
-  if (noise.info() != Eigen::Success) return {};
-  return noise.matrixL().solve(MatrixXd::Identity(rows.y.size(), rows.y.size()));
+Expected<void> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
+                                 const PoseErrors& pose_errors, const CombinedRowsOptions& options,
+                                 VisualFrameEstimate* estimate) {
+  const MatrixXd others = otherColumns(rows, options);
+  const auto seed = seedGravity(problem, rows, others, options);
+  if (!seed) return refuse(seed.error());
+  estimate->g_V = *seed;
+  const auto refined = refine(problem, rows, pose_errors, others, options, estimate);
+  if (!refined) return refuse(refined.error());
+  if (estimate->errors)
+    addErrors(rows, pose_errors, estimate->T_VB,
+              errorsOf(*refined, rows, pose_errors, options, *estimate->errors),
+              &*estimate->errors);
+  const VectorXd& change = refined->change;
+  estimate->bias.accel += change.segment<3>(kAccel);
+  if (options.free_scale) rescale(1.0 + change[change.size() - 1], rows.camera, estimate);
+  if (options.first_velocity) {
+    const Vector3d first = change.segment<3>(kOthers);
+    solveVelocities(rows.pairs, &first, estimate);
+  } else {
+    solveVelocities(rows.pairs, nullptr, estimate);
+  }
+  return {};
 }
 
-void solveVelocities(const std::vector<Preintegration>& pairs, VisualFrameEstimate* estimate) {
+void solveVelocities(const std::vector<Preintegration>& pairs, const Vector3d* first,
+                     VisualFrameEstimate* estimate) {
   const std::vector<SE3>& T_VB = estimate->T_VB;
-  const Vector3d& g = estimate->g_V;
+  std::vector<Vector3d>& v = estimate->v_VB;
+  v.clear();
+  if (first) v.push_back(*first);
   for (size_t k = 0; k < pairs.size(); ++k) {
     const double dt = pairs[k].dt();
     const Preintegration::Deltas d = pairs[k].corrected(estimate->bias);
-    estimate->v_VB.emplace_back((T_VB[k + 1].t - T_VB[k].t - T_VB[k].R * d.dp - 0.5 * dt * dt * g) /
-                                dt);
-    if (k + 1 == pairs.size())
-      estimate->v_VB.emplace_back(estimate->v_VB[k] + g * dt + T_VB[k].R * d.dv);
+    if (!first)
+      v.emplace_back(
+          (T_VB[k + 1].t - T_VB[k].t - T_VB[k].R * d.dp - 0.5 * dt * dt * estimate->g_V) / dt);
+    if (first || k + 1 == pairs.size())
+      v.emplace_back(v[k] + estimate->g_V * dt + T_VB[k].R * d.dv);
   }
 }
 
-void addErrors(const CombinedRows& rows, const std::vector<Preintegration>& pairs,
-               const std::vector<SE3>& T_VB, const MatrixXd& accel, const MatrixXd& gravity,
-               const MatrixXd& scale, StateErrors* errors) {
+void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
+               const std::vector<SE3>& T_VB, const CombinedErrors& solution, StateErrors* errors) {
   const Index N = T_VB.size();
-  MatrixXd map(StateErrors::kVelocity + 3 * N, gravity.cols());
+  MatrixXd map(StateErrors::kVelocity + 3 * N, pose_errors.cols());
   map.topRows<3>() = errors->map.topRows<3>();
-  map.middleRows<3>(StateErrors::kAccel) = accel;
-  map.middleRows<3>(StateErrors::kGravity) = gravity;
-  MatrixXd of_rows =
-      rowErrors(rows.rows, errors->sources, errors->sources.poses(), map.topRows<6>());
-  if (scale.size() > 0) of_rows -= rows.pair_scale * scale;
+  map.middleRows<3>(StateErrors::kAccel) = solution.accel;
+  map.middleRows<3>(StateErrors::kGravity) = solution.gravity;
+  MatrixXd of_rows = rowErrors(rows.rows, errors->sources, pose_errors, map.topRows<6>());
+  if (solution.scale.size() > 0) of_rows -= rows.pair_scale * solution.scale;
+  const bool integrated = solution.first_velocity.size() > 0;
+  const auto velocity = [&](Index k) { return map.middleRows(StateErrors::kVelocity + 3 * k, 3); };
+  if (integrated) velocity(0) = solution.first_velocity;
   for (Index k = 0; k + 1 < N; ++k) {
-    const double dt = pairs[k].dt();
-    map.middleRows<3>(StateErrors::kVelocity + 3 * k) =
-        T_VB[k].R * of_rows.middleRows<3>(6 * k) / dt - 0.5 * dt * gravity;
+    const double dt = rows.pairs[k].dt();
+    if (!integrated)
+      velocity(k) = T_VB[k].R * of_rows.middleRows<3>(6 * k) / dt - 0.5 * dt * solution.gravity;
+    if (integrated || k + 2 == N)
+      velocity(k + 1) =
+          velocity(k) + dt * solution.gravity - T_VB[k].R * of_rows.middleRows<3>(6 * k + 3);
   }
-  map.bottomRows<3>() = map.middleRows<3>(map.rows() - 6) + pairs.back().dt() * gravity -
-                        T_VB[N - 2].R * of_rows.bottomRows<3>();
   errors->map = std::move(map);
 }
 

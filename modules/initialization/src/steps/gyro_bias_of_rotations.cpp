@@ -80,16 +80,21 @@ std::optional<RotationBias> gyroBiasOfRotations(const InitializationProblem& pro
   return result;
 }
 
-std::optional<StateErrors> RotationBias::errors(const InitializationProblem& problem,
-                                                const VisualSolution& visual) const {
+VisualFrameEstimate RotationBias::estimate(const InitializationProblem& problem,
+                                           const VisualSolution& visual) const {
+  VisualFrameEstimate result;
+  result.T_VB = visual.T_VB;
+  result.landmarks = visual.landmarks;
+  result.bias = bias;
   const Index n = preintegrations.size();
-  if (visual.covariance.rows() != 6 * n) return {};
-  StateErrors result{ErrorSources(problem, preintegrations), {}};
-  MatrixXd rotations = rotationByPoses(visual) * result.sources.poses();
-  const MatrixXd imu = result.sources.imu();
+  if (visual.covariance.rows() != 6 * n) return result;
+  StateErrors errors{ErrorSources(problem, preintegrations), {}};
+  MatrixXd rotations = rotationByPoses(visual) * errors.sources.poses();
+  const MatrixXd imu = errors.sources.imu();
   for (Index k = 0; k < n; ++k) rotations.middleRows<3>(3 * k) -= imu.middleRows<3>(9 * k);
-  result.map = result.sources.priorMean();
-  result.map.topRows<3>() = response * rotations;
+  errors.map = errors.sources.priorMean();
+  errors.map.topRows<3>() = response * rotations;
+  result.errors = std::move(errors);
   return result;
 }
 

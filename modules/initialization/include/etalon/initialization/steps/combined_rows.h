@@ -2,69 +2,89 @@
 
 /*
  * Least squares on combinations of linear alignment's rows, for methods that eliminate velocities
- * from them; unknowns are gravity, b_a and the scale of the cameras' path.
+ * from them.
  *
  * Frames      V the frame of the poses, B_k the body, C_k the left camera at keyframe k.
- * Residual    T r, r = (r_p, r_v) of all pairs (linear_alignment.h), T the method's own; linear in
- *               r = y - A [v_0 .. v_N-1, g_V] - by_bias [db_g, db_a] - scale ds.
- * Whitening   none, or by the covariance of T r from IMU and stereo odometry.
+ * Unknowns    g gravity in V (m/s^2), |g| known; b_a (m/s^2); where they are wanted v_0, the first
+ *             velocity (m/s), and s, the scale of the left camera's path.
+ * Residual    T r, r = (r_p, r_v) of all pairs (linear_alignment.h), T the method's own, such that
+ *             no velocity but v_0 is left; linear in
+ *               r = y - A [v_0 .. v_N-1, g] - by_bias [db_g, db_a] - scale (s - 1).
+ * Whitening   none, or by the covariance of T r from IMU and poses.
  */
 
 #include <Eigen/Core>
-#include <cmath>
 #include <vector>
 
+#include "etalon/core/parameters.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/linear_alignment.h"
 
 namespace etalon {
 
-/** dz/dy of the least-squares solution of M z = y, by singular values. */
-struct LeastSquares {
-  Eigen::MatrixXd response;
-  double condition = INFINITY;  ///< of M with columns of unit length; infinite: not determined
+struct CombinedRowsOptions {
+  bool weighted = false;  ///< by covariance, with the prior on b_a; needs the estimate's errors
+  bool free_scale = false;
+  bool first_velocity = false;  ///< v_0 is an unknown; not a key
+  int passes = 1;               ///< solutions for gravity's direction and b_a
+  double max_condition = 1e4;
+  double max_gravity_deviation_mps2 = 1.0;
 
-  explicit LeastSquares(const Eigen::MatrixXd& M);
+  void declare(ParameterSet& parameters);
 };
 
 /** T r of a window at an estimate's poses and biases. */
 struct CombinedRows {
   /**
-   * @param pairs preintegrations between neighbouring keyframes, at the estimate's b_g
-   * @param T a column for each row of the pairs
+   * @param preintegrations between neighbouring keyframes, at the estimate's b_g
+   * @param combination T, a column for each row of the pairs
    */
-  CombinedRows(const InitializationProblem& problem, const std::vector<Preintegration>& pairs,
-               const VisualFrameEstimate& estimate, Eigen::MatrixXd T);
+  CombinedRows(const InitializationProblem& problem,
+               const std::vector<Preintegration>& preintegrations,
+               const VisualFrameEstimate& estimate, Eigen::MatrixXd combination);
 
+  std::vector<Preintegration> pairs;
   LinearAlignmentRows rows;  ///< r
   Eigen::MatrixXd T;
   std::vector<Eigen::Vector3d> camera;  ///< p_VC, left
   Eigen::VectorXd pair_scale;           ///< of r
-  /** Of T r: columns of v_0, g_V, b_a and the scale. */
+  /** Of T r: columns of v_0, g, b_a and the scale. */
   Eigen::MatrixXd first_velocity, gravity, accel;
   Eigen::VectorXd scale, y;
-
-  /** Errors of T r; 6 rows of `bias_errors`, at which the rows stand. */
-  Eigen::MatrixXd errors(const ErrorSources& sources, const Eigen::MatrixXd& bias_errors) const {
-    return T * rowErrors(rows, sources, sources.poses(), bias_errors);
-  }
 };
 
-/** W such that W^T W is the inverse covariance of T r with exact biases; empty if that is singular.
- */
-Eigen::MatrixXd whiteningOf(const CombinedRows& rows, const ErrorSources& sources);
-
-/** Velocities at which the positions of the pairs fit, r_p(k) = 0; the last one's by r_v = 0.
- * Gravity, b_a and poses are the estimate's. */
-void solveVelocities(const std::vector<Preintegration>& pairs, VisualFrameEstimate* estimate);
+/** Errors of the poses that rows stand on, 6(N-1) rows: stereo odometry's, unless a method has
+ * changed them. */
+using PoseErrors = Eigen::MatrixXd;
 
 /**
- * Errors of [b_a (3), g_V (3), velocities of solveVelocities()] behind those of b_g.
- * @param scale one row, of the scale; empty: it is exact
+ * First gravity with its magnitude free and b_a the mean of its prior; then its direction and b_a
+ * together, linearised `passes` times. Fills the estimate: gravity, b_a, velocities, and with a
+ * free scale positions and landmarks; and adds their errors where it has those of the biases.
+ * @return refused: ill_conditioned, implausible; the estimate is then meaningless
  */
-void addErrors(const CombinedRows& rows, const std::vector<Preintegration>& pairs,
-               const std::vector<SE3>& T_VB, const Eigen::MatrixXd& accel,
-               const Eigen::MatrixXd& gravity, const Eigen::MatrixXd& scale, StateErrors* errors);
+Expected<void> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
+                                 const PoseErrors& pose_errors, const CombinedRowsOptions& options,
+                                 VisualFrameEstimate* estimate);
+
+/**
+ * Velocities: from `first` on by the IMU, r_v = 0; without it those at which the positions of the
+ * pairs fit, r_p(k) = 0, and only the last one by r_v = 0. Gravity, b_a and poses are the
+ * estimate's.
+ */
+void solveVelocities(const std::vector<Preintegration>& pairs, const Eigen::Vector3d* first,
+                     VisualFrameEstimate* estimate);
+
+/** Errors of a solution, 3 rows each; those that are empty are exact, or not part of it. */
+struct CombinedErrors {
+  Eigen::MatrixXd accel, gravity;
+  Eigen::MatrixXd scale;  ///< one row
+  Eigen::MatrixXd first_velocity;
+};
+
+/** Sets the errors of [b_a, g_V, velocities of solveVelocities()] behind those of b_g. */
+void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
+               const std::vector<SE3>& T_VB, const CombinedErrors& solution, StateErrors* errors);
 
 /** Moves positions and landmarks: the path of the left camera becomes `factor` times as long. */
 void rescale(double factor, const std::vector<Eigen::Vector3d>& camera,

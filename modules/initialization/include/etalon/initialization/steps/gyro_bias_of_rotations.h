@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "etalon/initialization/initialization_problem.h"
-#include "etalon/initialization/steps/state_errors.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
 
 namespace etalon {
 
@@ -29,10 +29,12 @@ struct RotationBias {
   std::vector<Preintegration> preintegrations;  ///< at `bias`
   Eigen::MatrixXd response;                     ///< db_g/dr, 3 x 3(N-1)
 
-  /** Errors of b_g, and of b_a, which is the mean of its prior; nothing if stereo odometry has no
-   * covariance. Gravity's and the velocities' are for the caller to add. */
-  std::optional<StateErrors> errors(const InitializationProblem& problem,
-                                    const VisualSolution& visual) const;
+  /**
+   * Poses, landmarks and biases, b_a the mean of its prior; with the biases' errors if stereo
+   * odometry has a covariance. Gravity and velocities are for the caller to add.
+   */
+  VisualFrameEstimate estimate(const InitializationProblem& problem,
+                               const VisualSolution& visual) const;
 };
 
 /**
