@@ -281,8 +281,10 @@ void addCalibrateDeviceCommand(CLI::App& app, int* exit_code) {
       ->check(checkOutputPath());
   command->add_option("--name", arguments->name, "Name of the device, for people");
   command
-      ->add_option("--base", arguments->base,
-                   "Device file to begin with: its flights and values stay, those of SRC are added")
+      ->add_option(
+          "--base", arguments->base,
+          "Device file to begin with: flights of SRC are added to its own, and their noise takes "
+          "the place of its own")
       ->check(CLI::ExistingFile);
   command->add_option("--without", arguments->without, "Flight of --base to leave out; repeatable")
       ->allow_extra_args(false);
