@@ -50,7 +50,8 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
       missing_(calibration),
       window_(options.keyframes, options.keyframe_rate_hz),
-      starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
+      starter_(std::move(initializers), options.auto_initializer, options.window, noise_,
+               options.windowsGrow()),
       bias_(options.window.priors.mean) {
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
@@ -213,7 +214,8 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
 
 void Pipeline::tryInitialize() {
   imu_.dropBefore(window_.stamps().front());
-  if (!window_.complete()) return;
+  if (keyframesCollected() < (options_.windowsGrow() ? options_.min_keyframes : options_.keyframes))
+    return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
     return window_.problem(calibration_, options_.imu_noise, options, imu_);
   });

@@ -9,7 +9,12 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   ParameterSet pipeline("pipeline");
   pipeline.add("initializer", &initializer,
                "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
-  pipeline.add("keyframes", &keyframes, {2, 200}, "Keyframes in the initialization window.");
+  pipeline.add("min_keyframes", &min_keyframes, {2, 200},
+               "Keyframes of the first window that is tried. It grows with every keyframe until "
+               "what [acceptance] wants is predicted and two windows in a row agree. As many as "
+               "keyframes: all windows have that length, and none is compared with another.");
+  pipeline.add("keyframes", &keyframes, {2, 200},
+               "Keyframes in the initialization window, at most: from then on it slides.");
   pipeline.add("keyframe_rate_hz", &keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
   pipeline.add("gravity_mps2", &window.gravity_mps2, {0.1, 100.0}, "Magnitude of gravity, m/s^2.");
   sets.push_back(pipeline);

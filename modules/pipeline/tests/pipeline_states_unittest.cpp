@@ -80,6 +80,34 @@ TEST_F(PipelineStates, StereoOdometryRunsUntilTheStartAndTheFixedLagOdometryFrom
   }
 }
 
+TEST_F(PipelineStates, AWindowGrowsUntilTheOneBeforeAgrees) {
+  PipelineOptions options;
+  options.min_keyframes = kWindow;
+  options.keyframes = kWindow + 3;
+  options.keyframe_rate_hz = kFrameRateHz;
+  options.window.refine = false;
+  PipelineInitializers initializers;
+  initializers.name = "truth but for the fourth keyframe";
+  initializers.initializer = std::make_shared<Scripted>([](const InitializationProblem& problem) {
+    InitializationResult result = trueInitialization(problem);
+    if (problem.keyframeCount() == kWindow + 1) result->bias.gyro.x() = 1.0;
+    return result;
+  });
+  Pipeline pipeline(flight().calibration, options, initializers);
+  fly(&pipeline);
+  // Three keyframes have nothing to compare with, four contradict them, five contradict the four.
+  ASSERT_EQ(pipeline.attempts().size(), 4U);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(pipeline.attempts()[i].keyframes.size(), kWindow + i);
+    EXPECT_EQ(pipeline.attempts()[i].keyframes.front(), flight().frames[0].t);
+    EXPECT_EQ(pipeline.attempts()[i].accepted(), i == 3);
+  }
+  EXPECT_EQ(pipeline.attempts()[0].decision.error().status, RefusalStatus::kTooFewKeyframes);
+  EXPECT_EQ(pipeline.attempts()[1].decision.error().status, RefusalStatus::kImplausible);
+  EXPECT_EQ(pipeline.attempts()[2].decision.error().status, RefusalStatus::kImplausible);
+  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kWindow + 2].t);
+}
+
 TEST_F(PipelineStates, TheFixedLagOdometryBelievesThePixelsAsConfigured) {
   // The start is the same, whatever the pixels: what differs is what is made of them after it.
   Pipeline as_usual = pipeline(), noisy = pipeline(5.0, 3.5);

@@ -84,6 +84,30 @@ std::string copiesNote(const BenchmarkRecord& record) {
 
 }  // namespace
 
+std::string nameOf(SummaryStatistic statistic) {
+  switch (statistic) {
+    case SummaryStatistic::kMean:
+      return "mean";
+    case SummaryStatistic::kMedian:
+      return "median";
+    case SummaryStatistic::kP90:
+      break;
+  }
+  return "90th percentile";
+}
+
+double valueOf(const FigureSummary& figure, SummaryStatistic statistic) {
+  switch (statistic) {
+    case SummaryStatistic::kMean:
+      return figure.mean;
+    case SummaryStatistic::kMedian:
+      return figure.median;
+    case SummaryStatistic::kP90:
+      break;
+  }
+  return figure.p90;
+}
+
 std::string shapeText(const WindowShape& shape) {
   return std::to_string(shape.keyframes) + " keyframes at " + inShort(shape.rate_hz) + " Hz";
 }
