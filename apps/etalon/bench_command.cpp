@@ -115,6 +115,9 @@ void printNotes(const BenchmarkOutcome& outcome) {
 int bench(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
+  const std::string device =
+      deviceInWords(arguments.configuration.ini(), configuration.pipeline.device);
+  if (!device.empty()) std::fprintf(stderr, "note: %s\n", printable(device).c_str());
   BenchmarkOptions options;
   options.sources = arguments.sources;
   options.out = arguments.out;

@@ -56,6 +56,10 @@ void printAccepted(const AttemptRecord& attempt) {
   for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
   const double odometry_ms = attempt.milliseconds(kTimingStereoOdometry);
   if (!std::isnan(odometry_ms)) std::printf("  stereo odometry %.1f ms\n", odometry_ms);
+  if (attempt.extrinsics)
+    std::printf(
+        "  left camera in the body: %.2f deg and %.1f cm from where the calibration has it\n",
+        attempt.extrinsics->rotation_deg, 100.0 * attempt.extrinsics->translation_m);
   std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
               attempt.milliseconds(kTimingViBa));
 }

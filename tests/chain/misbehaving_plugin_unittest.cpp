@@ -128,6 +128,18 @@ TEST_P(MisbehavingPlugin, EndsAReplayWhichKeepsWhatCameBefore) {
   EXPECT_EQ(whole.substr(0, before.size()), before);
 }
 
+TEST_P(MisbehavingPlugin, EndsACalibrationWithoutADeviceFile) {
+  const Misdeed& misdeed = GetParam();
+  const CommandResult result = runEtalon(
+      {"calibrate-device", kFlight, "--tracks", kTracks, "--plugin-path", ETALON_MISBEHAVES,
+       "--initializer", "misbehaves", "--set", std::string("misbehaves.how=") + misdeed.how,
+       "--set", "misbehaves.begin_s=1400000001", "--time-limit", "1", "--out", out("device.ini")});
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr(std::string("etalon: misbehaves ") + misdeed.words),
+                                HasSubstr("no device file was written")));
+  EXPECT_FALSE(std::filesystem::exists(out("device.ini")));
+}
+
 TEST(PluginThatCrashesWhenMade, IsNamedByABenchmark) {
   const TemporaryFolder folder;
   for (const char* initializers : {"static,crashes_when_made", "all"}) {

@@ -110,6 +110,8 @@ std::string brokenPromise(const InitializationProblem& problem, const Initializa
     return "a covariance that is neither 11 x 11 nor, with the poses, " +
            std::to_string(11 + poses) + " square";
   if (!result.covariance.allFinite()) return "a covariance not finite";
+  if (result.T_BC && !(result.T_BC->t.allFinite() && isRotation(result.T_BC->R)))
+    return "a T_BC that is no rigid transform";
   return "";
 }
 
@@ -133,7 +135,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
 
 }  // namespace
 
-inline namespace abi_v5 {
+inline namespace abi_v6 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (const auto check = checkProblem(problem); !check) return refuse(check.error());
@@ -148,7 +150,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v5
+}  // namespace abi_v6
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

@@ -104,6 +104,10 @@ TEST(InitializerPromises, EveryNumberIsFinite) {
               HasSubstr("a position not finite for landmark 7"));
   EXPECT_THAT(reasonOf([](auto* r) { r->covariance(10, 0) = kNaN; }),
               HasSubstr("a covariance not finite"));
+  EXPECT_THAT(reasonOf([](auto* r) {
+                r->T_BC = SE3(2.0 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+              }),
+              HasSubstr("a T_BC that is no rigid transform"));
 }
 
 TEST(InitializerPromises, StatesAreThoseOfTheKeyframes) {

@@ -264,8 +264,8 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   inertial_ = std::move(odometry);
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);
-  OdometryOutput output = inertial_->start(
-      odometryStart(attempt, T_WA, options_.window.priors.sigma_accel_mps2), frames.front());
+  OdometryOutput output =
+      inertial_->start(odometryStart(attempt, T_WA, options_.window.priors), frames.front());
   record_.add(output.t, frames.front(), {}, output, inertial_.get());
   for (size_t i = 1; i < frames.size(); ++i) {
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);

@@ -57,6 +57,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
     options.declare(set);
     sets.push_back(set);
   };
+  declared("device", device);
   declared("input", input);
   declared("imu_noise", imu_noise);
   declared("frontend", frontend);

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "etalon/core/angles.h"
+#include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/predicted_errors.h"
+#include "etalon/initialization/steps/visual_inertial_problem.h"
 
 namespace etalon {
 
@@ -60,20 +63,7 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
 VisualInertialBaResult refine(const InitializationProblem& problem, const Initialization& start,
                               const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
-  VisualInertialProblem vi;
-  std::vector<SE3> poses;
-  for (const StampedState& s : start.states) {
-    vi.states.push_back(s);
-    poses.push_back(s.T_WB);
-  }
-  vi.bundle = BundleProblem(
-      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
-      start.landmarks);
-  vi.bundle.triangulateMissing(poses);
-  vi.preintegrations = problem.preintegrate(start.bias);
-  vi.bias = start.bias;
-  vi.priors = options.priors;
-  vi.gravity_mps2 = options.gravity_mps2;
+  VisualInertialProblem vi = visualInertialProblem(problem, start);
   VisualInertialBaOptions vi_options = options.vi_ba;
   vi_options.check_noise = options.check_noise || options.acceptance.false_alarm_rate > 0.0;
   VisualInertialBaResult refined = solveVisualInertialBa(std::move(vi), vi_options);
@@ -108,6 +98,11 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
     return attempt;
   }
   attempt.init_timings = attempt.init->timings;
+  if (const std::optional<SE3>& found = attempt.init->T_BC) {
+    const SE3 step = found->inverse() * problem.calibration().cameras[0].T_BC;
+    attempt.extrinsics = {*found, degrees(logSO3(step.R).norm()),
+                          (found->t - problem.calibration().cameras[0].T_BC.t).norm()};
+  }
   if (!options.refine) {
     attempt.decision = {};
     attempt.landmarks = attempt.init->landmarks;

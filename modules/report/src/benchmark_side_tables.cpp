@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <map>
 
-#include "etalon/benchmark/noise_calibration.h"
+#include "etalon/benchmark/calibration/noise_calibration.h"
 #include "etalon/core/text.h"
 
 namespace etalon {
@@ -205,7 +205,7 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
       "than a factor of " +
           inShort(kNoiseTolerance) +
           " off by it. It shows that the noise does not fit, not what fits: where another sensor's "
-          "noise is wrong its size and even its direction are. `etalon calibrate-noise` iterates.",
+          "noise is wrong its size and even its direction are. `etalon calibrate-device` iterates.",
       std::move(table), true};
   titled.metric = "noise";
   titled.keyframes = shape.keyframes;

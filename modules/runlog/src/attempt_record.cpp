@@ -57,6 +57,7 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   if (attempt.has_vi_ba) record.timings.push_back({kTimingViBa, attempt.vi_ba_ms});
   for (const StageTiming& timing : attempt.init_timings) record.timings.push_back(timing);
 
+  record.extrinsics = attempt.extrinsics;
   if (attempt.init) {
     StageRecord stage = makeStage(kStageInit, attempt.init->states, attempt.init->bias,
                                   attempt.init->covariance, gravity_mps2, truth);

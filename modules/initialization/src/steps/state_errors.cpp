@@ -40,7 +40,7 @@ MatrixXd StateErrors::covariance(const Matrix3d& R_WV, const Vector3d& v_WB,
   MatrixXd errors(12 + poses.rows(), map.cols());
   errors.topRows<9>() = map.topRows<9>();
   errors.middleRows<3>(9) = map.bottomRows<3>();
-  errors.bottomRows(poses.rows()) = poses;
+  if (poses.size() > 0) errors.bottomRows(poses.rows()) = poses;
   return covarianceInWorld(sources.covarianceOf(errors), R_WV, v_WB, gravity_mps2);
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,15 @@ struct Initialization {
    * (estimationError()).
    */
   Eigen::MatrixXd covariance;
+  std::optional<SE3> T_BC;           ///< left camera to body, by methods that estimate it
   std::vector<StageTiming> timings;  ///< steady clock, the plugin's own work
+};
+
+/** The left camera in the body as an initializer found it, and how far that is from where the
+ * calibration has it. */
+struct FoundExtrinsics {
+  SE3 T_BC;
+  double rotation_deg = 0.0, translation_m = 0.0;
 };
 
 /** What an initializer found, or why it found nothing. */

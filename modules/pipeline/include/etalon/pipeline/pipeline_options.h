@@ -8,6 +8,7 @@
 #include "etalon/imu/imu_noise.h"
 #include "etalon/map/map_options.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/device_file.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/starter.h"
 
@@ -39,6 +40,7 @@ struct PipelineOptions {
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
   AutoOptions auto_initializer;
+  DeviceOptions device;
 
   /** Whether windows grow: from one keyframe to the next until a start is accepted. Not with an
    * initializer for the start at rest, which is asked about whole windows. */

@@ -43,6 +43,7 @@ struct InitializationAttempt {
   double stereo_odometry_ms = 0.0, initialize_ms = 0.0, vi_ba_ms = 0.0;
   bool used_stereo_odometry = false;
   double visual_rms_px = 0.0;
+  std::optional<FoundExtrinsics> extrinsics;  ///< of methods that estimate them
 
   bool accepted() const { return decision.has_value(); }
   /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is
