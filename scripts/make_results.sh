@@ -15,7 +15,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=$root/build/release/bin/etalon
 compared=success,rre_deg,ate_m,velocity_mps,gravity_deg
-initializers=eta,orbslam3_inertial_only,stereo_nec,edi,kneip,vi_orb,drt,vins_alignment,joint_closed_form,etalon,static
+initializers=eta,orbslam3_inertial_only,stereo_nec,vi_orb,edi,huang_stereo,kneip,drt,vins_alignment,joint_mle,joint_closed_form,etalon,static
 (($# >= 2)) || { sed -n '2,12p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 [[ -x $etalon ]] || { echo "make_results.sh: $etalon is missing; run scripts/build.sh" >&2; exit 2; }
 out=$1

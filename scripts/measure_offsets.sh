@@ -14,7 +14,7 @@ sources=()
 while [[ $# -gt 0 && $1 != -- ]]; do sources+=("$1"); shift; done
 [[ ${1:-} == -- ]] && shift
 initializers=("$@")
-((${#initializers[@]})) || initializers=(eta orbslam3_inertial_only stereo_nec drt vins_alignment joint_closed_form)
+((${#initializers[@]})) || initializers=(etalon eta orbslam3_inertial_only stereo_nec drt vins_alignment joint_closed_form)
 printf '| recording | initializer | starts | to the end | ATE, m: median | largest | largest over median |\n|---|---|---|---|---|---|---|\n'
 for source in "${sources[@]}"; do
   for initializer in "${initializers[@]}"; do

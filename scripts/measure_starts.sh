@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Starts the pipeline at many instants of a recording, with each initializer, and prints the medians of the errors before
-# and after VI-BA, and how many first attempts were accepted and good (gravity < 2 deg and velocity < 0.1 m/s).
+# and after VI-BA, and how many first attempts, at whole windows, were accepted and good (gravity < 2 deg and velocity < 0.1 m/s).
 #
 #   scripts/measure_starts.sh SRC "0 1 2 3 4" [INITIALIZER...]      -- further options of replay after a bare --
 #   e.g. scripts/measure_starts.sh /data/MH_01_easy "0 2.5 5 7.5" eta orbslam3_inertial_only
@@ -23,7 +23,7 @@ for initializer in "${initializers[@]}"; do
     out=$work/$initializer/$from
     # Four seconds hold the window and a few further attempts.
     "$etalon" replay "$source" --initializer "$initializer" --from "$from" \
-      --to "$(awk "BEGIN{print $from + 4}")" --out "$out" "$@" >"$work/log" 2>&1 || [[ $? -eq 1 ]] || {
+      --to "$(awk "BEGIN{print $from + 4}")" --set pipeline.min_keyframes=200 --out "$out" "$@" >"$work/log" 2>&1 || [[ $? -eq 1 ]] || {
       cat "$work/log" >&2
       exit 1
     }

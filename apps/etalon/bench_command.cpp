@@ -35,7 +35,7 @@ struct Arguments {
   double every_s = 2.5, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  bool overwrite = false;
+  bool overwrite = false, grow = false;
 };
 
 std::atomic<bool> stop_requested{false};
@@ -115,6 +115,9 @@ void printNotes(const BenchmarkOutcome& outcome) {
 int bench(const Arguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
+  const std::string device =
+      deviceInWords(arguments.configuration.ini(), configuration.pipeline.device);
+  if (!device.empty()) std::fprintf(stderr, "note: %s\n", printable(device).c_str());
   BenchmarkOptions options;
   options.sources = arguments.sources;
   options.out = arguments.out;
@@ -127,6 +130,7 @@ int bench(const Arguments& arguments) {
   if (options.protocol.rates_hz.empty())
     options.protocol.rates_hz = {configuration.pipeline.keyframe_rate_hz};
   options.protocol.vi_ba = arguments.vi_ba == "both";
+  if (arguments.grow) options.protocol.min_keyframes = configuration.pipeline.min_keyframes;
   options.min_coverage = arguments.min_coverage;
   options.jobs = arguments.jobs;
   options.time_limit_s = arguments.time_limit_s;
@@ -199,6 +203,10 @@ void addProtocolOptions(CLI::App* command, Arguments* arguments) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(within(0.1, 100.0, "a rate from 0.1 to 100 Hz"));
+  command->add_flag(
+      "--grow", arguments->grow,
+      "Windows grow as in a run, from [pipeline] min_keyframes to --keyframes, until a "
+      "start is accepted");
   command
       ->add_option("--vi-ba", arguments->vi_ba, "Stages: without and with VI-BA, or without only")
       ->check(CLI::IsMember({"both", "off"}))

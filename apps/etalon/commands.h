@@ -26,7 +26,7 @@ void addCompareCommand(CLI::App& app, int* exit_code);
 void addEvaluateCommand(CLI::App& app, int* exit_code);
 void addBenchCommand(CLI::App& app, int* exit_code);
 void addMergeCommand(CLI::App& app, int* exit_code);
-void addCalibrateNoiseCommand(CLI::App& app, int* exit_code);
+void addCalibrateDeviceCommand(CLI::App& app, int* exit_code);
 void addPluginsCommand(CLI::App& app, int* exit_code);
 void addCheckPluginCommand(CLI::App& app, int* exit_code);
 

@@ -61,7 +61,7 @@ int run(const std::vector<std::string>& arguments) {
   addEvaluateCommand(app, &exit_code);
   addBenchCommand(app, &exit_code);
   addMergeCommand(app, &exit_code);
-  addCalibrateNoiseCommand(app, &exit_code);
+  addCalibrateDeviceCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);
   addCheckPluginCommand(app, &exit_code);
   app.footer(

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
@@ -10,6 +11,7 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
+#include "etalon/pipeline/flight_bias.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/run_results.h"
 #include "gui/flight_window.h"
@@ -25,7 +27,7 @@ namespace etalon::app {
 namespace {
 
 struct Arguments {
-  std::string source, out = "out/replay";
+  std::string source, out = "out/replay", update_device;
   ConfigurationOptions configuration;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
@@ -145,10 +147,29 @@ void addLostAttempt(const RunEnd& died, RunRecord* record) {
   record->attempts.push_back(std::move(attempt));
 }
 
+/** Puts the biases that the odometry found into the device file, or says that it can be done. */
+void offerBiases(const Arguments& arguments, const RunConfiguration& configuration,
+                 const Pipeline& pipeline) {
+  const Expected<FlightBias> bias =
+      biasOfFlight(pipeline.estimates(), configuration.pipeline.window.priors);
+  const std::string& file = arguments.update_device;
+  if (!bias) {
+    if (!file.empty())
+      std::fprintf(stderr, "warning: device file '%s' stays as it is: %s\n",
+                   printable(file).c_str(), bias.error().reason.c_str());
+    return;
+  }
+  std::printf("biases of this flight: %s%s\n", describe(*bias).c_str(),
+              file.empty() ? "; add them by --update-device FILE" : "");
+  if (!file.empty())
+    std::printf("%s\n",
+                printable(updateDeviceFile(file, recordingName(arguments.source), *bias)).c_str());
+}
+
 /** The run itself, in a process of its own. @param died see Replay */
 int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) {
-  RunConfiguration configuration =
-      loadRunConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path);
+  const IniFile ini = arguments.configuration.ini();
+  RunConfiguration configuration = loadRunConfiguration(ini, arguments.configuration.plugin_path);
   configuration.pipeline.final_ba = arguments.final_ba;
   PipelineInitializers& initializers = configuration.initializers;
   initializers.initializer = watched(initializers.initializer, initializers.name, state);
@@ -158,6 +179,8 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   const auto source = openSource(arguments.source, source_options);
+  const std::string device = deviceInWords(ini, configuration.pipeline.device);
+  if (!died && !device.empty()) std::printf("%s\n", printable(device).c_str());
   if (!died)
     for (const std::string& warning : requireSoundRecording(arguments.source))
       std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
@@ -182,6 +205,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   RunRecord record = makeRunRecord(finished);
   if (died) addLostAttempt(*died, &record);
   printSummary(record, writeRunResults(arguments.out, finished, record));
+  if (!failure && !died) offerBiases(arguments, configuration, run.pipeline());
   run.waitForWindow();
   if (failure) std::rethrow_exception(failure);
   return run.pipeline().initializedAt() ? kOk : kNotInitialised;
@@ -192,6 +216,9 @@ int replay(const Arguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
   if (arguments.gui) FlightWindow::requireDisplay();
+  // A file that cannot be updated should not be noticed after minutes of work.
+  if (std::filesystem::exists(arguments.update_device))
+    DeviceFile::fromIni(IniFile::fromFile(arguments.update_device));
   const auto run = [&arguments](const RunEnd* died) {
     return runSupervised(arguments.time_limit_s, [&arguments, died](RunState& state) {
       return replayHere(arguments, &state, died);
@@ -239,6 +266,11 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--final-ba", arguments->final_ba,
                     "After the run, adjust all keyframes together, images and IMU: "
                     "trajectory_final.tum");
+  command
+      ->add_option("--update-device", arguments->update_device,
+                   "Device file to which the biases of this flight are added; made if need be. A "
+                   "recording that it has is replaced")
+      ->check(checkOutputPath());
   command->add_flag("--gui", arguments->gui,
                     "Show the flight in 3-D and the left image with its tracks while it runs");
   command->add_option("--out", arguments->out, "Folder for the results")

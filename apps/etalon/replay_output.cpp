@@ -15,10 +15,11 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
   const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
   std::string state = toString(pipeline.state());
   if (!pipeline.initializedAt())
-    state = pipeline.attempts().empty()
-                ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
-                      std::to_string(options.keyframes)
-                : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
+    state =
+        pipeline.attempts().empty()
+            ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
+                  std::to_string(options.windowsGrow() ? options.min_keyframes : options.keyframes)
+            : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
   char text[120];
   std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
                 state.c_str());
@@ -55,6 +56,10 @@ void printAccepted(const AttemptRecord& attempt) {
   for (const StageRecord& stage : attempt.stages) printStageErrors(stage);
   const double odometry_ms = attempt.milliseconds(kTimingStereoOdometry);
   if (!std::isnan(odometry_ms)) std::printf("  stereo odometry %.1f ms\n", odometry_ms);
+  if (attempt.extrinsics)
+    std::printf(
+        "  left camera in the body: %.2f deg and %.1f cm from where the calibration has it\n",
+        attempt.extrinsics->rotation_deg, 100.0 * attempt.extrinsics->translation_m);
   std::printf("  initializer %.2f ms, VI-BA %.1f ms\n", attempt.milliseconds(kTimingInitialize),
               attempt.milliseconds(kTimingViBa));
 }

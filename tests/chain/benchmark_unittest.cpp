@@ -155,25 +155,87 @@ TEST_F(BenchmarkTest, OptionsMayStandBeforeTheRecordings) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
-TEST_F(BenchmarkTest, CalibratedNoiseIsAConfiguration) {
-  const CommandResult result =
-      runEtalon({"calibrate-noise", kFlight, "--every", "0.25", "--set", "pipeline.keyframes=5",
-                 "--tracks", kTracks, "--out", out("noise.ini")});
+TEST_F(BenchmarkTest, ACalibratedDeviceIsAConfiguration) {
+  // Rendered images have no error that all pixels of a frame share.
+  const std::vector<std::string> calibrate = {
+      "calibrate-device", kFlight, "--every", "0.25", "--set", "vi_ba.sigma_shared_deg=0.001",
+      "--tracks",         kTracks};
+  const auto calibrated = [&](const std::string& file, std::vector<std::string> more) {
+    std::vector<std::string> arguments = calibrate;
+    arguments.insert(arguments.end(), {"--out", out(file)});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runEtalon(arguments);
+  };
+  const CommandResult result = calibrated("device.ini", {"--name", "quad"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("no biases, because the biases were settled for 0.0 s"));
   // The simulator's IMU has the data sheet's noise: a flight of 4 s tells it to some ten percent.
-  EXPECT_THAT(readText(out("noise.ini")),
-              AllOf(HasSubstr("[imu_noise]\ngyro_noise_factor = "), HasSubstr("; sigma_px = ")));
-  const CommandResult run =
-      runEtalon({"replay", kFlight, "-c", out("noise.ini"), "--out", out("run")});
+  EXPECT_THAT(readText(out("device.ini")), AllOf(HasSubstr("[imu_noise]\ngyro_noise_factor = "),
+                                                 HasSubstr("name = quad\nnoise_from = ")));
+  std::ofstream(out("run.ini")) << "[eta]\nrounds = 3\n";
+  const CommandResult run = runEtalon(
+      {"replay", kFlight, "-c", out("run.ini"), "-c", out("device.ini"), "--out", out("run")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("device quad, 0 flights (" + out("device.ini") + ")"));
+  EXPECT_THAT(readText(out("run") + "/config.ini"),
+              AllOf(HasSubstr("name = quad\n"), HasSubstr("rounds = 3\n")));
   // A prior that pins the accelerometer's bias is widened.
-  const CommandResult pinned = runEtalon(
-      {"calibrate-noise", kFlight, "--every", "0.25", "--set", "pipeline.keyframes=5", "--set",
-       "priors.accel_bias_sigma_mps2=0.003", "--tracks", kTracks, "--out", out("pinned.ini")});
+  const CommandResult pinned =
+      calibrated("pinned.ini", {"--name", "quad", "--set", "priors.accel_bias_sigma_mps2=0.003"});
   ASSERT_EQ(pinned.exit_code, 0) << pinned.err;
-  EXPECT_EQ(readText(out("pinned.ini")), readText(out("noise.ini")));
-  EXPECT_EQ(runEtalon({"calibrate-noise", kFlight, "--set", "pipeline.keyframes=100"}).exit_code,
+  EXPECT_EQ(readText(out("pinned.ini")), readText(out("device.ini")));
+}
+
+TEST_F(BenchmarkTest, ADeviceFileIsNotMadeOfNothing) {
+  EXPECT_EQ(runEtalon({"calibrate-device", kFlight, "--set", "pipeline.keyframes=100", "--out",
+                       out("none.ini")})
+                .exit_code,
             3);
+  EXPECT_FALSE(fs::exists(out("none.ini")));
+  const CommandResult nothing = runEtalon({"calibrate-device", "--out", out("none.ini")});
+  EXPECT_EQ(nothing.exit_code, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("expected recordings, or a device file (--base)"));
+}
+
+TEST_F(BenchmarkTest, FlightsOfADeviceFileCanBeLeftOut) {
+  std::ofstream(out("two.ini"))
+      << "[device]\nname = d\n[flights]\n"
+         "a = 1 2 | 0 0 0.01 1e-4 1e-4 1e-4 0 | 0 0 0.1 0.01 0.01 0.01 0\n"
+         "b = 1 2 | 0 0 0.02 1e-4 1e-4 1e-4 0 | 0 0 0.1 0.01 0.01 0.01 0\n";
+  const auto without = [this](const std::string& flight) {
+    return runEtalon({"calibrate-device", "--base", out("two.ini"), "--without", flight, "--out",
+                      out("one.ini")});
+  };
+  ASSERT_EQ(without("b").exit_code, 0);
+  EXPECT_THAT(readText(out("one.ini")),
+              AllOf(HasSubstr("flights = 1\n"), HasSubstr("gyro_bias_mean_z_rps = 0.01\n")));
+  EXPECT_EQ(without("c").exit_code, 2);
+}
+
+TEST_F(BenchmarkTest, TheDeviceFileOfEurocIsUpToDateAndAConfiguration) {
+  const std::string device = ETALON_SCRIPTS "/../config/devices/euroc.ini";
+  ASSERT_EQ(runEtalon({"calibrate-device", "--base", device, "--out", out("same.ini")}).exit_code,
+            0);
+  EXPECT_EQ(readText(out("same.ini")), readText(device));
+  const CommandResult run =
+      runEtalon({"replay", kFlight, "-c", device, "--to", "0.2", "--out", out("run")});
+  EXPECT_EQ(run.exit_code, 1) << run.err;  // too brief to initialise
+  EXPECT_THAT(run.out, HasSubstr("device EuRoC MAV, VI-Sensor, 7 flights (" + device + ")"));
+}
+
+TEST_F(BenchmarkTest, AFlightThatIsTooBriefLeavesTheDeviceFileAsItIs) {
+  const std::string file = out("device.ini");
+  const auto replayed = [&] {
+    return runEtalon({"replay", kFlight, "--update-device", file, "--out", out("run")});
+  };
+  const CommandResult run = replayed();
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("stays as it is"), HasSubstr("at least 10 s are wanted")));
+  EXPECT_FALSE(fs::exists(file));
+  std::ofstream(file) << "[pipeline]\n";
+  const CommandResult other = replayed();
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("is no device file"));
 }
 
 TEST_F(BenchmarkTest, SaysWhatIsWrongWithTheArguments) {

@@ -167,7 +167,7 @@ TEST(BrokenRecording, AnImageWithoutPartnerIsCounted) {
   copy.replace("cam1/data.csv", stamp + "," + name, "#");
   const std::string out = copy.path() + "/run";
   const CommandResult result = replayBriefly(copy.path(), out);
-  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_EQ(result.exit_code, 0) << result.err;  // a second is enough for a start
   EXPECT_THAT(result.out, HasSubstr("1 left and 0 right images without a partner"));
   EXPECT_EQ(readJson(out + "/initialization.json").at("statistics").at("unpaired_left"), 1);
 }
@@ -193,7 +193,7 @@ TEST(BrokenRecording, WithoutGroundTruthItRunsAndSaysNothingOfErrors) {
 TEST(BrokenRecording, ShorterThanTheWindowItIsNotInitialisedAndTheReasonIsPrinted) {
   const TemporaryFolder folder;
   const std::string out = folder.path() + "/run";
-  const CommandResult result = replayBriefly(kFlight, out);
+  const CommandResult result = runEtalon({"replay", kFlight, "--to", "0.4", "--out", out});
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_THAT(result.out, HasSubstr("shorter than the window of keyframes"));
   EXPECT_THAT(readJson(out + "/initialization.json").at("attempts"), IsEmpty());

@@ -96,10 +96,16 @@ TEST_P(MisbehavingPlugin, EndsAReplayWhichKeepsWhatCameBefore) {
   const Misdeed& misdeed = GetParam();
   // The windows of 4 keyframes at 4 Hz end from 0.75 s on; the one from 1 s on ends at 1.75 s.
   const auto replay = [&](const std::string& name, const std::string& how) {
-    return runEtalon({"replay", kFlight, "--plugin-path", ETALON_MISBEHAVES, "--initializer",
-                      "misbehaves", "--set", "pipeline.keyframes=4", "--set",
-                      "misbehaves.how=" + how, "--set", "misbehaves.begin_s=1400000001",
-                      "--time-limit", "1", "--to", "2.5", "--out", out(name)});
+    return runEtalon({"replay",        kFlight,
+                      "--plugin-path", ETALON_MISBEHAVES,
+                      "--initializer", "misbehaves",
+                      "--set",         "pipeline.keyframes=4",
+                      "--set",         "pipeline.min_keyframes=4",
+                      "--set",         "misbehaves.how=" + how,
+                      "--set",         "misbehaves.begin_s=1400000001",
+                      "--time-limit",  "1",
+                      "--to",          "2.5",
+                      "--out",         out(name)});
   };
   const CommandResult result = replay("bad", misdeed.how);
   EXPECT_EQ(result.exit_code, 4) << result.err;
@@ -120,6 +126,18 @@ TEST_P(MisbehavingPlugin, EndsAReplayWhichKeepsWhatCameBefore) {
   const std::string before = readText(out("bad") + "/trajectory.tum");
   EXPECT_GT(before.size(), 1000u);
   EXPECT_EQ(whole.substr(0, before.size()), before);
+}
+
+TEST_P(MisbehavingPlugin, EndsACalibrationWithoutADeviceFile) {
+  const Misdeed& misdeed = GetParam();
+  const CommandResult result = runEtalon(
+      {"calibrate-device", kFlight, "--tracks", kTracks, "--plugin-path", ETALON_MISBEHAVES,
+       "--initializer", "misbehaves", "--set", std::string("misbehaves.how=") + misdeed.how,
+       "--set", "misbehaves.begin_s=1400000001", "--time-limit", "1", "--out", out("device.ini")});
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr(std::string("etalon: misbehaves ") + misdeed.words),
+                                HasSubstr("no device file was written")));
+  EXPECT_FALSE(std::filesystem::exists(out("device.ini")));
 }
 
 TEST(PluginThatCrashesWhenMade, IsNamedByABenchmark) {

@@ -66,7 +66,7 @@ TEST(Usage, EveryCommandHasItsOwnExitCodes) {
       {"simulate", common},
       {"compare", "1 done, but a benchmark is unfinished"},
       {"evaluate", common},
-      {"calibrate-noise", common},
+      {"calibrate-device", "used up its time"},
       {"replay", "4 the initializer crashed"},
       {"bench", "4 an initializer crashed"},
       {"merge", "2 usage, or parts that do not belong together"},
@@ -87,7 +87,7 @@ TEST(Usage, BenchSaysThatAutoIsForReplay) {
 
 TEST(Usage, RefusesAnOptionInPlaceOfAPath) {
   const std::vector<std::vector<std::string>> wrong = {
-      {"bench", "."}, {"merge", "."}, {"calibrate-noise", "."}, {"replay", "."}};
+      {"bench", "."}, {"merge", "."}, {"calibrate-device", "."}, {"replay", "."}};
   for (std::vector<std::string> arguments : wrong) {
     arguments.insert(arguments.end(), {"--out", "--help"});
     const CommandResult result = runEtalon(arguments);

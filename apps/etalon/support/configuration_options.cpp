@@ -1,5 +1,7 @@
 #include "support/configuration_options.h"
 
+#include "support/read_summary.h"
+
 namespace etalon::app {
 
 void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_path) {
@@ -11,8 +13,12 @@ void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_pat
 }
 
 void ConfigurationOptions::addConfig(CLI::App* command) {
-  command->add_option("-c,--config", config, "INI file; without, built-in values")
-      ->check(CLI::ExistingFile);
+  command
+      ->add_option("-c,--config", config,
+                   "INI file; without, built-in values. Repeatable, a device file for instance "
+                   "after the run's own; of two values of a key the later counts")
+      ->check(CLI::ExistingFile)
+      ->allow_extra_args(false);
 }
 
 void ConfigurationOptions::addInitializer(CLI::App* command) {
@@ -27,11 +33,20 @@ void ConfigurationOptions::addOverrides(CLI::App* command) {
 }
 
 IniFile ConfigurationOptions::ini() const {
-  IniFile ini =
-      config.empty() ? IniFile::fromText("", "built-in configuration") : IniFile::fromFile(config);
+  IniFile ini = IniFile::fromText("", "built-in configuration");
+  for (const std::string& file : config) ini.add(IniFile::fromFile(file));
   if (initializer) ini.set("pipeline", "initializer", *initializer, "--initializer");
   for (const std::string& argument : set) ini.setFromArgument(argument);
   return ini;
+}
+
+std::string deviceInWords(const IniFile& ini, const DeviceOptions& device) {
+  const auto& values = ini.section("device");
+  if (values.empty()) return "";
+  const std::string& origin = values.begin()->second.origin;
+  return "device " + (device.name.empty() ? "without a name" : device.name) + ", " +
+         counted(static_cast<size_t>(device.flights), "flight") + " (" +
+         origin.substr(0, origin.rfind(':')) + ")";
 }
 
 }  // namespace etalon::app

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "etalon/core/ini_file.h"
+#include "etalon/pipeline/device_file.h"
 
 namespace etalon::app {
 
@@ -18,7 +19,7 @@ void addPluginPathOption(CLI::App* command, std::vector<std::string>* plugin_pat
  * order in --help. The object must live until the command has run.
  */
 struct ConfigurationOptions {
-  std::string config;                      ///< INI file; empty: built-in values
+  std::vector<std::string> config;         ///< INI files, later ones win; none: built-in values
   std::optional<std::string> initializer;  ///< instead of the INI's
   std::vector<std::string> set;            ///< section.key=value
   std::vector<std::string> plugin_path;    ///< searched before the INI's
@@ -31,5 +32,8 @@ struct ConfigurationOptions {
   /** The INI file after --initializer, then --set were applied. @throws ConfigError */
   IniFile ini() const;
 };
+
+/** "device euroc, 7 flights (config/devices/euroc.ini)"; empty where `ini` has no [device]. */
+std::string deviceInWords(const IniFile& ini, const DeviceOptions& device);
 
 }  // namespace etalon::app

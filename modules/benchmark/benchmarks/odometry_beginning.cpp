@@ -2,9 +2,7 @@
 
 #include <random>
 
-#include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
-#include "etalon/pipeline/odometry_start.h"
 
 namespace etalon {
 
@@ -30,22 +28,9 @@ Beginning fromTruth(const SequenceTracks& tracks, unsigned seed) {
 }
 
 Beginning fromInitializer(const SequenceTracks& tracks, const SuiteConfiguration& suite) {
-  const PipelineOptions& pipeline = suite.pipeline;
-  const WindowShape shape{pipeline.keyframes, pipeline.keyframe_rate_hz};
-  const double every_s = 0.25;
-  const int windows = windowCount(tracks.first_image, tracks.frames.back().t, every_s, shape);
-  for (int window = 0; window < windows; ++window) {
-    const InitializationProblem problem =
-        windowProblem(tracks, every_s, shape, window, pipeline.imu_noise, pipeline.window);
-    const InitializationAttempt attempt =
-        attemptInitialization(problem, *suite.initializers[0].initializer, pipeline.window);
-    if (!attempt.accepted()) continue;
-    Beginning beginning;
-    while (tracks.frames[beginning.frame].t != attempt.keyframes.front()) ++beginning.frame;
-    beginning.start = odometryStart(attempt, SE3(), pipeline.window.priors.sigma_accel_mps2);
-    return beginning;
-  }
-  throw DataError("", 0, "no window was accepted");
+  const auto first = firstStart(tracks, suite.pipeline, *suite.initializers[0].initializer);
+  if (!first) throw DataError("", 0, "no window was accepted");
+  return *first;
 }
 
 void injectFault(const OdometryFault& fault, SequenceTracks* tracks) {

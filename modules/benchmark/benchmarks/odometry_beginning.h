@@ -3,17 +3,13 @@
 // Where a comparison of odometries begins, and what is done to the tracks before it. For
 // odometry_accuracy.
 
-#include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/benchmark/calibration/flight_over_tracks.h"
 #include "etalon/pipeline/run_configuration.h"
 
 namespace etalon {
 
-/** Where the odometries begin: a frame's index, and the state there. */
-struct Beginning {
-  size_t frame = 0;
-  OdometryStart start;
-};
+/** Where the odometries begin. */
+using Beginning = TracksStart;
 
 /** The first frame with ground truth: its state, with errors as a good initialization has them. */
 Beginning fromTruth(const SequenceTracks& tracks, unsigned seed);

@@ -283,7 +283,7 @@ class Benchmark {
     return {emptyResult(task, 0),
             *tracks_[task.sequence],
             record_.sequences[task.sequence].ground_truth_check,
-            options_.protocol.every_s,
+            options_.protocol,
             configuration_.pipeline.imu_noise,
             window_options_};
   }

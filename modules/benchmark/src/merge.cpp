@@ -46,7 +46,7 @@ std::string differenceOfProtocols(const BenchmarkProtocol& a, const BenchmarkPro
   if (a.every_s != b.every_s)
     return "windows every " + std::to_string(a.every_s) + " s and every " +
            std::to_string(b.every_s) + " s";
-  if (a.keyframes != b.keyframes || a.rates_hz != b.rates_hz)
+  if (a.keyframes != b.keyframes || a.rates_hz != b.rates_hz || a.min_keyframes != b.min_keyframes)
     return "other windows (keyframes, rates)";
   if (a.vi_ba != b.vi_ba) return "one is with VI-BA, the other without";
   return "";

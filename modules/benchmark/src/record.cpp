@@ -4,9 +4,21 @@
 #include "etalon/evaluation/window_metrics.h"
 
 namespace etalon {
+
+double WindowResult::seconds() const {
+  return attempt.keyframes.empty() ? WindowErrors::kNone : secondsBetween(t0, attempt.t);
+}
+
 std::optional<bool> WindowRow::success() const {
   if (status != kStatusSuccess) return false;
   return errors.success();
+}
+
+std::optional<bool> WindowRow::falseAccept() const {
+  if (status != kStatusSuccess) return false;
+  const std::optional<bool> good = errors.success();
+  if (!good) return std::nullopt;
+  return !*good || errors.outsideClaim();
 }
 
 WindowRow windowRow(const WindowResult& result, const std::string& stage) {
@@ -23,6 +35,7 @@ WindowRow windowRow(const WindowResult& result, const std::string& stage) {
   row.status = gave_estimate ? kStatusSuccess : result.attempt.status;
   row.reason = gave_estimate ? "" : result.attempt.reason;
   if (reached && reached->errors) row.errors = *reached->errors;
+  row.window_s = result.seconds();
   row.runtime_ms =
       result.attempt.milliseconds(stage == kStageInit ? kTimingInitialize : kTimingViBa);
   return row;
@@ -42,7 +55,7 @@ std::string windowsCsv(const std::vector<WindowRow>& rows) {
       "sequence,window,t0_ns,keyframes,rate_hz,initializer,stage,status,reason,rre_deg,ate_m,"
       "gravity_deg,velocity_mps,gyro_bias_rps,accel_bias_mps2,scale_error";
   for (const WindowMetric& metric : neesMetrics()) csv += "," + metric.key;
-  csv += ",runtime_ms\n";
+  csv += ",window_s,runtime_ms\n";
   for (const WindowRow& row : rows) {
     const WindowErrors& e = row.errors;
     csv += csvField(row.sequence) + "," + std::to_string(row.window) + "," +
@@ -53,7 +66,7 @@ std::string windowsCsv(const std::vector<WindowRow>& rows) {
                                e.accel_bias_mps2, e.scale_error})
       csv += "," + csvNumber(value);
     for (const WindowMetric& metric : neesMetrics()) csv += "," + csvNumber(e.*metric.error);
-    csv += "," + csvNumber(row.runtime_ms) + "\n";
+    csv += "," + csvNumber(row.window_s) + "," + csvNumber(row.runtime_ms) + "\n";
   }
   return csv;
 }

@@ -99,6 +99,7 @@ void members(Archive& json, Member<Archive, BenchmarkProtocol>& protocol) {
   json("rates_hz", protocol.rates_hz);
   limited("rates_hz", protocol.rates_hz, 0.1, 100);
   json("vi_ba", protocol.vi_ba);
+  json.added("min_keyframes", protocol.min_keyframes);
 }
 
 template <typename Archive>

@@ -57,14 +57,18 @@ SummaryRow summarizeResults(const std::vector<Judged>& results, const std::strin
   SummaryRow row;
   row.stage = stage;
   std::vector<WindowErrors> estimates;
-  std::vector<double> runtime, stereo_odometry;
+  std::vector<double> runtime, stereo_odometry, seconds;
   for (const auto& [result, success] : results) {
     const WindowRow window = windowRow(*result, stage);
     const bool estimate = result->attempt.stage(stage) != nullptr;
     ++row.count;
     ++(estimate ? row.estimates : row.refusals);
     ++(success ? row.judged : row.unknown);
-    if (window.status == kStatusSuccess) ++row.accepted;
+    if (window.status == kStatusSuccess) {
+      ++row.accepted;
+      seconds.push_back(window.window_s);
+    }
+    if (success && window.falseAccept().value_or(false)) ++row.false_accepts;
     if (success.value_or(false)) ++row.successes;
     if (success && estimate && window.errors.success().value_or(false)) ++row.good_estimates;
     if (estimate) estimates.push_back(window.errors);
@@ -77,6 +81,7 @@ SummaryRow summarizeResults(const std::vector<Judged>& results, const std::strin
   }
   row.errors = summaries(estimates, windowMetrics());
   row.nees = summaries(estimates, neesMetrics());
+  row.window_s = summaryOf(seconds);
   row.runtime_ms = summaryOf(runtime);
   row.stereo_odometry_ms = summaryOf(stereo_odometry);
   return row;
@@ -207,7 +212,8 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
   for (const WindowMetric& metric : windowMetrics()) csv += figureNames(metric.key);
   csv += ",good_estimates,good_estimate_rate";
   for (const WindowMetric& metric : neesMetrics()) csv += figureNames(metric.key);
-  csv += figureNames("runtime_ms") + figureNames("stereo_odometry_ms") + "\n";
+  csv += ",false_accepts" + figureNames("window_s") + figureNames("runtime_ms") +
+         figureNames("stereo_odometry_ms") + "\n";
   for (const SummaryRow& row : rows) {
     csv += csvField(row.sequence) + "," + std::to_string(row.keyframes) + "," +
            csvNumber(row.rate_hz) + "," + csvField(row.initializer) + "," + row.stage + "," +
@@ -219,7 +225,8 @@ std::string summaryCsv(const std::vector<SummaryRow>& rows) {
     for (const FigureSummary& error : row.errors) csv += figures(error);
     csv += "," + std::to_string(row.good_estimates) + "," + csvNumber(row.good_estimate_rate);
     for (const FigureSummary& nees : row.nees) csv += figures(nees);
-    csv += figures(row.runtime_ms) + figures(row.stereo_odometry_ms) + "\n";
+    csv += "," + std::to_string(row.false_accepts) + figures(row.window_s) +
+           figures(row.runtime_ms) + figures(row.stereo_odometry_ms) + "\n";
   }
   return csv;
 }

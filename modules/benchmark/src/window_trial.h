@@ -8,16 +8,17 @@
 
 namespace etalon {
 
-/** One window of a recording, which initializers try. */
+/** One window of a recording, which initializers try; or windows that grow from one keyframe to the
+ * next, as in a run (confirm()), until a start is accepted. */
 class WindowTrial {
  public:
   /**
    * @param result names sequence, window and its shape
    * @param ground_truth_check of the recording
-   * @param every_s from window to window
+   * @param protocol says how far apart windows are, and whether they grow
    */
   WindowTrial(const WindowResult& result, const SequenceTracks& tracks,
-              const GroundTruthCheck& ground_truth_check, double every_s,
+              const GroundTruthCheck& ground_truth_check, const BenchmarkProtocol& protocol,
               const ImuNoiseOptions& noise, const WindowOptions& options);
 
   /** Runs initializer, VI-BA and acceptance. */
@@ -28,11 +29,18 @@ class WindowTrial {
                     const std::string& how) const;
 
  private:
-  WindowResult before_;  ///< what is known before an initializer has tried it
+  struct Window {
+    WindowResult before;  ///< what is known before an initializer has tried it
+    InitializationProblem problem;
+  };
+  Window windowOf(const WindowResult& result, int keyframes, double every_s,
+                  const ImuNoiseOptions& noise) const;
+  WindowResult record(const Window& window, const InitializationAttempt& attempt) const;
+
   const SequenceTracks& tracks_;
   const GroundTruthCheck& ground_truth_check_;
   WindowOptions options_;
-  InitializationProblem problem_;
+  std::vector<Window> windows_;  ///< each holds those before it
 };
 
 }  // namespace etalon

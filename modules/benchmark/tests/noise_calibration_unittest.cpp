@@ -1,40 +1,19 @@
-#include "etalon/benchmark/noise_calibration.h"
+#include "etalon/benchmark/calibration/noise_calibration.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 
-#include "etalon/core/ini_file.h"
 #include "etalon/imu/imu_noise.h"
-#include "etalon/initialization/steps/gravity_alignment.h"
-#include "etalon/initialization/steps/inertial_only_step.h"
 #include "etalon/pipeline/pipeline.h"
 #include "etalon/simulation/euroc_rig.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/profile_trajectory.h"
 #include "etalon/simulation/track_synthesis.h"
+#include "inertial_only_initializer.h"
 
 namespace etalon::noise_test {
-
-/** The inertial-only initializer without a plugin: stereo odometry, then the inertial-only MAP. */
-class TestInitializer : public Initializer {
-  DEFINE_MRPT_OBJECT(TestInitializer, etalon::noise_test)
-
- public:
-  void declareParameters(ParameterSet&) override {}
-  bool needsVisualSolution() const override { return true; }
-
- protected:
-  InitializationResult solve(const InitializationProblem& problem) const override {
-    const Expected<InertialOnlyStep> step = solveInertialOnlyStep(problem, {});
-    if (!step) return refuse(step.error());
-    const VisualSolution& visual = *problem.visualSolution();
-    return alignWithGravity(
-        problem,
-        {visual.T_VB, step->map.v_VB, step->map.g_V, visual.landmarks, step->map.bias, {}});
-  }
-};
 
 IMPLEMENTS_MRPT_OBJECT(TestInitializer, etalon::Initializer, etalon::noise_test)
 
@@ -202,14 +181,33 @@ TEST(NoiseCalibration, CorrectsByTheRootWhereTheCouplingIsNotKnown) {
   EXPECT_NEAR(correction.sigma[0], 0.5 * std::sqrt(2.0 / 1000.0), 1e-12);
 }
 
-TEST(NoiseCalibration, ItsIniIsAConfiguration) {
-  const IniFile ini = IniFile::fromText(toIni({1.5, 6.25, 0.3}, {"a comment"}), "noise.ini");
-  PipelineOptions options;
-  for (const ParameterSet& section : options.sections()) section.read(ini);
-  EXPECT_EQ(options.imu_noise.gyro_noise_factor, 1.5);
-  EXPECT_EQ(options.imu_noise.accel_noise_factor, 6.25);
-  // a comment only
-  EXPECT_EQ(options.window.odometry.sigma_px, PipelineOptions().window.odometry.sigma_px);
+/** The factor of white and slow noise together over an interval. */
+double factorOf(double white, double slow_mps2, double time_s, double interval_s, double density) {
+  const double x = interval_s / time_s;
+  const double variance =
+      2.0 * slow_mps2 * slow_mps2 * time_s * time_s * (x - 1.0 + std::exp(-x)) / interval_s;
+  return std::sqrt(white * white + variance / (density * density));
+}
+
+TEST(SlowError, IsToldFromWhiteNoiseByTwoIntervals) {
+  constexpr double kDensity = 2e-3;
+  const auto separated = [](double white, double slow_mps2) {
+    return separateSlowError({factorOf(white, slow_mps2, 1.0, 0.25, kDensity), 0.25},
+                             {factorOf(white, slow_mps2, 1.0, 0.5, kDensity), 0.5}, kDensity, 1.0);
+  };
+  for (const double white : {1.5, 4.0})
+    for (const double slow_mps2 : {0.0, 0.01, 0.03}) {
+      const AccelerometerError error = separated(white, slow_mps2);
+      EXPECT_NEAR(error.white_factor, white, 1e-9);
+      EXPECT_NEAR(error.slow_mps2, slow_mps2, 1e-9);
+    }
+  // Steeper than a slow error makes it: white noise of the data sheet, and the longer interval.
+  const AccelerometerError steep = separateSlowError({2.0, 0.25}, {6.0, 0.5}, kDensity, 1.0);
+  EXPECT_EQ(steep.white_factor, 1.0);
+  EXPECT_NEAR(factorOf(1.0, steep.slow_mps2, 1.0, 0.5, kDensity), 6.0, 1e-9);
+  const AccelerometerError falling = separateSlowError({3.0, 0.25}, {2.0, 0.5}, kDensity, 1.0);
+  EXPECT_EQ(falling.white_factor, 3.0);
+  EXPECT_EQ(falling.slow_mps2, 0.0);
 }
 
 }  // namespace

@@ -71,6 +71,22 @@ TEST(WindowRow, SuccessHasTwoLimitsAndNeedsGroundTruth) {
   EXPECT_EQ(row.success(), false);
 }
 
+TEST(WindowRows, AFalseAcceptIsAcceptedAndWrongOrOutsideOfItsClaim) {
+  WindowRow row;
+  row.errors.gravity_deg = 3.0;
+  row.errors.velocity_mps = 0.01;
+  row.status = "not_converged";
+  EXPECT_EQ(row.falseAccept(), false);  // it was refused
+  row.status = kStatusSuccess;
+  EXPECT_EQ(row.falseAccept(), true);
+  row.errors.gravity_deg = 1.0;
+  EXPECT_EQ(row.falseAccept(), false);
+  row.errors.tilt_nees = 8.0;
+  EXPECT_EQ(row.falseAccept(), true);
+  row.errors = WindowErrors();
+  EXPECT_FALSE(row.falseAccept().has_value());  // no ground truth
+}
+
 TEST(WindowRows, InitStandsBeforeViBaWhichIsThereIfItWasAskedFor) {
   BenchmarkRecord record = exampleBenchmark();
   std::vector<WindowRow> rows = windowRows(record);
@@ -96,12 +112,13 @@ TEST(WindowsCsv, QuotesTextsAndLeavesUnknownNumbersEmpty) {
   row.stage = kStageInit;
   row.status = "too_few_tracks";
   row.reason = "12 \"landmarks\", at least 30";
+  row.window_s = 2.25;
   row.runtime_ms = 0.125;
   const std::string csv = windowsCsv({row});
   EXPECT_THAT(csv, StartsWith("sequence,window,t0_ns,keyframes,rate_hz,initializer,stage,status,"
                               "reason,rre_deg,ate_m,"));
   EXPECT_THAT(csv, HasSubstr("\n\"a,b\",7,123,10,2.5,eta,init,too_few_tracks,"
-                             "\"12 \"\"landmarks\"\", at least 30\",,,,,,,,,,,,0.125\n"));
+                             "\"12 \"\"landmarks\"\", at least 30\",,,,,,,,,,,,2.25,0.125\n"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2);
 }
 

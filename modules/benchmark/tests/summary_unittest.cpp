@@ -152,14 +152,14 @@ TEST(Summary, CsvKeepsRunTimesInTheLastColumns) {
                               "rre_deg_mean,rre_deg_median,rre_deg_p90,ate_m_mean,"));
   EXPECT_THAT(csv, HasSubstr("scale_error_p90,good_estimates,good_estimate_rate,tilt_nees_mean,"
                              "tilt_nees_median,tilt_nees_p90,velocity_nees_mean,"));
-  EXPECT_THAT(csv, HasSubstr("accel_bias_nees_p90,runtime_ms_mean,runtime_ms_median,"
+  EXPECT_THAT(csv, HasSubstr("accel_bias_nees_p90,false_accepts,window_s_mean,window_s_median,"
+                             "window_s_p90,runtime_ms_mean,runtime_ms_median,"
                              "runtime_ms_p90,"
                              "stereo_odometry_ms_mean,stereo_odometry_ms_median,"
                              "stereo_odometry_ms_p90\n"));
   EXPECT_THAT(csv, HasSubstr("\nV1,10,4,good,init,all,5,5,0,5,0,5,3,0.6,0.16,0.15,0.26,0.016,"));
-  EXPECT_THAT(csv,
-              HasSubstr(",,,,3,0.6,,,,,,,,,,,,,2,2,2,12,12,13.6\n"));  // no scale, no NEES;
-                                                                       // position 3.6 of 10 to 14
+  // No scale, no NEES; position 3.6 of 10 to 14.
+  EXPECT_THAT(csv, HasSubstr(",,,,3,0.6,,,,,,,,,,,,,2,,,,2,2,2,12,12,13.6\n"));
   EXPECT_EQ(summaryCsv(BenchmarkRecord()).find('\n'), summaryCsv(BenchmarkRecord()).size() - 1);
 }
 

@@ -74,13 +74,15 @@ class Trial : public ::testing::Test {
     options_.odometry.sigma_px = 0.5;
   }
 
-  WindowTrial window(int number, int keyframes = 10) const {
+  WindowTrial window(int number, int keyframes = 10, int min_keyframes = 0) const {
     WindowResult result;
     result.sequence = "flight";
     result.window = number;
     result.keyframes = keyframes;
     result.rate_hz = 4.0;
-    return WindowTrial(result, tracks, check, 2.5, {}, options_);
+    BenchmarkProtocol protocol;
+    protocol.min_keyframes = min_keyframes;
+    return WindowTrial(result, tracks, check, protocol, {}, options_);
   }
 
   SequenceTracks tracks;
@@ -119,6 +121,25 @@ TEST_F(Trial, AnEstimateHasBothStagesTheirErrorsAndNoCovariance) {
   ASSERT_TRUE(result.noise);
   EXPECT_GT(result.noise->vision.dof, 100.0);
   EXPECT_NEAR(result.noise->vision.chi2 / result.noise->vision.dof, 1.0, 0.2);
+}
+
+TEST_F(Trial, AWindowGrowsUntilTwoAgreeOnWhatIsWanted) {
+  const WindowResult whole = window(0).tryWith(named("map"));
+  EXPECT_DOUBLE_EQ(whole.seconds(), 2.25);
+  // The second window of three that could be accepted agrees with the first.
+  const WindowResult grown = window(0, 10, 3).tryWith(named("map"));
+  ASSERT_TRUE(grown.attempt.accepted()) << grown.attempt.reason;
+  EXPECT_EQ(grown.keyframes, 10);  // it is the same window of the benchmark
+  EXPECT_EQ(grown.t0, whole.t0);
+  EXPECT_LT(grown.seconds(), whole.seconds());
+  EXPECT_GE(grown.attempt.keyframes.size(), 4U);
+  EXPECT_EQ(grown.truth.size(), grown.attempt.keyframes.size());
+  EXPECT_EQ(grown.attempt.stages.back().states.size(), grown.attempt.keyframes.size());
+  // What cannot be met makes it grow to the end.
+  options_.acceptance.velocity_mps = 0.0;
+  const WindowResult refused = window(0, 6, 3).tryWith(named("map"));
+  EXPECT_EQ(refused.attempt.status, "ill_conditioned");
+  EXPECT_EQ(refused.attempt.keyframes.size(), 6U);
 }
 
 TEST_F(Trial, IsTheSameEveryTimeAndOfEveryInitializer) {

@@ -8,6 +8,7 @@
 
 #include "check_tools.h"
 #include "etalon/core/statistics.h"
+#include "etalon/initialization/estimation_error.h"
 
 namespace etalon::contract {
 
@@ -102,9 +103,18 @@ Trial drawnTrial(Motion motion, unsigned seed) {
 /** Errors with the covariances that were claimed for them. */
 class Nees {
  public:
-  void add(const Matrix<double, kSize, 1>& error, const MatrixXd& P) {
-    errors_.emplace_back(error);
+  void add(const VectorXd& error, const MatrixXd& P) {
+    errors_.push_back(error);
     covariances_.push_back(P);
+  }
+  /** Rows of [rotation, position] of the poses, where every window has them in equal number. */
+  std::vector<int> poseIndices(int part) const {
+    std::vector<int> indices;
+    for (const MatrixXd& P : covariances_)
+      if (P.rows() != covariances_.front().rows()) return {};
+    for (int i = kSize; i + 6 <= covariances_.front().rows(); i += 6)
+      for (int axis = 0; axis < 3; ++axis) indices.push_back(i + 3 * part + axis);
+    return indices;
   }
   int windows() const { return errors_.size(); }
 
@@ -187,6 +197,13 @@ ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
     all.insert(all.end(), indices.begin(), indices.end());
     blocks += add(block.name, indices);
   }
+  // The poses are judged apart: they are many, and would hide the rest.
+  for (const int part : {0, 1}) {
+    const std::vector<int> indices = nees.poseIndices(part);
+    const char* name = part == 0 ? "rotations" : "positions";
+    if (!indices.empty() && !nees.neverErrs(indices))
+      blocks += std::string(", ") + name + " " + add(name, indices);
+  }
   const std::string whole = all.empty() ? "never errs" : add("all", all);
   const double value = nees.ratio(all).value_or(0.0);
   const std::string text = format("%d windows, %s: average NEES over its expectation %s",
@@ -209,7 +226,10 @@ ContractCheck isConsistent(const Initializer& initializer, const ContractOptions
     const Trial trial = drawnTrial(motion, static_cast<unsigned>(i + 1));
     const InitializationResult result = initializer.initialize(trial.problem());
     if (!result || result->covariance.size() == 0) continue;
-    nees.add(testing::estimationError(*result, trial.window), result->covariance);
+    VectorXd error(kSize + 6 * (result->states.size() - 1));
+    error << testing::estimationError(*result, trial.window),
+        relativePoseErrors(result->states, trial.window.truth);
+    nees.add(error, result->covariance);
   }
   // A method that answers only where it is easy would look more consistent than it is.
   if (2 * nees.windows() < options.monte_carlo_windows)

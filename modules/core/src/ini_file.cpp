@@ -185,6 +185,15 @@ void IniFile::set(const std::string& section, const std::string& key, const std:
   values_[section][key] = {plain, origin};
 }
 
+void IniFile::add(const IniFile& later) {
+  for (const auto& [section, origin] : later.section_origin_)
+    section_origin_.emplace(section, origin);
+  for (const auto& [section, values] : later.values_) {
+    std::map<std::string, Value>& own = values_[section];
+    for (const auto& [key, value] : values) own[key] = value;
+  }
+}
+
 void IniFile::setFromArgument(const std::string& argument) {
   const size_t equals = argument.find('=');
   const size_t dot = argument.find('.');

@@ -17,20 +17,10 @@ double neesOf(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
 
 }  // namespace
 
-Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
-  const Eigen::Index n = result.states.size();
-  if (n == 0 || result.covariance.rows() != 9 * n + 6) return {};
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(11, 9 * n + 6);
-  J.block<6, 6>(0, 9 * n).setIdentity();
-  J.block<2, 3>(6, 0) = result.states.front().T_WB.R.topRows<2>();  // from the body to the world
-  J.block<3, 3>(8, 9 * (n - 1) + 6).setIdentity();
-  return J * result.covariance * J.transpose();
-}
-
 void setNees(const std::vector<StampedState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,
              WindowErrors* errors) {
-  if (states.empty() || covariance.rows() != 11) return;
+  if (states.empty() || covariance.rows() < 11) return;
   const std::optional<StampedState> first = ground_truth.at(states.front().t),
                                     last = ground_truth.at(states.back().t);
   WindowTruth truth;

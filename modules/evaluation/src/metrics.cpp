@@ -60,6 +60,14 @@ std::optional<bool> WindowErrors::success() const {
   return gravity_deg < kSuccessGravityDeg && velocity_mps < kSuccessVelocityMps;
 }
 
+bool WindowErrors::outsideClaim() const {
+  constexpr double kTail = 4.65e-4;  // of a normal variable beyond 3.5 standard deviations
+  const auto outside = [](double nees, double dof) {
+    return dof * nees > chiSquareQuantile(dof, kTail);
+  };
+  return outside(tilt_nees, 2.0) || outside(velocity_nees, 3.0) || outside(accel_bias_nees, 3.0);
+}
+
 WindowErrors evaluateWindow(const std::vector<StampedState>& states, const ImuBias& bias,
                             const GroundTruth& ground_truth,
                             const std::optional<Eigen::Vector3d>& gravity_direction_G) {

@@ -54,6 +54,22 @@ TEST(WindowMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
   EXPECT_EQ(e.success(), true);
 }
 
+TEST(WindowMetrics, OutsideItsClaimIsWhatIsBeyondThreeAndAHalfSigmas) {
+  WindowErrors e;
+  EXPECT_FALSE(e.outsideClaim());  // nothing is claimed
+  // Chi-square at 4.65e-4: 15.35 for two degrees of freedom, 17.89 for three.
+  e.tilt_nees = 15.3 / 2;
+  e.velocity_nees = e.accel_bias_nees = 17.8 / 3;
+  e.gyro_bias_nees = 100.0;  // the ground truth's does not count
+  EXPECT_FALSE(e.outsideClaim());
+  for (double WindowErrors::*nees :
+       {&WindowErrors::tilt_nees, &WindowErrors::velocity_nees, &WindowErrors::accel_bias_nees}) {
+    WindowErrors outside = e;
+    outside.*nees *= 1.01;
+    EXPECT_TRUE(outside.outsideClaim());
+  }
+}
+
 TEST(WindowMetrics, RelativeRotationByHand) {
   const std::vector<StampedState> truth = square();
   std::vector<StampedState> states = truth;

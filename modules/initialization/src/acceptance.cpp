@@ -4,15 +4,22 @@
 
 #include "etalon/core/angles.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
+#include "etalon/initialization/predicted_errors.h"
 
 namespace etalon {
 
 void AcceptanceOptions::declare(ParameterSet& parameters) {
-  parameters.add("max_sigma_gravity_deg", &max_sigma_gravity_deg, {0.0, 180.0},
-                 "Refuse if the standard deviation of the gravity direction is larger, deg.");
-  parameters.add("max_sigma_velocity_mps", &max_sigma_velocity_mps, {0.0, 100.0},
-                 "Refuse if the standard deviation of a component of the last keyframe's velocity "
-                 "is larger, m/s.");
+  parameters.add("gravity_deg", &gravity_deg, {0.0, 180.0},
+                 "A start is accepted when the direction of gravity is predicted to be off by no "
+                 "more than this, deg.");
+  parameters.add("velocity_mps", &velocity_mps, {0.0, 100.0},
+                 "The same of the last keyframe's velocity, m/s.");
+  parameters.add("gyro_bias_rps", &gyro_bias_rps, {0.0, 100.0},
+                 "The same of the gyro bias, rad/s.");
+  parameters.add("confidence", &confidence, {0.01, 1.0 - 1e-9},
+                 "Probability with which each of the three is kept, by the estimate's own "
+                 "covariance.");
   parameters.add("false_alarm_rate", &false_alarm_rate, {0.0, 0.5},
                  "Share of good windows that each chi-square test may refuse: of the residuals of "
                  "gyro, accelerometer and vision, were their noise noise_margin times what is "
@@ -57,22 +64,30 @@ Expected<void> judgeSupport(const VisualInertialBaResult& refined,
   return {};
 }
 
+/** How a direction is called in the body. */
+std::string axisInWords(const Eigen::Vector3d& direction) {
+  constexpr double kNear = 0.9;  // 26 deg
+  const char* names[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(direction[i]) > kNear) return std::string("the body's ") + names[i];
+  return format("(%.1f, %.1f, %.1f) of the body", direction.x(), direction.y(), direction.z());
+}
+
+/** "worst about the body's x", or "alike about both level axes". */
+std::string whereInWords(const PredictedError& error, const char* preposition,
+                         const Eigen::Matrix3d& R_WB) {
+  if (error.alike_in_all_directions) return "alike in all directions";
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  direction.head(error.worst.size()) = error.worst;
+  return std::string("worst ") + preposition + " " + axisInWords(R_WB.transpose() * direction);
+}
+
 Expected<void> judgeCovariance(const VisualInertialBaResult& refined,
                                const AcceptanceOptions& options) {
   if (refined.covariance.size() == 0)
     return refuse(Status::kIllConditioned,
                   "the normal equations are singular: the data do not determine the state");
-  const double sigma_gravity_deg = degrees(refined.sigmaTilt());
-  if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
-    return refuse(Status::kIllConditioned, "the gravity direction is known to ",
-                  Value(sigma_gravity_deg, 2), " deg (1 sigma), at most ",
-                  Bound(options.max_sigma_gravity_deg, 2), " is wanted");
-  const double sigma_velocity = refined.sigmaVelocity();
-  if (!(sigma_velocity <= options.max_sigma_velocity_mps))
-    return refuse(Status::kIllConditioned, "the velocity is known to ", Value(sigma_velocity, 3),
-                  " m/s (1 sigma), at most ", Bound(options.max_sigma_velocity_mps, 3),
-                  " is wanted");
-  return {};
+  return judgePrediction(claimedCovariance(refined), refined.states.back().T_WB.R, options);
 }
 
 Expected<void> judgeResiduals(const NoiseCheck& noise, double false_alarm_rate, double margin) {
@@ -113,6 +128,33 @@ Expected<void> judgeBiases(const VisualInertialBaResult& refined, double false_a
 }
 
 }  // namespace
+
+Expected<void> judgePrediction(const Eigen::MatrixXd& covariance, const Eigen::Matrix3d& R_WB,
+                               const AcceptanceOptions& options) {
+  const std::string confidence = format(" (%.4g %%)", 100.0 * options.confidence);
+  const auto predicted = [&](Eigen::Index start, Eigen::Index size) {
+    return predictedError(covariance.block(start, start, size, size), options.confidence);
+  };
+  const PredictedError tilt = predicted(6, 2), velocity = predicted(8, 3), gyro = predicted(0, 3);
+  if (const double bound = degrees(tilt.bound); !(bound <= options.gravity_deg))
+    return refuse(Status::kIllConditioned, "gravity may be off by ", Value(bound, 2), " deg",
+                  confidence, ", ", whereInWords(tilt, "about", R_WB), "; at most ",
+                  Bound(options.gravity_deg, 2),
+                  " is wanted: tilt, or accelerate sideways, so that the accelerometer's bias "
+                  "shows");
+  if (!(velocity.bound <= options.velocity_mps))
+    return refuse(Status::kIllConditioned, "the velocity may be off by ", Value(velocity.bound, 3),
+                  " m/s", confidence, ", ", whereInWords(velocity, "along", R_WB), "; at most ",
+                  Bound(options.velocity_mps, 3),
+                  " is wanted: show the cameras something nearer, or accelerate");
+  if (!(gyro.bound <= options.gyro_bias_rps))
+    return refuse(Status::kIllConditioned, "the gyro bias may be off by ", Value(gyro.bound, 4),
+                  " rad/s", confidence, ", ",
+                  whereInWords(gyro, "about", Eigen::Matrix3d::Identity()), "; at most ",
+                  Bound(options.gyro_bias_rps, 4),
+                  " is wanted: show the cameras more, or wait for more images");
+  return {};
+}
 
 Expected<void> judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
   Expected<void> verdict = judgeSolution(refined);

@@ -18,4 +18,17 @@ Eigen::Matrix<double, 11, 1> estimationError(const std::vector<StampedState>& st
   return error;
 }
 
+Eigen::VectorXd relativePoseErrors(const std::vector<StampedState>& states,
+                                   const std::vector<StampedState>& truth) {
+  Eigen::VectorXd errors(6 * (states.size() - 1));
+  for (size_t k = 1; k < states.size(); ++k) {
+    const SE3 estimated = states.front().T_WB.inverse() * states[k].T_WB;
+    const SE3 true_pose = truth.front().T_WB.inverse() * truth[k].T_WB;
+    errors.segment<6>(6 * static_cast<Eigen::Index>(k - 1))
+        << logSO3(true_pose.R.transpose() * estimated.R),
+        estimated.t - true_pose.t;
+  }
+  return errors;
+}
+
 }  // namespace etalon

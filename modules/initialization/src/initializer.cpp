@@ -104,11 +104,14 @@ std::string brokenPromise(const InitializationProblem& problem, const Initializa
   for (const auto& [id, p_W] : result.landmarks) {
     if (!p_W.allFinite()) return "a position not finite for landmark " + std::to_string(id);
   }
+  const Eigen::Index rows = result.covariance.rows(), poses = 6 * (problem.keyframeCount() - 1);
   if (result.covariance.size() > 0 &&
-      (result.covariance.rows() != 11 || result.covariance.cols() != 11)) {
-    return "a covariance that is not 11 x 11";
-  }
+      (rows != result.covariance.cols() || (rows != 11 && rows != 11 + poses)))
+    return "a covariance that is neither 11 x 11 nor, with the poses, " +
+           std::to_string(11 + poses) + " square";
   if (!result.covariance.allFinite()) return "a covariance not finite";
+  if (result.T_BC && !(result.T_BC->t.allFinite() && isRotation(result.T_BC->R)))
+    return "a T_BC that is no rigid transform";
   return "";
 }
 
@@ -132,7 +135,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
 
 }  // namespace
 
-inline namespace abi_v5 {
+inline namespace abi_v6 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (const auto check = checkProblem(problem); !check) return refuse(check.error());
@@ -147,7 +150,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v5
+}  // namespace abi_v6
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

@@ -3,9 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "etalon/core/errors.h"
+#include "etalon/initialization/predicted_errors.h"
 
 namespace etalon {
 namespace {
@@ -112,21 +118,100 @@ TEST(Acceptance, RefusesABiasByItsDistanceFromThePrior) {
   EXPECT_TRUE(judge(result, {}));  // 0.001: 4.03
 }
 
+TEST(Acceptance, WantsWhatIsPredictedAndSaysWhatIsNotYetKnown) {
+  AcceptanceOptions options;
+  options.gravity_deg = 1.0;
+  options.velocity_mps = 0.05;
+  options.gyro_bias_rps = 0.01;
+  options.confidence = 0.99;
+  Eigen::VectorXd sigma(11);
+  // A tilt about x of 0.3 deg, 99 % of which are within 0.77; the rest is known well.
+  sigma << 1e-4, 2e-3, 1e-4, 0.1, 0.1, 0.1, 0.3 * M_PI / 180, 1e-5, 1e-4, 1e-4, 0.01;
+  const auto verdict = [&](const Eigen::Matrix3d& R_WB) {
+    return judgePrediction(sigma.cwiseAbs2().asDiagonal(), R_WB, options);
+  };
+  EXPECT_TRUE(verdict(Eigen::Matrix3d::Identity()));
+  sigma[6] = 0.5 * M_PI / 180;
+  Expected<void> decision = verdict(Eigen::Matrix3d::Identity());
+  ASSERT_FALSE(decision);
+  EXPECT_EQ(decision.error().status, RefusalStatus::kIllConditioned);
+  EXPECT_NEAR(*decision.error().value, 0.5 * 2.5758, 1e-3);
+  EXPECT_EQ(decision.error().bound, 1.0);
+  EXPECT_THAT(decision.error().reason, HasSubstr("1.29 deg (99 %), worst about the body's x"));
+  EXPECT_THAT(decision.error().reason, HasSubstr("accelerate sideways"));
+  Eigen::Matrix3d turned;  // the body's z along the world's x
+  turned << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  EXPECT_THAT(verdict(turned).error().reason, HasSubstr("worst about the body's z"));
+  sigma[7] = sigma[6];
+  EXPECT_THAT(verdict(turned).error().reason, HasSubstr("alike in all directions"));
+  sigma[6] = sigma[7] = 1e-3;
+  sigma[10] = 0.03;
+  decision = verdict(Eigen::Matrix3d::Identity());
+  EXPECT_NEAR(*decision.error().value, 0.03 * 2.5758, 1e-4);
+  EXPECT_THAT(decision.error().reason, HasSubstr("worst along the body's z"));
+  EXPECT_THAT(decision.error().reason, HasSubstr("something nearer"));
+  sigma[10] = 0.01;
+  sigma[1] = 5e-3;
+  decision = verdict(Eigen::Matrix3d::Identity());
+  EXPECT_NEAR(*decision.error().value, 5e-3 * 2.5758, 1e-4);
+  EXPECT_THAT(decision.error().reason, HasSubstr("worst about the body's y"));
+  options.confidence = 0.9;  // 1.645
+  EXPECT_TRUE(verdict(Eigen::Matrix3d::Identity()));
+}
+
 TEST(Acceptance, NamesTheKeysInsteadOfThoseThatAreGone) {
   AcceptanceOptions options;
   ParameterSet parameters("acceptance");
   options.declare(parameters);
-  for (const char* old :
-       {"max_chi2_per_dof_inertial", "max_gyro_bias_rps", "max_accel_bias_mps2"}) {
+  const std::pair<const char*, const char*> keys[] = {{"max_chi2_per_dof_inertial", "noise_margin"},
+                                                      {"max_accel_bias_mps2", "noise_margin"},
+                                                      {"max_sigma_gravity_deg", "gravity_deg"},
+                                                      {"max_sigma_velocity_mps", "velocity_mps"},
+                                                      {"max_gyro_bias_rps", "gyro_bias_rps"}};
+  for (const auto& [old, instead] : keys) {
     try {
       parameters.read(IniFile::fromText(std::string("[acceptance]\n") + old + " = 1\n", "a.ini"));
       FAIL() << old;
     } catch (const ConfigError& e) {
       EXPECT_THAT(e.what(), HasSubstr("a.ini:2"));
       EXPECT_THAT(e.what(), HasSubstr(old));
-      EXPECT_THAT(e.what(), HasSubstr("noise_margin"));
+      EXPECT_THAT(e.what(), HasSubstr(instead));
     }
   }
+}
+
+TEST(PredictedError, IsTheQuantileOfTheLengthWhereDirectionsAreAlikeOrOne) {
+  // Quantiles of the normal and of the Rayleigh distribution, sqrt(-2 ln 0.01), at 99 %.
+  const Eigen::Matrix2d alike = 0.25 * Eigen::Matrix2d::Identity();
+  EXPECT_NEAR(predictedError(alike, 0.99).bound, 0.5 * 3.0349, 1e-4);
+  EXPECT_TRUE(predictedError(alike, 0.99).alike_in_all_directions);
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -2) / 3.0;
+  const PredictedError one = predictedError(4.0 * axis * axis.transpose(), 0.99);
+  EXPECT_NEAR(one.bound, 2.0 * 2.5758, 1e-3);
+  EXPECT_FALSE(one.alike_in_all_directions);
+  EXPECT_NEAR(std::abs(one.worst.dot(axis)), 1.0, 1e-12);
+}
+
+TEST(PredictedError, IsCloseToTheQuantileInBetween) {
+  const Eigen::Vector3d sigma(1.0, 0.6, 0.2);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::vector<double> lengths(100'000);
+  for (double& length : lengths)
+    length =
+        std::sqrt(std::pow(sigma[0] * normal(random), 2) + std::pow(sigma[1] * normal(random), 2) +
+                  std::pow(sigma[2] * normal(random), 2));
+  std::sort(lengths.begin(), lengths.end());
+  const Eigen::Matrix3d covariance = sigma.cwiseAbs2().asDiagonal();
+  for (const double confidence : {0.9, 0.95, 0.99}) {
+    const double sampled = lengths[static_cast<size_t>(confidence * 100'000.0)];
+    // Satterthwaite's own error here, and 1 % of the sample's.
+    EXPECT_NEAR(predictedError(covariance, confidence).bound, sampled, 0.03 * sampled);
+  }
+}
+
+TEST(PredictedError, OfNoErrorIsNone) {
+  EXPECT_EQ(predictedError(Eigen::Matrix3d::Zero(), 0.99).bound, 0.0);
 }
 
 }  // namespace

@@ -104,6 +104,10 @@ TEST(InitializerPromises, EveryNumberIsFinite) {
               HasSubstr("a position not finite for landmark 7"));
   EXPECT_THAT(reasonOf([](auto* r) { r->covariance(10, 0) = kNaN; }),
               HasSubstr("a covariance not finite"));
+  EXPECT_THAT(reasonOf([](auto* r) {
+                r->T_BC = SE3(2.0 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+              }),
+              HasSubstr("a T_BC that is no rigid transform"));
 }
 
 TEST(InitializerPromises, StatesAreThoseOfTheKeyframes) {
@@ -112,9 +116,10 @@ TEST(InitializerPromises, StatesAreThoseOfTheKeyframes) {
   EXPECT_THAT(reasonOf([](auto* r) { r->states.push_back(r->states[1]); }),
               HasSubstr("3 states for 2 keyframes"));
   EXPECT_THAT(reasonOf([](auto* r) { r->covariance = Eigen::MatrixXd::Identity(11, 10); }),
-              HasSubstr("a covariance that is not 11 x 11"));
+              HasSubstr("a covariance that is neither 11 x 11 nor, with the poses, 17 square"));
   EXPECT_THAT(reasonOf([](auto* r) { r->covariance = Eigen::MatrixXd::Identity(15, 15); }),
-              HasSubstr("a covariance that is not 11 x 11"));
+              HasSubstr("a covariance that is neither 11 x 11 nor, with the poses, 17 square"));
+  EXPECT_EQ(reasonOf([](auto* r) { r->covariance = Eigen::MatrixXd::Identity(17, 17); }), "");
 }
 
 TEST(InitializerPromises, ARotationIsOneToSixDigits) {

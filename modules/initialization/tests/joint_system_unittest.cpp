@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <cmath>
+#include <numeric>
 #include <random>
+#include <vector>
 
 #include "etalon/contract/synthetic_window.h"
 #include "etalon/core/so3.h"
@@ -165,9 +168,49 @@ TEST(JointSystem, BiasCovarianceIsTheInverseOfTheCurvature) {
   };
   const MatrixXd information = MatrixXd::NullaryExpr(11, 11, r);
   const MatrixXd expected = information.inverse().block<6, 6>(3, 3);
-  const MatrixXd covariance = system.covariance(solved);
+  const MatrixXd covariance = system.covariance(solved, {});
   ASSERT_EQ(covariance.rows(), 11);
   EXPECT_LT((covariance.topLeftCorner<6, 6>() - expected).norm(), 1e-3 * expected.norm());
+}
+
+/** Of unknowns x and poses y, y = J x + n, the poses' part of the inverse information. */
+TEST(JointSystem, PoseCovarianceIsThatOfUnknownsAndPosesTogether) {
+  const Case c;
+  const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(system.solve(&solved));
+  const Vector12 x = unknowns(c.estimate, solved);
+  const Index n = c.S.rows();
+  MatrixXd J(n, 11);
+  for (Index i = 0; i < 11; ++i) {
+    const VectorXd step = 1e-4 * VectorXd::Unit(11, i);
+    J.col(i) = (c.carried(moved(x, step)) - c.carried(moved(x, -step))) / 2e-4;
+  }
+  const MatrixXd imu = c.imuCovariance().inverse();
+  MatrixXd information(11 + n, 11 + n);
+  information << J.transpose() * imu * J, -J.transpose() * imu, -imu * J, imu + c.S;
+  const BiasPriors& priors = c.problem.priors();
+  information.diagonal().segment<3>(3).array() += std::pow(priors.sigma_gyro_rps, -2.0);
+  information.diagonal().segment<3>(6).array() += std::pow(priors.sigma_accel_mps2, -2.0);
+  const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd inverse =
+      scale.asDiagonal() *
+      MatrixXd((scale.asDiagonal() * information * scale.asDiagonal()).inverse()) *
+      scale.asDiagonal();
+  std::vector<size_t> keyframes(c.estimate.T_VB.size());
+  std::iota(keyframes.begin(), keyframes.end(), 0);
+  const MatrixXd covariance = system.covariance(solved, keyframes);
+  ASSERT_EQ(covariance.rows(), 11 + n);
+  const VectorXd sigma = covariance.diagonal().cwiseSqrt().tail(n);
+  const MatrixXd difference = covariance.bottomRightCorner(n, n) - inverse.bottomRightCorner(n, n);
+  // As a correlation; J is a difference quotient.
+  EXPECT_LT((sigma.cwiseInverse().asDiagonal() * difference * sigma.cwiseInverse().asDiagonal())
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-3);
+  // And with the gyro bias.
+  EXPECT_LT((covariance.block(0, 11, 3, n) - inverse.block(3, 11, 3, n)).norm(),
+            1e-3 * inverse.block(3, 11, 3, n).norm());
 }
 
 TEST(JointSystem, TakesForExactWhatTheModelSays) {

@@ -213,8 +213,10 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
     const auto add = [&](const VisualFrameEstimate& x, ChiSquare* whole) {
       const Initialization result = alignWithGravity(problem, x);
       const VectorXd e = estimationError(result, window);
-      ASSERT_EQ(result.covariance.rows(), e.size());
-      whole->add(e.dot(result.covariance.ldlt().solve(e)), static_cast<double>(e.size()));
+      // The poses go on below; those of stereo odometry are judged above.
+      ASSERT_EQ(result.covariance.rows(), e.size() + 6 * problem.keyframeCount() - 6);
+      const Eigen::MatrixXd whole_P = result.covariance.topLeftCorner(e.size(), e.size());
+      whole->add(e.dot(whole_P.ldlt().solve(e)), static_cast<double>(e.size()));
       const Eigen::Matrix3d P = result.covariance.topLeftCorner<3, 3>();
       gyro_bias.add(e.head<3>().dot(P.ldlt().solve(e.head<3>())), 3.0);
     };

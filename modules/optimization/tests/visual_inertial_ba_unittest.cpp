@@ -123,6 +123,26 @@ TEST(VisualInertialBa, AtRestThePriorDecidesOnTheLevelPartOfTheAccelerometerBias
   EXPECT_NEAR(result.sigmaTilt(), c.priors.sigma_accel_mps2 / options.gravity_mps2, 1e-4);
 }
 
+TEST(VisualInertialBa, ASlowErrorOfTheAccelerometerCountsInTheCovarianceAndNotInTheEstimate) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kStandstill;
+  VisualInertialCase c(options, 1.0);
+  const VisualInertialBaResult without = c.solve({});
+  // So slow that it acts as b_a does, which at rest is tilt.
+  c.priors.slow_accel = {0.05, 1e6};
+  const VisualInertialBaResult with = c.solve({});
+  EXPECT_EQ(with.bias.accel, without.bias.accel);
+  EXPECT_NEAR(with.sigmaTilt(), std::hypot(c.priors.sigma_accel_mps2, 0.05) / options.gravity_mps2,
+              1e-4);
+  // Of a second, it averages out in part over the window's 2.25 s.
+  c.priors.slow_accel.time_s = 1.0;
+  const VisualInertialBaResult second = c.solve({});
+  EXPECT_GT(second.sigmaTilt(), 1.01 * without.sigmaTilt());
+  EXPECT_LT(second.sigmaTilt(), 0.98 * with.sigmaTilt());
+  // And the velocity is known worse than by white noise alone.
+  EXPECT_GT(second.sigmaVelocity(), without.sigmaVelocity());
+}
+
 TEST(VisualInertialBa, PriorWeighsAgainstTheDataByItsSigmas) {
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kAggressive;

@@ -1,5 +1,7 @@
 #include "etalon/pipeline/odometry_start.h"
 
+#include <algorithm>
+
 namespace etalon {
 namespace {
 
@@ -15,7 +17,7 @@ constexpr double kSigmaFree = 1e-4;      // m, rad
 }  // namespace
 
 OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA,
-                            double sigma_accel_bias) {
+                            const BiasPriors& priors) {
   const SE3 T_AB = attempt.poses().front();
   const Eigen::Vector3d v_A =
       attempt.has_vi_ba ? attempt.vi_ba.states.front().v_WB : attempt.init->states.front().v_WB;
@@ -33,8 +35,8 @@ OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_W
   };
   set(kPosition, kSigmaFree);
   set(kVelocity, kSigmaVelocity);
-  set(kGyroBias, kSigmaGyroBias);
-  set(kAccelBias, sigma_accel_bias);
+  set(kGyroBias, std::min(kSigmaGyroBias, priors.sigma_gyro_rps));
+  set(kAccelBias, priors.sigma_accel_mps2);
   return start;
 }
 

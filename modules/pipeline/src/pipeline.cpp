@@ -50,7 +50,8 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
       missing_(calibration),
       window_(options.keyframes, options.keyframe_rate_hz),
-      starter_(std::move(initializers), options.auto_initializer, options.window, noise_),
+      starter_(std::move(initializers), options.auto_initializer, options.window, noise_,
+               options.windowsGrow()),
       bias_(options.window.priors.mean) {
   options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
@@ -214,7 +215,8 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
 
 void Pipeline::tryInitialize() {
   imu_.dropBefore(window_.stamps().front());
-  if (!window_.complete()) return;
+  if (keyframesCollected() < (options_.windowsGrow() ? options_.min_keyframes : options_.keyframes))
+    return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
     return window_.problem(calibration_, options_.imu_noise, options, imu_);
   });
@@ -263,8 +265,8 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
   inertial_ = std::move(odometry);
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);
-  OdometryOutput output = inertial_->start(
-      odometryStart(attempt, T_WA, options_.window.priors.sigma_accel_mps2), frames.front());
+  OdometryOutput output =
+      inertial_->start(odometryStart(attempt, T_WA, options_.window.priors), frames.front());
   record_.add(output.t, frames.front(), {}, output, inertial_.get());
   for (size_t i = 1; i < frames.size(); ++i) {
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);

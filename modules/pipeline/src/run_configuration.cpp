@@ -44,6 +44,8 @@ class ConfigurationReader {
       known_.push_back(section.section());
       pipeline_ini_ += section.toIni() + "\n";
     }
+    readFlights(ini);  // of a device file: only whether they can be read
+    known_.emplace_back(kFlightsSection);
     checkOdd("klt_window_px", pipeline->frontend.klt_window_px);
     checkOdd("anchor_window_px", pipeline->frontend.anchor_window_px);
     std::vector<std::string> search = plugin_path;

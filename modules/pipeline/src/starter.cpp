@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "etalon/pipeline/nested_windows.h"
+
 namespace etalon {
 
 void AutoOptions::declare(ParameterSet& parameters) {
@@ -18,11 +20,12 @@ void AutoOptions::declare(ParameterSet& parameters) {
 }
 
 Starter::Starter(PipelineInitializers initializers, const AutoOptions& automatic,
-                 const WindowOptions& options, const ImuNoiseDensities& noise)
+                 const WindowOptions& options, const ImuNoiseDensities& noise, bool windows_grow)
     : initializers_(std::move(initializers)),
       automatic_(automatic),
       options_(options),
-      noise_(noise) {}
+      noise_(noise),
+      windows_grow_(windows_grow) {}
 
 Starter::Outcome Starter::attempt(const KeyframeWindow& window, const MakeProblem& make_problem) {
   const bool takes_over = waits_for_motion_;
@@ -36,6 +39,8 @@ Starter::Outcome Starter::attempt(const KeyframeWindow& window, const MakeProble
   InitializationAttempt attempt =
       attemptInitialization(problem, *initializers_.initializer, options);
   if (initializers_.at_rest) attempt.initializer = initializers_.name;
+  if (windows_grow_)
+    confirm(attempts_.empty() ? nullptr : &attempts_.back(), options.acceptance, &attempt);
   keep(std::move(attempt));
   if (!attempts_.back().accepted()) return Outcome::kRefused;
   waits_for_motion_ = false;

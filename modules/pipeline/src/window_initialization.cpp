@@ -4,17 +4,32 @@
 #include <cmath>
 #include <limits>
 
+#include "etalon/core/angles.h"
+#include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/predicted_errors.h"
+#include "etalon/initialization/steps/visual_inertial_problem.h"
 
 namespace etalon {
 
+std::vector<StampedState> InitializationAttempt::states() const {
+  if (!has_vi_ba) return init ? init->states : std::vector<StampedState>();
+  std::vector<StampedState> states;
+  for (size_t k = 0; k < vi_ba.states.size(); ++k)
+    states.emplace_back(keyframes[k], vi_ba.states[k]);
+  return states;
+}
+
 std::vector<SE3> InitializationAttempt::poses() const {
   std::vector<SE3> poses;
-  if (has_vi_ba)
-    for (const NavState& s : vi_ba.states) poses.push_back(s.T_WB);
-  else
-    for (const StampedState& s : init->states) poses.push_back(s.T_WB);
+  for (const StampedState& s : states()) poses.push_back(s.T_WB);
   return poses;
+}
+
+Eigen::MatrixXd InitializationAttempt::covariance() const {
+  if (has_vi_ba) return claimedCovariance(vi_ba);
+  if (!init || init->covariance.size() == 0) return {};
+  return init->covariance.topLeftCorner<11, 11>();
 }
 
 void InitializationAttempt::dropEstimates() {
@@ -24,14 +39,9 @@ void InitializationAttempt::dropEstimates() {
 }
 
 double InitializationAttempt::sigmaGyroBias() const {
-  Eigen::Vector3d variance;
-  if (has_vi_ba && vi_ba.covariance.rows() >= 6)
-    variance = vi_ba.covariance.diagonal().tail<6>().head<3>();
-  else if (!has_vi_ba && init && init->covariance.rows() >= 3)
-    variance = init->covariance.diagonal().head<3>();
-  else
-    return std::numeric_limits<double>::infinity();
-  return std::sqrt(std::max(0.0, variance.maxCoeff()));
+  const Eigen::MatrixXd P = covariance();
+  if (P.size() == 0) return std::numeric_limits<double>::infinity();
+  return std::sqrt(std::max(0.0, P.diagonal().head<3>().maxCoeff()));
 }
 
 InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
@@ -53,20 +63,7 @@ InitializationProblem makeProblem(const StereoInertialCalibration& calibration,
 VisualInertialBaResult refine(const InitializationProblem& problem, const Initialization& start,
                               const WindowOptions& options,
                               std::map<LandmarkId, Eigen::Vector3d>* landmarks) {
-  VisualInertialProblem vi;
-  std::vector<SE3> poses;
-  for (const StampedState& s : start.states) {
-    vi.states.push_back(s);
-    poses.push_back(s.T_WB);
-  }
-  vi.bundle = BundleProblem(
-      buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
-      start.landmarks);
-  vi.bundle.triangulateMissing(poses);
-  vi.preintegrations = problem.preintegrate(start.bias);
-  vi.bias = start.bias;
-  vi.priors = options.priors;
-  vi.gravity_mps2 = options.gravity_mps2;
+  VisualInertialProblem vi = visualInertialProblem(problem, start);
   VisualInertialBaOptions vi_options = options.vi_ba;
   vi_options.check_noise = options.check_noise || options.acceptance.false_alarm_rate > 0.0;
   VisualInertialBaResult refined = solveVisualInertialBa(std::move(vi), vi_options);
@@ -101,6 +98,11 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
     return attempt;
   }
   attempt.init_timings = attempt.init->timings;
+  if (const std::optional<SE3>& found = attempt.init->T_BC) {
+    const SE3 step = found->inverse() * problem.calibration().cameras[0].T_BC;
+    attempt.extrinsics = {*found, degrees(logSO3(step.R).norm()),
+                          (found->t - problem.calibration().cameras[0].T_BC.t).norm()};
+  }
   if (!options.refine) {
     attempt.decision = {};
     attempt.landmarks = attempt.init->landmarks;

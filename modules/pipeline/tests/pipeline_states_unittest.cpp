@@ -96,6 +96,34 @@ TEST_F(PipelineStates, WhatTheFlightSaysOfTheCalibrationIsThereFromTheStartOn) {
               flight().calibration.cameras[0].model);
 }
 
+TEST_F(PipelineStates, AWindowGrowsUntilTheOneBeforeAgrees) {
+  PipelineOptions options;
+  options.min_keyframes = kWindow;
+  options.keyframes = kWindow + 3;
+  options.keyframe_rate_hz = kFrameRateHz;
+  options.window.refine = false;
+  PipelineInitializers initializers;
+  initializers.name = "truth but for the fourth keyframe";
+  initializers.initializer = std::make_shared<Scripted>([](const InitializationProblem& problem) {
+    InitializationResult result = trueInitialization(problem);
+    if (problem.keyframeCount() == kWindow + 1) result->bias.gyro.x() = 1.0;
+    return result;
+  });
+  Pipeline pipeline(flight().calibration, options, initializers);
+  fly(&pipeline);
+  // Three keyframes have nothing to compare with, four contradict them, five contradict the four.
+  ASSERT_EQ(pipeline.attempts().size(), 4U);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(pipeline.attempts()[i].keyframes.size(), kWindow + i);
+    EXPECT_EQ(pipeline.attempts()[i].keyframes.front(), flight().frames[0].t);
+    EXPECT_EQ(pipeline.attempts()[i].accepted(), i == 3);
+  }
+  EXPECT_EQ(pipeline.attempts()[0].decision.error().status, RefusalStatus::kTooFewKeyframes);
+  EXPECT_EQ(pipeline.attempts()[1].decision.error().status, RefusalStatus::kImplausible);
+  EXPECT_EQ(pipeline.attempts()[2].decision.error().status, RefusalStatus::kImplausible);
+  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kWindow + 2].t);
+}
+
 TEST_F(PipelineStates, TheFixedLagOdometryBelievesThePixelsAsConfigured) {
   // The start is the same, whatever the pixels: what differs is what is made of them after it.
   Pipeline as_usual = pipeline(), noisy = pipeline(5.0, 3.5);
@@ -195,7 +223,7 @@ TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndP
       {8, SE3(), Vector3d::Zero()}};
   init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
   const SE3 T_WA(expSO3(Vector3d(0, 0, M_PI / 2)), Vector3d(10, 0, 0));
-  const OdometryStart start = odometryStart(attempt, T_WA, 0.1);
+  const OdometryStart start = odometryStart(attempt, T_WA, BiasPriors());
   EXPECT_LT((start.state.T_WB.t - Vector3d(8, 1, 3)).norm(), 1e-12);
   EXPECT_LT((start.state.v_WB - Vector3d(0.5, 0.5, 0.25)).norm(), 1e-12);
   EXPECT_EQ(start.state.bias.gyro, init.bias.gyro);
@@ -203,6 +231,11 @@ TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndP
   EXPECT_NEAR(P(6, 6), 0.01, 1e-12);
   EXPECT_NEAR(P(9, 9), 4e-4, 1e-12);
   EXPECT_NEAR(P(14, 14), 0.01, 1e-12);
+  BiasPriors device;
+  device.sigma_gyro_rps = 2e-3;
+  device.sigma_accel_mps2 = 2e-2;
+  EXPECT_NEAR(odometryStart(attempt, T_WA, device).covariance(9, 9), 4e-6, 1e-12);
+  EXPECT_NEAR(odometryStart(attempt, T_WA, device).covariance(14, 14), 4e-4, 1e-12);
   // Tilt about the world's x and y, next to nothing about its z: seen in the body.
   const Eigen::Matrix3d R = start.state.T_WB.R;
   const Eigen::Matrix3d in_world = R * P.topLeftCorner<3, 3>() * R.transpose();

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <map>
 
-#include "etalon/benchmark/noise_calibration.h"
+#include "etalon/benchmark/calibration/noise_calibration.h"
 #include "etalon/core/text.h"
 
 namespace etalon {
@@ -83,6 +83,30 @@ std::string copiesNote(const BenchmarkRecord& record) {
 }
 
 }  // namespace
+
+std::string nameOf(SummaryStatistic statistic) {
+  switch (statistic) {
+    case SummaryStatistic::kMean:
+      return "mean";
+    case SummaryStatistic::kMedian:
+      return "median";
+    case SummaryStatistic::kP90:
+      break;
+  }
+  return "90th percentile";
+}
+
+double valueOf(const FigureSummary& figure, SummaryStatistic statistic) {
+  switch (statistic) {
+    case SummaryStatistic::kMean:
+      return figure.mean;
+    case SummaryStatistic::kMedian:
+      return figure.median;
+    case SummaryStatistic::kP90:
+      break;
+  }
+  return figure.p90;
+}
 
 std::string shapeText(const WindowShape& shape) {
   return std::to_string(shape.keyframes) + " keyframes at " + inShort(shape.rate_hz) + " Hz";
@@ -181,7 +205,7 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
       "than a factor of " +
           inShort(kNoiseTolerance) +
           " off by it. It shows that the noise does not fit, not what fits: where another sensor's "
-          "noise is wrong its size and even its direction are. `etalon calibrate-noise` iterates.",
+          "noise is wrong its size and even its direction are. `etalon calibrate-device` iterates.",
       std::move(table), true};
   titled.metric = "noise";
   titled.keyframes = shape.keyframes;

@@ -18,6 +18,10 @@ inline std::string groupOf(const std::string& stage) {
   return stage == kStageInit ? kWithout : kWith;
 }
 
+/** In words: "90th percentile". */
+std::string nameOf(SummaryStatistic statistic);
+double valueOf(const FigureSummary& figure, SummaryStatistic statistic);
+
 std::string shapeText(const WindowShape& shape);
 /** For TitledTable::id. */
 std::string shapeId(const WindowShape& shape);

@@ -97,28 +97,15 @@ const BenchmarkSequence* sequenceOf(const BenchmarkRecord& record, const std::st
   return nullptr;
 }
 
-std::string nameOf(SummaryStatistic statistic) {
-  switch (statistic) {
-    case SummaryStatistic::kMean:
-      return "mean";
-    case SummaryStatistic::kMedian:
-      return "median";
-    case SummaryStatistic::kP90:
-      break;
-  }
-  return "90th percentile";
-}
-
-double valueOf(const FigureSummary& figure, SummaryStatistic statistic) {
-  switch (statistic) {
-    case SummaryStatistic::kMean:
-      return figure.mean;
-    case SummaryStatistic::kMedian:
-      return figure.median;
-    case SummaryStatistic::kP90:
-      break;
-  }
-  return figure.p90;
+/** A figure beside the numbers of windows that it is over. */
+template <typename Value>
+Table judgedLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                   const WindowShape& shape, Layout layout, Value value) {
+  layout.before = {{"windows", "windows", true, 0}, {"judged", "judged", true, 0}};
+  return papersLayout(record, summary, shape, layout, value, [](Table* t, const SummaryRow& row) {
+    t->setNumber("windows", row.count);
+    t->setNumber("judged", row.judged);
+  });
 }
 
 TitledTable successTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -127,13 +114,8 @@ TitledTable successTable(const BenchmarkRecord& record, const std::vector<Summar
   layout.decimals = 1;
   layout.factor = 100.0;
   layout.least_is_best = false;
-  layout.before = {{"windows", "windows", true, 0}, {"judged", "judged", true, 0}};
-  Table table = papersLayout(
-      record, summary, shape, layout, [](const SummaryRow& row) { return row.success_rate; },
-      [](Table* t, const SummaryRow& row) {
-        t->setNumber("windows", row.count);
-        t->setNumber("judged", row.judged);
-      });
+  Table table = judgedLayout(record, summary, shape, layout,
+                             [](const SummaryRow& row) { return row.success_rate; });
   return described({"success" + shapeId(shape), "Success [%], " + shapeText(shape),
                     "Gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
                     "windows whose ground truth allows to judge it; a refused window counts as a "
@@ -150,13 +132,8 @@ TitledTable goodEstimatesTable(const BenchmarkRecord& record,
   layout.factor = 100.0;
   layout.least_is_best = false;
   layout.stages = {kStageViBa};
-  layout.before = {{"windows", "windows", true, 0}, {"judged", "judged", true, 0}};
-  Table table = papersLayout(
-      record, summary, shape, layout, [](const SummaryRow& row) { return row.good_estimate_rate; },
-      [](Table* t, const SummaryRow& row) {
-        t->setNumber("windows", row.count);
-        t->setNumber("judged", row.judged);
-      });
+  Table table = judgedLayout(record, summary, shape, layout,
+                             [](const SummaryRow& row) { return row.good_estimate_rate; });
   return described({"good_estimates" + shapeId(shape),
                     "Good estimates, accepted or not [%], " + shapeText(shape),
                     "As success, but of all estimates of VI-BA, whether they were accepted as a "
@@ -179,6 +156,38 @@ TitledTable refusalTable(const BenchmarkRecord& record, const std::vector<Summar
                     "or it was not accepted as a start.",
                     std::move(table), true},
                    shape, "refusals", "count", false);
+}
+
+TitledTable falseAcceptTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                             const WindowShape& shape) {
+  Layout layout;
+  layout.mark_best = false;
+  layout.stages = {kStageViBa};
+  Table table = judgedLayout(record, summary, shape, layout,
+                             [](const SummaryRow& row) -> double { return row.false_accepts; });
+  return described(
+      {"false_accepts" + shapeId(shape), "False accepts, " + shapeText(shape),
+       "Accepted, but gravity is off by 2 deg or more, velocity by 0.1 m/s or more, or "
+       "tilt, velocity or accelerometer bias by more than 3.5 standard deviations of "
+       "the estimate's own covariance.",
+       std::move(table), true},
+      shape, "false_accepts", "count", false);
+}
+
+TitledTable windowLengthTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                              const WindowShape& shape) {
+  Layout layout;
+  layout.decimals = 2;
+  layout.mark_best = false;
+  layout.stages = {kStageViBa};
+  Table table = judgedLayout(record, summary, shape, layout,
+                             [](const SummaryRow& row) { return row.window_s.median; });
+  return described(
+      {"window_s" + shapeId(shape), "Length of accepted windows [s], median, " + shapeText(shape),
+       "They grow from " + std::to_string(record.protocol.min_keyframes) +
+           " keyframes; run times are those of all attempts.",
+       std::move(table), true},
+      shape, "window_s", "median", false);
 }
 
 TitledTable runtimeTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
@@ -277,6 +286,9 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
     tables.push_back(successTable(record, summary, shape));
     if (vi_ba) tables.push_back(goodEstimatesTable(record, summary, shape));
     tables.push_back(refusalTable(record, summary, shape));
+    if (vi_ba) tables.push_back(falseAcceptTable(record, summary, shape));
+    if (vi_ba && record.protocol.min_keyframes > 0)
+      tables.push_back(windowLengthTable(record, summary, shape));
     for (const WindowMetric& metric : windowMetrics())
       for (const SummaryStatistic statistic :
            {SummaryStatistic::kMean, SummaryStatistic::kMedian, SummaryStatistic::kP90})

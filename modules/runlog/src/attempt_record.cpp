@@ -1,12 +1,15 @@
 #include "etalon/runlog/attempt_record.h"
 
 #include "etalon/evaluation/consistency.h"
+#include "etalon/initialization/predicted_errors.h"
 
 namespace etalon {
 namespace {
 
 constexpr const char* kInitCovarianceOrder =
-    "b_g [rad/s], b_a [m/s^2], gravity direction [rad, 2], v_WB of the last keyframe [m/s]";
+    "b_g [rad/s], b_a [m/s^2], gravity direction [rad, 2], v_WB of the last keyframe [m/s]; "
+    "then, where it is known, rotation [rad, right perturbation] and position [m] of the other "
+    "keyframes relative to the first";
 constexpr const char* kViBaCovarianceOrder =
     "rotation [rad, right perturbation], position [m], v_WB [m/s] of every keyframe, then b_g "
     "[rad/s], b_a [m/s^2]";
@@ -54,6 +57,7 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   if (attempt.has_vi_ba) record.timings.push_back({kTimingViBa, attempt.vi_ba_ms});
   for (const StageTiming& timing : attempt.init_timings) record.timings.push_back(timing);
 
+  record.extrinsics = attempt.extrinsics;
   if (attempt.init) {
     StageRecord stage = makeStage(kStageInit, attempt.init->states, attempt.init->bias,
                                   attempt.init->covariance, gravity_mps2, truth);

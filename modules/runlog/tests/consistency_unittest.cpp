@@ -100,9 +100,10 @@ TEST(Consistency, WindowsAndSummaryHaveTheColumns) {
   record.results[1].attempt.stages[1].errors->tilt_nees = 0.5;
   record.results[2].attempt.stages[1].errors->tilt_nees = WindowErrors::kNone;
   const std::string windows = windowsCsv(windowRows(record));
-  EXPECT_NE(windows.find(",scale_error,tilt_nees,velocity_nees,gyro_bias_nees,accel_bias_nees,"
-                         "runtime_ms\n"),
-            std::string::npos);
+  EXPECT_NE(
+      windows.find(",scale_error,tilt_nees,velocity_nees,gyro_bias_nees,accel_bias_nees,window_s,"
+                   "runtime_ms\n"),
+      std::string::npos);
   EXPECT_NE(windows.find(",2.18,0.5,1.33333333,"), std::string::npos) << windows;
   const SummaryRow vi_ba = summarize(record)[2];
   ASSERT_EQ(vi_ba.stage, kStageViBa);

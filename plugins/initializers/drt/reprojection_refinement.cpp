@@ -100,16 +100,19 @@ MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const Linea
 
   const Eigen::LLT<MatrixXd> information(H.bottomRightCorner(all - 3, all - 3));
   if (information.info() != Eigen::Success) return {};
-  // The caller wants b_a, gravity and the last velocity.
-  const Index unknowns = all - 3, last_velocity = 2 * n - 6;
-  MatrixXd picked = MatrixXd::Zero(12, unknowns);
+  // The caller wants b_a, gravity, the last velocity and the poses.
+  const Index unknowns = all - 3, last_velocity = 2 * n - 6, moved = n / 3 - 1;
+  MatrixXd picked = MatrixXd::Zero(12 + 6 * moved, unknowns);
   picked.block<3, 3>(3, unknowns - 3).setIdentity();
   picked.block<3, 2>(6, unknowns - 5) = state.g_V.norm() * tangentBasis(state.g_V);
   picked.block<3, 3>(9, last_velocity).setIdentity();
+  for (Index k = 0; k < moved; ++k) picked.block<3, 3>(12 + 6 * k + 3, 3 * k).setIdentity();
   const MatrixXd by_gradient = information.solve(picked.transpose()).transpose();
   MatrixXd errors = -by_gradient * by_sources.bottomRows(unknowns);
   errors.topRows<3>().rightCols<3>().setIdentity();
-  const Eigen::Matrix<double, 12, 12> P =
+  for (Index k = 0; k < moved; ++k)
+    errors.middleRows<3>(12 + 6 * k) = response.rotations.middleRows<3>(3 * k + 3);
+  const MatrixXd P =
       errors * response.sources * errors.transpose() +
       by_gradient * noise.bottomRightCorner(unknowns, unknowns) * by_gradient.transpose();
   const Matrix3d R_WV = rotationBetween(state.g_V, -Vector3d::UnitZ());

@@ -66,9 +66,7 @@ class Edi : public Initializer {
     options.first_velocity = true;
     const CombinedRows positions(problem, filtered.preintegrations, estimate,
                                  positionsOfPairs(estimate.T_VB, filtered.preintegrations));
-    if (const auto solved =
-            solveCombinedRows(problem, positions, filtered.pose_errors, options, &estimate);
-        !solved)
+    if (const auto solved = solveCombinedRows(problem, positions, options, &estimate); !solved)
       return refuse(solved.error());
     Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"rotation_filter", filter_ms}, {"closed_form", watch.lapMilliseconds()}};

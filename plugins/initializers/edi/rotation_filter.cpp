@@ -102,10 +102,8 @@ FilteredRotations filterRotations(const InitializationProblem& problem,
     for (Preintegration& p : result.preintegrations) p = p.reintegrated(estimate.bias);
     for (Index k = 0; k < n; ++k) estimate.T_VB[k + 1].R = filter.R_VB[k + 1];
     if (known) {
-      result.pose_errors = poses;
-      for (Index k = 0; k < n; ++k)
-        result.pose_errors.middleRows<3>(6 * k) = filter.rotation_errors[k];
-      estimate.errors = StateErrors{*sources, sources->priorMean()};
+      for (Index k = 0; k < n; ++k) poses.middleRows<3>(6 * k) = filter.rotation_errors[k];
+      estimate.errors = StateErrors{*sources, sources->priorMean(), poses};
       estimate.errors->map.topRows<3>() = filter.map.bottomRows<3>();
     }
     constexpr double kStandsStill = 1e-6;  // rad/s

@@ -24,7 +24,6 @@ namespace etalon::plugins {
 struct FilteredRotations {
   VisualFrameEstimate estimate;  ///< attitudes after each update, positions of stereo odometry
   std::vector<Preintegration> preintegrations;  ///< at its b_g
-  Eigen::MatrixXd pose_errors;  ///< of keyframes 1.., [rotation, position]; empty without errors
 };
 
 /**

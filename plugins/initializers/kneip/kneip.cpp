@@ -125,7 +125,6 @@ class Kneip : public Initializer {
   static void addGravityErrors(const CombinedRows& equation, const Matrix3d& by_y,
                                const Vector3d& g, VisualFrameEstimate* estimate) {
     StateErrors& errors = *estimate->errors;
-    const PoseErrors poses = errors.sources.poses();
     const MatrixXd biases = errors.map.topRows<6>();
     // Its magnitude is set: errors along it go.
     const Vector3d up = g.normalized();
@@ -134,8 +133,8 @@ class Kneip : public Initializer {
     CombinedErrors solution;
     solution.accel = biases.bottomRows<3>();
     solution.gravity =
-        across * by_y * equation.T * rowErrors(equation.rows, errors.sources, poses, biases);
-    addErrors(equation, poses, estimate->T_VB, solution, &errors);
+        across * by_y * equation.T * rowErrors(equation.rows, errors.sources, errors.poses, biases);
+    addErrors(equation, estimate->T_VB, solution, &errors);
   }
 
   bool free_scale_ = false;

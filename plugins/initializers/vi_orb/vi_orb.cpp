@@ -5,30 +5,6 @@
 
 namespace etalon::plugins {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
-namespace {
-
-/**
- * Equations of three consecutive keyframes, m s, in which no velocity occurs (eqs. 11 to 13):
- *   dt_k R_k+1 r_p(k+1) - dt_k+1 R_k r_p(k) + dt_k dt_k+1 R_k r_v(k).
- * @return T, 3(N-2) x 6(N-1)
- */
-MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& pairs) {
-  const Index triples = pairs.size() - 1;
-  MatrixXd T = MatrixXd::Zero(3 * triples, 6 * (triples + 1));
-  for (Index k = 0; k < triples; ++k) {
-    const double dt = pairs[k].dt(), next_dt = pairs[k + 1].dt();
-    T.block<3, 3>(3 * k, 6 * k) = -next_dt * T_VB[k].R;
-    T.block<3, 3>(3 * k, 6 * k + 3) = dt * next_dt * T_VB[k].R;
-    T.block<3, 3>(3 * k, 6 * k + 6) = dt * T_VB[k + 1].R;
-  }
-  return T;
-}
-
-}  // namespace
-
 /**
  * The initialization of visual-inertial ORB-SLAM (Mur-Artal and Tardos, RA-L 2017, section IV) on
  * the poses of stereo odometry (README.md beside this file).
@@ -64,9 +40,7 @@ class ViOrb : public Initializer {
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const CombinedRows triples(problem, gyro->preintegrations, estimate,
                                triplesOfPairs(estimate.T_VB, gyro->preintegrations));
-    const PoseErrors poses = estimate.errors ? estimate.errors->sources.poses() : PoseErrors();
-    if (const auto solved = solveCombinedRows(problem, triples, poses, options_, &estimate);
-        !solved)
+    if (const auto solved = solveCombinedRows(problem, triples, options_, &estimate); !solved)
       return refuse(solved.error());
     Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"triples", watch.lapMilliseconds()}};

@@ -18,10 +18,14 @@ class VinsAlignment : public Initializer {
  public:
   void declareParameters(ParameterSet& parameters) override {
     parameters.add(
-        "variant", &variant_, {{"alignment", Variant::kAlignment}, {"fusion", Variant::kFusion}},
-        "alignment: velocities and gravity by linear alignment (VINS-Mono). fusion: what "
-        "VINS-Fusion does with a stereo camera, gravity from the first accelerometer "
-        "readings and velocities integrated from zero.");
+        "variant", &variant_,
+        {{"alignment", Variant::kAlignment},
+         {"esvio", Variant::kEsvio},
+         {"fusion", Variant::kFusion}},
+        "alignment: velocities and gravity by linear alignment (VINS-Mono). esvio: the same as "
+        "published, without weights and with one solution for b_g, which is what ESVIO does with "
+        "stereo poses. fusion: what VINS-Fusion does with a stereo camera, gravity from the first "
+        "accelerometer readings and velocities integrated from zero.");
     parameters.add("weights", &weights_,
                    {{"none", RowWeights::kNone},
                     {"imu", RowWeights::kImu},
@@ -51,7 +55,7 @@ class VinsAlignment : public Initializer {
     if (!found) return refuse(found.error());
     const VisualSolution& visual = **found;
     Stopwatch watch;
-    const auto gyro = gyroBiasOfRotations(problem, visual, weights_, gyro_passes_);
+    const auto gyro = gyroBiasOfRotations(problem, visual, weights(), gyroPasses());
     if (!gyro)
       return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
@@ -72,15 +76,19 @@ class VinsAlignment : public Initializer {
   }
 
  private:
-  enum class Variant { kAlignment, kFusion };
+  enum class Variant { kAlignment, kEsvio, kFusion };
+
+  RowWeights weights() const { return variant_ == Variant::kEsvio ? RowWeights::kNone : weights_; }
+  int gyroPasses() const { return variant_ == Variant::kEsvio ? 1 : gyro_passes_; }
+
   /** Fills velocities and gravity. */
   Expected<void> align(const InitializationProblem& problem, const VisualSolution& visual,
                        const std::vector<Preintegration>& preintegrations,
                        VisualFrameEstimate* estimate) const {
     LinearAlignmentOptions options;
     options.gravity_mps2 = problem.gravityMagnitude();
-    options.weighted = weights_ != RowWeights::kNone;
-    if (weights_ == RowWeights::kImuAndVision) options.pose_covariance = visual.covariance;
+    options.weighted = weights() != RowWeights::kNone;
+    if (weights() == RowWeights::kImuAndVision) options.pose_covariance = visual.covariance;
     options.tangent_iterations = gravity_iterations_;
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);

@@ -27,9 +27,18 @@ namespace {
 constexpr int kKeyframes = 10;
 constexpr double kKeyframeRate = 4.0;  // Hz
 constexpr double kAtRest = 0.05;       // m/s: no keyframe of the window is faster
-constexpr const char* kInitializers[] = {
-    "eta", "orbslam3_inertial_only", "stereo_nec", "vins_alignment",
-    "drt", "joint_closed_form",      "etalon"};
+constexpr const char* kInitializers[] = {"eta",
+                                         "orbslam3_inertial_only",
+                                         "stereo_nec",
+                                         "vi_orb",
+                                         "edi",
+                                         "huang_stereo",
+                                         "kneip",
+                                         "vins_alignment",
+                                         "drt",
+                                         "joint_mle",
+                                         "joint_closed_form",
+                                         "etalon"};
 
 /** A recorded flight with an IMU of its own. */
 class Flight {

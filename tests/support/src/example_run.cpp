@@ -58,6 +58,8 @@ RunRecord exampleRecord() {
   accepted.keyframes = {kFirstImage + 1, kFirstImage + 250'000'001, kFirstImage + 500'000'001};
   accepted.status = kStatusSuccess;
   accepted.timings = {{kTimingStereoOdometry, 12.5}, {kTimingInitialize, 3.25}, {kTimingViBa, 30}};
+  const SE3 T_BC(Eigen::Matrix3d::Identity(), {0.1, 0.2, -0.3});  // reads back to the last bit
+  accepted.extrinsics = FoundExtrinsics{T_BC, 1.25, 0.05};
   accepted.stages = {exampleStage(kStageInit, 1.1), exampleStage(kStageViBa, 0.7)};
   accepted.stages[1].covariance.resize(2, 2);
   accepted.stages[1].covariance << 1e-6, 2e-7, 3e-7, 1.0 / 3.0;

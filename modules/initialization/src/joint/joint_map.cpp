@@ -110,6 +110,7 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
     const double moved = (estimate->bias.gyro - before.gyro).norm();
     if (moved < options.converged_rps && tracks->nearFinalScale() && pass > 0)
       summary.termination = Termination::kConverged;
+    if (summary.converged()) break;  // the derivatives no longer change
     for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
     *motion = composeMotion(*preintegrations, slowAcceleration(problem, options.model));
   }
@@ -191,12 +192,11 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   if (const auto good = check(options, tracks, estimate); !good) return refuse(good.error());
   Initialization result = makeResult(problem, nodes, window, tracks, estimate);
   // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
-  if (options.model.imu_noise && options.model.estimate_accel_bias) {
-    tracks.linearize(estimate.T_VB);
+  // The tracks' information is that of the last pass, whose step was too short to change it.
+  if (options.model.imu_noise && options.model.estimate_accel_bias)
     result.covariance =
         system(problem, motion, tracks, tracks.fisherShare(), estimate, options.model)
-            .covariance(estimate);
-  }
+            .covariance(estimate, nodes.keyframes);
   result.timings = {{"start", start_ms}, {"closed_form", watch.lapMilliseconds()}};
   return result;
 }

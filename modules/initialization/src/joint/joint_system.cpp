@@ -96,7 +96,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   VectorXd w = s;
   if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
     noise_y_ = poseRows(motion.covariance);
-    last_noise_ = motion.covariance.bottomRightCorner<3, 3>();
+    noise_ = motion.covariance;
     MatrixXd noise = poseRows(noise_y_.transpose());
     if (model.sigma_shared_rad > 0.0)
       noise += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
@@ -132,7 +132,8 @@ bool JointSystem::solve(JointEstimate* estimate) const {
   return true;
 }
 
-MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
+MatrixXd JointSystem::covariance(const JointEstimate& estimate,
+                                 const std::vector<size_t>& keyframes) const {
   // Gravity moves in its tangent plane: x = T x', 12 x 11.
   MatrixXd T = MatrixXd::Zero(kUnknowns, kUnknowns - 1);
   T.topLeftCorner<9, 9>().setIdentity();
@@ -141,20 +142,26 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate) const {
   if (information.info() != Eigen::Success) return {};
   const MatrixXd P = T * information.solve(T.transpose());
 
-  // The last node's velocity by x, and what of its noise is left.
-  MatrixXd last = J9_.bottomRows<3>();
-  Matrix3d left = Matrix3d::Zero();
+  // The last node's velocity and the keyframes' poses by x, and what of their noise is left.
+  std::vector<Index> rows;
+  for (Index i = 0; i < 3; ++i) rows.push_back(J9_.rows() - 3 + i);
+  for (size_t k = 1; k < keyframes.size(); ++k)
+    for (Index i = 0; i < kPose; ++i)
+      rows.push_back(ClosedFormMotion::kError * static_cast<Index>(keyframes[k] - 1) + i);
+  MatrixXd by_x = J9_(rows, Eigen::all), left = MatrixXd::Zero(by_x.rows(), by_x.rows());
   if (imu_noise_) {
-    const MatrixXd noise = noise_y_.rightCols<3>();  // of the last velocity
-    last -= noise.transpose() * W_ * poseRows(J9_);
-    left = last_noise_ - noise.transpose() * W_ * noise;
+    const MatrixXd noise = noise_y_(Eigen::all, rows), weighted = noise.transpose() * W_;
+    by_x.noalias() -= weighted * poseRows(J9_);
+    left = noise_(rows, rows);
+    left.noalias() -= weighted * noise;
   }
-  MatrixXd G = MatrixXd::Zero(12, kUnknowns);  // [b_g, b_a, g, last velocity]
+  // [b_g, b_a, g, last velocity, poses]
+  MatrixXd G = MatrixXd::Zero(9 + by_x.rows(), kUnknowns);
   G.block<6, 6>(0, kGyroBias).setIdentity();
   G.block<3, 3>(6, kGravity).setIdentity();
-  G.bottomRows<3>() = last;
-  Eigen::Matrix<double, 12, 12> in_V = G * P * G.transpose();
-  in_V.bottomRightCorner<3, 3>() += left;
+  G.bottomRows(by_x.rows()) = by_x;
+  MatrixXd in_V = G * P * G.transpose();
+  in_V.bottomRightCorner(left.rows(), left.cols()) += left;
   const Matrix3d R_WV = rotationBetween(estimate.g_V, -Vector3d::UnitZ());
   return covarianceInWorld(in_V, R_WV, R_WV * estimate.v_VB.back(), gravity_mps2_);
 }

@@ -34,7 +34,7 @@ void CombinedRowsOptions::declare(ParameterSet& parameters) {
 namespace {
 
 /** Unknowns of the second solution: gravity along its sphere (rad), change of b_a; then what is
- * wanted of v_0 and the change of the scale. */
+ * wanted of v_0, the change of the scale and x. */
 enum Unknown : Index { kTilt = 0, kAccel = 2, kOthers = 5 };
 
 /** dz/dy of the least-squares solution of M z = y, by singular values. */
@@ -58,9 +58,11 @@ struct LeastSquares {
 
 /** Columns of what is wanted besides gravity and b_a. */
 MatrixXd otherColumns(const CombinedRows& rows, const CombinedRowsOptions& options) {
-  MatrixXd others(rows.y.size(), (options.first_velocity ? 3 : 0) + (options.free_scale ? 1 : 0));
+  const Index velocity = options.first_velocity ? 3 : 0, scale = options.free_scale ? 1 : 0;
+  MatrixXd others(rows.y.size(), velocity + scale + rows.extra.cols());
   if (options.first_velocity) others.leftCols<3>() = rows.first_velocity;
-  if (options.free_scale) others.rightCols<1>() = rows.scale;
+  if (options.free_scale) others.col(velocity) = rows.scale;
+  others.rightCols(rows.extra.cols()) = rows.extra;
   return others;
 }
 
@@ -88,19 +90,17 @@ Expected<Vector3d> seedGravity(const InitializationProblem& problem, const Combi
   return magnitude * free.normalized();
 }
 
-MatrixXd errorsOf(const CombinedRows& rows, const ErrorSources& sources,
-                  const PoseErrors& pose_errors, const MatrixXd& bias_errors) {
-  return rows.T * rowErrors(rows.rows, sources, pose_errors, bias_errors);
+MatrixXd errorsOf(const CombinedRows& rows, const StateErrors& errors,
+                  const MatrixXd& bias_errors) {
+  return rows.T * rowErrors(rows.rows, errors.sources, errors.poses, bias_errors);
 }
 
 /** W such that W^T W is the inverse covariance of T r with exact biases; the identity if that is
  * singular. */
-MatrixXd whiteningOf(const CombinedRows& rows, const ErrorSources& sources,
-                     const PoseErrors& pose_errors) {
-  const MatrixXd exact = MatrixXd::Zero(6, pose_errors.cols());
+MatrixXd whiteningOf(const CombinedRows& rows, const StateErrors& errors) {
+  const MatrixXd exact = MatrixXd::Zero(6, errors.map.cols());
   const MatrixXd identity = MatrixXd::Identity(rows.y.size(), rows.y.size());
-  const Eigen::LLT<MatrixXd> noise(
-      sources.covarianceOf(errorsOf(rows, sources, pose_errors, exact)));
+  const Eigen::LLT<MatrixXd> noise(errors.sources.covarianceOf(errorsOf(rows, errors, exact)));
   return noise.info() == Eigen::Success ? MatrixXd(noise.matrixL().solve(identity)) : identity;
 }
 
@@ -112,12 +112,12 @@ struct Refinement {
 };
 
 Expected<Refinement> refine(const InitializationProblem& problem, const CombinedRows& rows,
-                            const PoseErrors& pose_errors, const MatrixXd& others,
-                            const CombinedRowsOptions& options, VisualFrameEstimate* estimate) {
+                            const MatrixXd& others, const CombinedRowsOptions& options,
+                            VisualFrameEstimate* estimate) {
   const Index n = rows.y.size(), unknowns = kOthers + others.cols();
   MatrixXd whitening = MatrixXd::Identity(n, n), prior(0, unknowns);
   if (options.weighted && estimate->errors) {
-    whitening = whiteningOf(rows, estimate->errors->sources, pose_errors);
+    whitening = whiteningOf(rows, *estimate->errors);
     prior = MatrixXd::Zero(3, unknowns);
     prior.middleCols<3>(kAccel).diagonal().setConstant(1.0 / problem.priors().sigma_accel_mps2);
   }
@@ -142,30 +142,49 @@ Expected<Refinement> refine(const InitializationProblem& problem, const Combined
 }
 
 CombinedErrors errorsOf(const Refinement& refined, const CombinedRows& rows,
-                        const PoseErrors& pose_errors, const CombinedRowsOptions& options,
-                        const StateErrors& errors) {
-  MatrixXd biases = MatrixXd::Zero(6, pose_errors.cols());
+                        const CombinedRowsOptions& options, const StateErrors& errors) {
+  MatrixXd biases = MatrixXd::Zero(6, errors.map.cols());
   biases.topRows<3>() = errors.map.topRows<3>();
-  MatrixXd solution = refined.by_rows * errorsOf(rows, errors.sources, pose_errors, biases);
+  MatrixXd solution = refined.by_rows * errorsOf(rows, errors, biases);
   if (refined.by_prior.size() > 0)
     solution += refined.by_prior * errors.sources.priorMean().bottomRows<3>();
   CombinedErrors result;
   result.accel = solution.middleRows<3>(kAccel);
   result.gravity = refined.g_basis * solution.topRows<2>();
-  if (options.first_velocity) result.first_velocity = solution.middleRows<3>(kOthers);
-  if (options.free_scale) result.scale = solution.bottomRows<1>();
+  Index at = kOthers;
+  if (options.first_velocity) {
+    result.first_velocity = solution.middleRows<3>(at);
+    at += 3;
+  }
+  if (options.free_scale) result.scale = solution.row(at++);
+  result.extra = solution.bottomRows(solution.rows() - at);
   return result;
 }
 
 }  // namespace
 
+MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& pairs) {
+  const Index triples = pairs.size() - 1;
+  MatrixXd T = MatrixXd::Zero(3 * triples, 6 * (triples + 1));
+  for (Index k = 0; k < triples; ++k) {
+    const double dt = pairs[k].dt(), next_dt = pairs[k + 1].dt();
+    T.block<3, 3>(3 * k, 6 * k) = -next_dt * T_VB[k].R;
+    T.block<3, 3>(3 * k, 6 * k + 3) = dt * next_dt * T_VB[k].R;
+    T.block<3, 3>(3 * k, 6 * k + 6) = dt * T_VB[k + 1].R;
+  }
+  return T;
+}
+
 CombinedRows::CombinedRows(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
-                           const VisualFrameEstimate& estimate, MatrixXd combination)
+                           const VisualFrameEstimate& estimate, MatrixXd combination,
+                           MatrixXd extra_columns)
     : pairs(preintegrations),
       rows(linearAlignmentRows(estimate.T_VB, pairs, estimate.bias)),
       T(std::move(combination)),
-      pair_scale(VectorXd::Zero(rows.y.size())) {
+      pair_scale(VectorXd::Zero(rows.y.size())),
+      pair_extra(std::move(extra_columns)) {
+  if (pair_extra.cols() == 0) pair_extra.resize(rows.y.size(), 0);
   for (const SE3& T_VB : estimate.T_VB)
     camera.push_back(T_VB * problem.calibration().cameras[0].T_BC.t);
   for (size_t k = 0; k < pairs.size(); ++k)
@@ -174,32 +193,29 @@ CombinedRows::CombinedRows(const InitializationProblem& problem,
   gravity = T * rows.A.rightCols<3>();
   accel = T * rows.by_bias.rightCols<3>();
   scale = T * pair_scale;
+  extra = T * pair_extra;
   y = T * rows.y;
 }
 
-Expected<void> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
-                                 const PoseErrors& pose_errors, const CombinedRowsOptions& options,
-                                 VisualFrameEstimate* estimate) {
+Expected<VectorXd> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
+                                     const CombinedRowsOptions& options,
+                                     VisualFrameEstimate* estimate) {
   const MatrixXd others = otherColumns(rows, options);
   const auto seed = seedGravity(problem, rows, others, options);
   if (!seed) return refuse(seed.error());
   estimate->g_V = *seed;
-  const auto refined = refine(problem, rows, pose_errors, others, options, estimate);
+  const auto refined = refine(problem, rows, others, options, estimate);
   if (!refined) return refuse(refined.error());
   if (estimate->errors)
-    addErrors(rows, pose_errors, estimate->T_VB,
-              errorsOf(*refined, rows, pose_errors, options, *estimate->errors),
+    addErrors(rows, estimate->T_VB, errorsOf(*refined, rows, options, *estimate->errors),
               &*estimate->errors);
   const VectorXd& change = refined->change;
   estimate->bias.accel += change.segment<3>(kAccel);
-  if (options.free_scale) rescale(1.0 + change[change.size() - 1], rows.camera, estimate);
-  if (options.first_velocity) {
-    const Vector3d first = change.segment<3>(kOthers);
-    solveVelocities(rows.pairs, &first, estimate);
-  } else {
-    solveVelocities(rows.pairs, nullptr, estimate);
-  }
-  return {};
+  const Index scale_at = kOthers + (options.first_velocity ? 3 : 0);
+  if (options.free_scale) rescale(1.0 + change[scale_at], rows.camera, estimate);
+  const Vector3d first = options.first_velocity ? Vector3d(change.segment<3>(kOthers)) : Vector3d();
+  solveVelocities(rows.pairs, options.first_velocity ? &first : nullptr, estimate);
+  return VectorXd(change.tail(rows.extra.cols()));
 }
 
 void solveVelocities(const std::vector<Preintegration>& pairs, const Vector3d* first,
@@ -219,15 +235,16 @@ void solveVelocities(const std::vector<Preintegration>& pairs, const Vector3d* f
   }
 }
 
-void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
-               const std::vector<SE3>& T_VB, const CombinedErrors& solution, StateErrors* errors) {
+void addErrors(const CombinedRows& rows, const std::vector<SE3>& T_VB,
+               const CombinedErrors& solution, StateErrors* errors) {
   const Index N = T_VB.size();
-  MatrixXd map(StateErrors::kVelocity + 3 * N, pose_errors.cols());
+  MatrixXd map(StateErrors::kVelocity + 3 * N, errors->map.cols());
   map.topRows<3>() = errors->map.topRows<3>();
   map.middleRows<3>(StateErrors::kAccel) = solution.accel;
   map.middleRows<3>(StateErrors::kGravity) = solution.gravity;
-  MatrixXd of_rows = rowErrors(rows.rows, errors->sources, pose_errors, map.topRows<6>());
+  MatrixXd of_rows = rowErrors(rows.rows, errors->sources, errors->poses, map.topRows<6>());
   if (solution.scale.size() > 0) of_rows -= rows.pair_scale * solution.scale;
+  if (solution.extra.size() > 0) of_rows -= rows.pair_extra * solution.extra;
   const bool integrated = solution.first_velocity.size() > 0;
   const auto velocity = [&](Index k) { return map.middleRows(StateErrors::kVelocity + 3 * k, 3); };
   if (integrated) velocity(0) = solution.first_velocity;
@@ -240,6 +257,8 @@ void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
           velocity(k) + dt * solution.gravity - T_VB[k].R * of_rows.middleRows<3>(6 * k + 3);
   }
   errors->map = std::move(map);
+  for (Index k = 1; k < N && solution.scale.size() > 0; ++k)
+    errors->poses.middleRows<3>(6 * k - 3) += (rows.camera[k] - rows.camera[0]) * solution.scale;
 }
 
 void rescale(double factor, const std::vector<Vector3d>& camera, VisualFrameEstimate* estimate) {

@@ -89,7 +89,8 @@ VisualFrameEstimate RotationBias::estimate(const InitializationProblem& problem,
   const Index n = preintegrations.size();
   if (visual.covariance.rows() != 6 * n) return result;
   StateErrors errors{ErrorSources(problem, preintegrations), {}};
-  MatrixXd rotations = rotationByPoses(visual) * errors.sources.poses();
+  errors.poses = errors.sources.poses();
+  MatrixXd rotations = rotationByPoses(visual) * errors.poses;
   const MatrixXd imu = errors.sources.imu();
   for (Index k = 0; k < n; ++k) rotations.middleRows<3>(3 * k) -= imu.middleRows<3>(9 * k);
   errors.map = errors.sources.priorMean();

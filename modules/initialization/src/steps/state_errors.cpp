@@ -37,8 +37,10 @@ MatrixXd ErrorSources::select(Index first, Index rows) const {
 
 MatrixXd StateErrors::covariance(const Matrix3d& R_WV, const Vector3d& v_WB,
                                  double gravity_mps2) const {
-  MatrixXd errors(12, map.cols());
-  errors << map.topRows<9>(), map.bottomRows<3>();
+  MatrixXd errors(12 + poses.rows(), map.cols());
+  errors.topRows<9>() = map.topRows<9>();
+  errors.middleRows<3>(9) = map.bottomRows<3>();
+  if (poses.size() > 0) errors.bottomRows(poses.rows()) = poses;
   return covarianceInWorld(sources.covarianceOf(errors), R_WV, v_WB, gravity_mps2);
 }
 
@@ -54,6 +56,7 @@ std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& probl
   if (response.by_residuals.size() == 0) return {};
   StateErrors errors{ErrorSources(problem, preintegrations, measured_gyro_bias), {}};
   const ErrorSources& sources = errors.sources;
+  errors.poses = sources.poses();
   const MatrixXd solution =
       response.by_residuals * (response.residuals_by_poses * sources.poses() - sources.imu()) +
       response.by_prior_mean * sources.priorMean() +

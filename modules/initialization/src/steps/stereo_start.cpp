@@ -71,11 +71,24 @@ StereoPoints stereoPoints(const VisualWindow& window, double max_chi2) {
 
 namespace {
 
-/** A landmark in two neighbouring keyframes: y = t + G b, whitened by `root`. */
+/** A landmark in two neighbouring keyframes: y = t + G b, whitened by `root`. The products are those
+ * of the normal equations. */
 struct TurnedPoint {
   size_t step;
   Vector3d y;
   Matrix3d G, root;
+  Matrix3d W, WG, GtWG;
+  Vector3d Wy, GtWy;
+
+  TurnedPoint(size_t from, const Vector3d& difference, const Matrix3d& by_bias,
+              const Matrix3d& whitening)
+      : step(from), y(difference), G(by_bias), root(whitening) {
+    W.noalias() = root * root;
+    WG.noalias() = W * G;
+    GtWG.noalias() = G.transpose() * WG;
+    Wy.noalias() = W * y;
+    GtWy.noalias() = WG.transpose() * y;
+  }
 };
 
 std::vector<TurnedPoint> turnedPoints(const StereoPoints& points,
@@ -90,8 +103,8 @@ std::vector<TurnedPoint> turnedPoints(const StereoPoints& points,
       const Vector3d &p = seen[i - 1].p_B, &q = seen[i].p_B;
       const double range = p.norm();
       const Matrix3d along = p * p.transpose() / (range * range);
-      result.push_back({step, p - imu.deltas().dR * q, -imu.deltas().dR * hat(q) * imu.dR_dbg(),
-                        (Matrix3d::Identity() - along + baseline_m / range * along) / range});
+      result.emplace_back(step, p - imu.deltas().dR * q, -imu.deltas().dR * hat(q) * imu.dR_dbg(),
+                          (Matrix3d::Identity() - along + baseline_m / range * along) / range);
     }
   return result;
 }
@@ -102,6 +115,7 @@ Vector3d gyroBiasOfPoints(const StereoPoints& points,
                           const std::vector<Preintegration>& preintegrations, double baseline_m,
                           double sigma_prior_rps) {
   constexpr int kIterations = 10;
+  constexpr double kStill = 1e-5;  // rad/s: what comes after starts from here
   constexpr double kNoise = 1e-3;  // rad: residuals below are not told apart
   const std::vector<TurnedPoint> turned = turnedPoints(points, preintegrations, baseline_m);
   const size_t steps = preintegrations.size();
@@ -117,20 +131,21 @@ Vector3d gyroBiasOfPoints(const StereoPoints& points,
       const size_t k = point.step;
       const Vector3d e = point.root * (point.y - t[k] - point.G * b);
       const double weight = iteration == 0 ? 1.0 : 1.0 / std::max(e.norm(), kNoise);
-      const Matrix3d W = weight * point.root * point.root, WG = W * point.G;
-      T[k] += W;
-      U[k] += WG;
-      y[k] += W * point.y;
-      H += point.G.transpose() * WG;
-      h += WG.transpose() * point.y;
+      T[k] += weight * point.W;
+      U[k] += weight * point.WG;
+      y[k] += weight * point.Wy;
+      H += weight * point.GtWG;
+      h += weight * point.GtWy;
     }
     for (size_t k = 0; k < steps; ++k) {
       const Matrix3d by_T = T[k].ldlt().solve(U[k]);
       H -= U[k].transpose() * by_T;
       h -= by_T.transpose() * y[k];
     }
+    const Vector3d before = b;
     b = H.ldlt().solve(h);
     for (size_t k = 0; k < steps; ++k) t[k] = T[k].ldlt().solve(y[k] - U[k] * b);
+    if (!((b - before).norm() > kStill) && iteration > 0) break;
   }
   return preintegrations.front().bias().gyro + (b.allFinite() ? b : Vector3d::Zero());
 }

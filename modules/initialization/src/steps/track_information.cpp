@@ -79,7 +79,7 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
   const size_t index = l;
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  std::vector<Vector3d> towards;  // of every camera: d(depth)/d(landmark) by the depth
+  towards_.clear();
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
     const VisualMeasurement& m = window_.measurements[i];
     const SE3& T_CB = window_.T_CB[m.camera];
@@ -93,7 +93,7 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
     b.noalias() -= w * A.transpose() * r;
     const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
     const Vector3d axis = pose.R * (axis_C * T_CB.R).transpose();
-    towards.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + axis_C.dot(T_CB.t)));
+    towards_.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + axis_C.dot(T_CB.t)));
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
@@ -101,7 +101,7 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
   // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
   // camera would outweigh all others.
   double most = 1.0;
-  for (const Vector3d& by_depth : towards) most = std::max(most, -2.0 * by_depth.dot(step));
+  for (const Vector3d& by_depth : towards_) most = std::max(most, -2.0 * by_depth.dot(step));
   landmarks_[index] += step / most;
 }
 
@@ -135,21 +135,21 @@ void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
   const Index n = 6 * (T_VB.size() - 1);
   S_.setZero(n, n);
   s_.setZero(n);
+  by_landmark_.setZero(n, 3 * validCount());
+  Index column = 0;
   for (int l = 0; l < window_.landmarkCount(); ++l)
-    if (valid_[l]) eliminate(l, T_VB);
+    if (valid_[l]) eliminate(l, T_VB, 3 * column++);
+  S_.selfadjointView<Eigen::Lower>().rankUpdate(by_landmark_, -1.0);
   S_.triangularView<Eigen::StrictlyUpper>() = S_.transpose();
   const double factor = score_scale_ * scale_ * scale_ / c2_;
   S_ *= factor;
   s_ *= factor;
 }
 
-void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
+void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB, Index column) {
   const size_t index = l;
-  struct Block {
-    int node;
-    Eigen::Matrix<double, 6, 3> H_kl;
-  };
-  std::vector<Block> blocks;
+  nodes_.clear();
+  auto H_l = by_landmark_.middleCols<3>(column);
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
@@ -167,25 +167,25 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB) {
     H.noalias() += A.transpose() * A;
     b.noalias() -= A.transpose() * r;
     if (m.keyframe == 0) continue;  // the frame V itself
-    if (blocks.empty() || blocks.back().node != m.keyframe - 1)
-      blocks.push_back({m.keyframe - 1, Eigen::Matrix<double, 6, 3>::Zero()});
-    blocks.back().H_kl.noalias() += J.transpose() * A;
     const Index at = 6 * (m.keyframe - 1);
+    if (nodes_.empty() || nodes_.back() != at) nodes_.push_back(at);
+    H_l.middleRows<6>(at).noalias() += J.transpose() * A;
     S_.block<6, 6>(at, at).noalias() += J.transpose() * J;
     s_.segment<6>(at).noalias() -= J.transpose() * r;
   }
   // A landmark seen in one direction only: the tiny term keeps its far end from being a division by
   // zero, at 1e-9 of the weight of the rest.
   H.diagonal().array() += 1e-9 * H.trace();
-  const Matrix3d inverse = H.ldlt().solve(Matrix3d::Identity());
-  if (!inverse.allFinite()) return;
-  for (const Block& row : blocks) {
-    const Eigen::Matrix<double, 6, 3> HI = row.H_kl * inverse;
-    s_.segment<6>(6 * row.node).noalias() -= HI * b;
-    for (const Block& column : blocks) {
-      if (column.node > row.node) break;
-      S_.block<6, 6>(6 * row.node, 6 * column.node).noalias() -= HI * column.H_kl.transpose();
-    }
+  const Eigen::LLT<Matrix3d> factor(H);  // H_l H^-1 H_l^T is a product with itself
+  Matrix3d root_inverse = Matrix3d::Identity();
+  factor.matrixL().solveInPlace(root_inverse);
+  const bool usable = factor.info() == Eigen::Success && root_inverse.allFinite();
+  if (!usable) root_inverse.setZero();
+  const Vector3d root_b = root_inverse * b;
+  for (const Index at : nodes_) {
+    const Eigen::Matrix<double, 6, 3> whitened = H_l.middleRows<6>(at) * root_inverse.transpose();
+    H_l.middleRows<6>(at) = whitened;
+    s_.segment<6>(at).noalias() -= whitened * root_b;
   }
 }
 

@@ -114,8 +114,9 @@ Expected<TranslationStep> solveTranslationStep(const InitializationProblem& prob
   step.estimate.g_V = alignment.g_V;
   if (bias_errors) {
     StateErrors errors = *bias_errors;
-    if (alignErrors(step.estimate.T_VB, preintegrations, bias, {}, alignment.g_V,
-                    poseErrors(preintegrations, ba->position_by_rotation, errors), &errors))
+    errors.poses = poseErrors(preintegrations, ba->position_by_rotation, errors);
+    if (alignErrors(step.estimate.T_VB, preintegrations, bias, {}, alignment.g_V, errors.poses,
+                    &errors))
       step.estimate.errors = errors;
   }
   step.alignment_ms = watch.lapMilliseconds();

@@ -8,6 +8,7 @@
 #include "bundle/noise_check.h"
 #include "bundle/residual_list.h"
 #include "bundle/schur.h"
+#include "bundle/slow_error.h"
 #include "bundle/visual_problem.h"
 #include "etalon/core/angles.h"
 #include "residuals/bias_prior_cost.h"
@@ -163,7 +164,10 @@ class VisualInertialSolver {
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
     const NormalEquations equations = normalEquations(residuals);
-    result->covariance = covarianceOrEmpty(equations.curvature, equations.score);
+    Eigen::MatrixXd score = equations.score;
+    addSlowError(residuals, problem_.preintegrations, problem_.priors.slow_accel,
+                 state_.of(bias_.data()).column + 3, &score);
+    result->covariance = covarianceOrEmpty(equations.curvature, score);
     if (!options_.check_noise || result->covariance.size() == 0) return;
     const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
     if (inverse.size() == 0) return;

@@ -37,7 +37,7 @@ TEST(RotationFilter, ErrsAsItSays) {
     const Matrix3d truth = (T_VW * window.truth[last].T_WB).R;
     const Vector3d rotation = errorOf(result.estimate.T_VB[last].R, truth);
     const Vector3d bias = result.estimate.bias.gyro - options.bias.gyro;
-    const Eigen::MatrixXd of_rotation = result.pose_errors.middleRows<3>(6 * (last - 1));
+    const Eigen::MatrixXd of_rotation = result.estimate.errors->poses.middleRows<3>(6 * (last - 1));
     const Eigen::MatrixXd of_bias = result.estimate.errors->map.topRows<3>();
     nees_rotation += rotation.dot(sources.covarianceOf(of_rotation).llt().solve(rotation));
     nees_bias += bias.dot(sources.covarianceOf(of_bias).llt().solve(bias));

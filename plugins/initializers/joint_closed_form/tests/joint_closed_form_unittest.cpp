@@ -125,7 +125,7 @@ TEST(JointClosedForm, AcceptsEveryStandstillAndSaysThatTiltIsTheAccelerometerBia
     ASSERT_TRUE(o.result) << "seed " << seed << ": " << o.result.error().reason;
     const Eigen::Vector2d tilt = testing::estimationError(*o.result, o.window).segment<2>(6);
     const Eigen::MatrixXd& P = o.result->covariance;
-    ASSERT_EQ(P.rows(), 11);
+    ASSERT_EQ(P.rows(), 11 + 6 * (options.keyframes - 1));
     const Eigen::Matrix2d P_tilt = P.block<2, 2>(6, 6);
     sum += tilt.dot(P_tilt.llt().solve(tilt)) / (2.0 * kWindows);
     const double prior = options.priors.sigma_accel_mps2 / 9.81;

@@ -80,6 +80,16 @@ TEST(VinsAlignment, OneGyroPassIsOffToSecondOrder) {
   EXPECT_LT(once.errors.gyro_bias_rps, 0.02 * options.bias.gyro.norm());
 }
 
+TEST(VinsAlignment, EsvioIsThePublishedFormWhateverElseIsSet) {
+  const SyntheticWindowOptions options = testing::noisyOptions(Motion::kAggressive, 0.1, kBiases);
+  const Outcome esvio = runOn(options, *load("variant = esvio"));
+  const Outcome published = runOn(options, *load("weights = none\ngyro_passes = 1"));
+  ASSERT_TRUE(esvio.result && published.result);
+  for (size_t k = 0; k < esvio.result->states.size(); ++k)
+    EXPECT_EQ(esvio.result->states[k].v_WB, published.result->states[k].v_WB);
+  EXPECT_EQ(esvio.result->bias.gyro, published.result->bias.gyro);
+}
+
 TEST(VinsAlignment, FusionTakesTheFirstSpecificForceForGravity) {
   const Initializer::Ptr fusion = load("variant = fusion");
   SyntheticWindowOptions options;

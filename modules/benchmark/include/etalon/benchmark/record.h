@@ -19,6 +19,8 @@ struct BenchmarkProtocol {
   std::vector<int> keyframes{10};     ///< of a window; every one is combined with every rate
   std::vector<double> rates_hz{4.0};  ///< keyframes a second
   bool vi_ba = true;                  ///< visual-inertial BA and acceptance after the initializer
+  /** Keyframes from which a window grows to `keyframes`, until a start is accepted; 0: it does not. */
+  int min_keyframes = 0;
 };
 
 /** Length and rate of a window. */
@@ -64,13 +66,16 @@ struct WindowResult {
   int keyframes = 0;
   double rate_hz = 0.0;
   std::string initializer;
-  /** Stages that were reached, their errors, status and reason. No covariances. */
+  /** Stages that were reached, their errors, status and reason. No covariances. Of a window that
+   * grew, the attempt that was accepted, or the last; its timings are those of all attempts. */
   AttemptRecord attempt;
   /** Ground truth at the window's keyframes, where there is any. */
   std::vector<StampedState> truth;
   GyroWindowBound gyro_bound;
   std::optional<NoiseCheck> noise;  ///< of the VI-BA
 
+  /** From the window's first keyframe to the attempt's last, s; NaN without. */
+  double seconds() const;
   WindowShape shape() const { return {keyframes, rate_hz}; }
 };
 
@@ -97,13 +102,17 @@ struct WindowRow {
   std::string initializer;
   std::string stage;  ///< kStageInit or kStageViBa
   std::string status, reason;
-  WindowErrors errors;  ///< NaN where there is no estimate or no ground truth
+  WindowErrors errors;                    ///< NaN where there is no estimate or no ground truth
+  double window_s = WindowErrors::kNone;  ///< WindowResult::seconds()
   /** init: the initializer without stereo odometry; vi_ba: the VI-BA. */
   double runtime_ms = WindowErrors::kNone;
 
   /** Status success, gravity < 2 deg and velocity < 0.1 m/s. Nothing where this cannot be judged,
    * because an estimate has no ground truth. */
   std::optional<bool> success() const;
+  /** Status success, but no success, or outside of what the estimate's own covariance claims
+   * (WindowErrors::outsideClaim()). Nothing where this cannot be judged. */
+  std::optional<bool> falseAccept() const;
 };
 
 /**

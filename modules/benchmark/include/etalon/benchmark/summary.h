@@ -47,6 +47,8 @@ struct SummaryRow {
    * or not. In vi_ba the excess over `successes` is good estimates that the acceptance refused. */
   int good_estimates = 0;
   double good_estimate_rate = WindowErrors::kNone;  ///< good_estimates / judged
+  int false_accepts = 0;                            ///< of those judged (WindowRow::falseAccept())
+  FigureSummary window_s;                           ///< length of the windows that were accepted
 
   /** Over the windows with an estimate, in the order of windowMetrics(). */
   std::vector<FigureSummary> errors;

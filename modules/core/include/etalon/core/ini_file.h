@@ -30,6 +30,9 @@ class IniFile {
   /** Adds or replaces a value; ConfigError if it could not stand in a file (line breaks, " //"). */
   void set(const std::string& section, const std::string& key, const std::string& value,
            const std::string& origin);
+  /** Adds all values of another file, or replaces them where this one has them; they keep the line
+   * that they came from. */
+  void add(const IniFile& later);
   /** `section.key=value`, as on the command line. Throws ConfigError if it has another form. */
   void setFromArgument(const std::string& argument);
 

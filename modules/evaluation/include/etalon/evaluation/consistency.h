@@ -5,15 +5,8 @@
 
 #include "etalon/core/trajectory.h"
 #include "etalon/evaluation/metrics.h"
-#include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 namespace etalon {
-
-/**
- * The covariance of VI-BA as 11 x 11, in the order of Initialization::covariance: biases,
- * tilt of the first keyframe, velocity of the last one. Empty where VI-BA has none.
- */
-Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result);
 
 /**
  * Sets `*_nees` of the errors: normalised estimation error squared a degree of freedom, e^T P^-1 e
@@ -21,7 +14,7 @@ Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result);
  * Applications to Tracking and Navigation, 2001, section 5.4). True biases are the ground truth's
  * mean over the keyframes. Left as NaN: what the ground truth does not have, or whose covariance is
  * empty or not positive definite.
- * @param covariance 11 x 11 in the order of Initialization::covariance, or empty
+ * @param covariance in the order of Initialization::covariance, or empty
  */
 void setNees(const std::vector<StampedState>& states, const ImuBias& bias,
              const GroundTruth& ground_truth, const Eigen::MatrixXd& covariance,

@@ -27,4 +27,13 @@ struct WindowTruth {
 Eigen::Matrix<double, 11, 1> estimationError(const std::vector<StampedState>& states,
                                              const ImuBias& bias, const WindowTruth& truth);
 
+/**
+ * Errors of the poses relative to the first keyframe, T_B0Bk, in the order of
+ * Initialization::covariance: rotation (right perturbation, rad) and position (m, in B0) of
+ * keyframes 1..
+ * @param truth as many states, in any world
+ */
+Eigen::VectorXd relativePoseErrors(const std::vector<StampedState>& states,
+                                   const std::vector<StampedState>& truth);
+
 }  // namespace etalon

@@ -15,9 +15,9 @@ namespace etalon {
 
 /** Version of the binary interface between host and plugins. Any change of the types below raises
  * it. */
-#define ETALON_INITIALIZER_ABI 5
+#define ETALON_INITIALIZER_ABI 6
 
-inline namespace abi_v5 {
+inline namespace abi_v6 {
 
 /**
  * Finds gravity, velocities and IMU biases from a window of keyframes: the interface of a plugin.
@@ -50,7 +50,7 @@ class Initializer : public mrpt::rtti::CObject {
   virtual InitializationResult solve(const InitializationProblem& problem) const = 0;
 };
 
-}  // namespace abi_v5
+}  // namespace abi_v6
 
 /** What a plugin library says of itself, as plain C, so that it can be read before anything else is
  * trusted: abi_version first, the rest only if that is ETALON_INITIALIZER_ABI. */

@@ -33,7 +33,7 @@ class KeyframeWindow {
   const std::deque<TrackedFrame>& frames() const { return frames_; }
 
   /**
-   * The window as an initializer sees it, once it is complete and `imu` reaches over it.
+   * The window as an initializer sees it, once it has a keyframe and `imu` reaches over it.
    * @param noise makes the densities to use from the data sheet's and the window's samples
    */
   InitializationProblem problem(const StereoInertialCalibration& calibration,

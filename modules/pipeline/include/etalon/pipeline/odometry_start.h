@@ -9,11 +9,11 @@ namespace etalon {
  * Where an odometry begins after an accepted attempt: the state of the window's first keyframe. The
  * odometry is to be given the window's frames from there on, so that the attempt counts for its
  * value alone: the covariance is wide (0.03 rad of tilt, 0.1 m/s, 0.02 rad/s), and no measurement
- * is used twice.
+ * is used twice. The biases are known no worse than before any measurement.
  * @param T_WA from the attempt's world to the odometry's; a turn about z and a shift
- * @param sigma_accel_bias standard deviation of b_a before any measurement, m/s^2
+ * @param priors of the biases before any measurement
  */
 OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA,
-                            double sigma_accel_bias);
+                            const BiasPriors& priors);
 
 }  // namespace etalon

@@ -8,6 +8,7 @@
 #include "etalon/imu/imu_noise.h"
 #include "etalon/map/map_options.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/device_file.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/starter.h"
 
@@ -20,9 +21,10 @@ constexpr const char* kStereoVisual = "stereo_visual";
 
 /** Everything that a run needs to know; one INI section a member (see sections()). */
 struct PipelineOptions {
-  std::string initializer = "eta";  ///< name of the plugin, or kAutoInitializer
-  int keyframes = 10;               ///< in the initialization window
-  double keyframe_rate_hz = 4.0;    ///< of the initialization window
+  std::string initializer = "etalon";  ///< name of the plugin, or kAutoInitializer
+  int min_keyframes = 3;               ///< in the first window that is tried
+  int keyframes = 10;                  ///< in the initialization window, at most
+  double keyframe_rate_hz = 4.0;       ///< of the initialization window
   std::string odometry_kind = kFixedLag;
   double max_dead_reckoning_s = 5.0;
   /** Front end and estimator on a thread each: what is late is dropped. Not a key. */
@@ -38,6 +40,11 @@ struct PipelineOptions {
   ImuNoiseOptions imu_noise;
   StereoTrackerOptions frontend;
   AutoOptions auto_initializer;
+  DeviceOptions device;
+
+  /** Whether windows grow: from one keyframe to the next until a start is accepted. Not with an
+   * initializer for the start at rest, which is asked about whole windows. */
+  bool windowsGrow() const { return min_keyframes < keyframes && initializer != kAutoInitializer; }
 
   /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
    * [frontend], ... */

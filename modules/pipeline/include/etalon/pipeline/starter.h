@@ -15,7 +15,7 @@ constexpr const char* kAutoInitializer = "auto";
 /** Section [auto]. */
 struct AutoOptions {
   std::string at_rest = "static";
-  std::string moving = "eta";
+  std::string moving = "etalon";
   /** Of the window, before `moving` is tried: in seconds since the last window that was not known
    * to move, over the window's length. */
   double min_motion_share = 0.0;
@@ -33,8 +33,8 @@ struct PipelineInitializers {
 };
 
 /**
- * Asks the initializers about every complete window until one is accepted, and keeps what they
- * said.
+ * Asks the initializers about one window after the other until one is accepted, and keeps what they
+ * said. With `windows_grow` what is accepted must agree with the attempt before (confirm()).
  *
  * With an initializer for the start at rest: once that has started the odometry, the windows go on;
  * when it refuses one with kTooMuchMotion, and enough of it is in motion, the other one is tried at
@@ -48,7 +48,7 @@ class Starter {
   using MakeProblem = std::function<InitializationProblem(const WindowOptions&)>;
 
   Starter(PipelineInitializers initializers, const AutoOptions& automatic,
-          const WindowOptions& options, const ImuNoiseDensities& noise);
+          const WindowOptions& options, const ImuNoiseDensities& noise, bool windows_grow);
 
   /** An attempt at a window; what was accepted is the last of attempts(). */
   Outcome attempt(const KeyframeWindow& window, const MakeProblem& problem);
@@ -75,6 +75,7 @@ class Starter {
   AutoOptions automatic_;
   WindowOptions options_;
   ImuNoiseDensities noise_;
+  bool windows_grow_ = false;
   bool waits_for_motion_ = false;
   TimeNs last_rest_ = 0;  ///< last keyframe of the last window that was not known to move
   TimeNs started_at_ = 0;

@@ -43,11 +43,16 @@ struct InitializationAttempt {
   double stereo_odometry_ms = 0.0, initialize_ms = 0.0, vi_ba_ms = 0.0;
   bool used_stereo_odometry = false;
   double visual_rms_px = 0.0;
+  std::optional<FoundExtrinsics> extrinsics;  ///< of methods that estimate them
 
   bool accepted() const { return decision.has_value(); }
   /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is
    * none. */
-  std::vector<SE3> poses() const;
+  std::vector<StampedState> states() const;
+  std::vector<SE3> poses() const;  ///< of states()
+  /** The first 11 rows and columns of Initialization::covariance, or VI-BA's; empty where there is
+   * none. */
+  Eigen::MatrixXd covariance() const;
   const ImuBias& bias() const { return has_vi_ba ? vi_ba.bias : init->bias; }
   /** Leaves time, keyframes, decision and timings. */
   void dropEstimates();

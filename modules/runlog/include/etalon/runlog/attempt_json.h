@@ -78,6 +78,17 @@ void members(Archive& json, Member<Archive, StageTiming>& timing) {
 }
 
 template <typename Archive>
+void members(Archive& json, Member<Archive, FoundExtrinsics>& found) {
+  json("p_BC_m", found.T_BC.t);
+  Eigen::Vector4d q_xyzw = Eigen::Quaterniond(found.T_BC.R).coeffs();
+  json("q_BC_xyzw", q_xyzw);
+  json("rotation_from_calibration_deg", found.rotation_deg);
+  json("translation_from_calibration_m", found.translation_m);
+  if constexpr (Archive::kReads)
+    found.T_BC.R = Eigen::Quaterniond(q_xyzw).normalized().toRotationMatrix();
+}
+
+template <typename Archive>
 void members(Archive& json, Member<Archive, AttemptRecord>& attempt) {
   json("stamp_ns", attempt.t);
   json.unlessNone("initializer", attempt.initializer);
@@ -89,6 +100,7 @@ void members(Archive& json, Member<Archive, AttemptRecord>& attempt) {
   json("milliseconds", attempt.timings);
   json("keyframes_ns", attempt.keyframes);
   json("stages", attempt.stages);
+  if (Archive::kReads || attempt.extrinsics) json.added("extrinsics", attempt.extrinsics);
 }
 
 }  // namespace etalon

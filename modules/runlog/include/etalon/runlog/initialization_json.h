@@ -54,6 +54,7 @@ struct AttemptRecord {
   double reason_value = WindowErrors::kNone, reason_bound = WindowErrors::kNone;
   std::vector<StageRecord> stages;   ///< those that were reached
   std::vector<StageTiming> timings;  ///< ms, steady clock
+  std::optional<FoundExtrinsics> extrinsics;
 
   bool accepted() const { return status == kStatusSuccess; }
   /** The stage of this name; null if it was not reached. */

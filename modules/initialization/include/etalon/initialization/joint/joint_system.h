@@ -53,9 +53,11 @@ class JointSystem {
   /**
    * Covariance of the error, in the order and the world of Initialization::covariance, at
    * `estimate`. For S that is the tracks' Fisher information, not a robust approximation of it.
+   * @param keyframes nodes whose poses are wanted, the first of them node 0
    * @return empty if the system is singular
    */
-  Eigen::MatrixXd covariance(const JointEstimate& estimate) const;
+  Eigen::MatrixXd covariance(const JointEstimate& estimate,
+                             const std::vector<size_t>& keyframes) const;
 
  private:
   double gravity_mps2_;
@@ -64,8 +66,8 @@ class JointSystem {
   Eigen::VectorXd s_;
   Eigen::MatrixXd J9_;  ///< of every node's [rotation, position, velocity]
   Eigen::VectorXd c9_;
-  Eigen::MatrixXd noise_y_;     ///< covariance of the poses' noise and all nodes', 6n x 9n
-  Eigen::MatrixXd last_noise_;  ///< of the last node's velocity, 3 x 3
+  Eigen::MatrixXd noise_y_;  ///< covariance of the poses' noise and all nodes', 6n x 9n
+  Eigen::MatrixXd noise_;    ///< covariance of all nodes' noise, 9n x 9n
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
   Eigen::MatrixXd H_;                               ///< information on x, priors included

@@ -6,10 +6,10 @@
  *
  * Frames      V the frame of the poses, B_k the body, C_k the left camera at keyframe k.
  * Unknowns    g gravity in V (m/s^2), |g| known; b_a (m/s^2); where they are wanted v_0, the first
- *             velocity (m/s), and s, the scale of the left camera's path.
+ *             velocity (m/s), s, the scale of the left camera's path, and x, the method's own.
  * Residual    T r, r = (r_p, r_v) of all pairs (linear_alignment.h), T the method's own, such that
  *             no velocity but v_0 is left; linear in
- *               r = y - A [v_0 .. v_N-1, g] - by_bias [db_g, db_a] - scale (s - 1).
+ *               r = y - A [v_0 .. v_N-1, g] - by_bias [db_g, db_a] - scale (s - 1) - extra x.
  * Whitening   none, or by the covariance of T r from IMU and poses.
  */
 
@@ -33,39 +33,48 @@ struct CombinedRowsOptions {
   void declare(ParameterSet& parameters);
 };
 
+/**
+ * T of three consecutive keyframes, m s, in which no velocity occurs (Mur-Artal and Tardos, RA-L
+ * 2017, eqs. 11 to 13):
+ *   dt_k R_k+1 r_p(k+1) - dt_k+1 R_k r_p(k) + dt_k dt_k+1 R_k r_v(k).
+ * @return 3(N-2) x 6(N-1)
+ */
+Eigen::MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB,
+                               const std::vector<Preintegration>& preintegrations);
+
 /** T r of a window at an estimate's poses and biases. */
 struct CombinedRows {
   /**
    * @param preintegrations between neighbouring keyframes, at the estimate's b_g
    * @param combination T, a column for each row of the pairs
+   * @param extra of r, a row for each row of the pairs; without columns there is no x
    */
   CombinedRows(const InitializationProblem& problem,
                const std::vector<Preintegration>& preintegrations,
-               const VisualFrameEstimate& estimate, Eigen::MatrixXd combination);
+               const VisualFrameEstimate& estimate, Eigen::MatrixXd combination,
+               Eigen::MatrixXd extra = {});
 
   std::vector<Preintegration> pairs;
   LinearAlignmentRows rows;  ///< r
   Eigen::MatrixXd T;
   std::vector<Eigen::Vector3d> camera;  ///< p_VC, left
   Eigen::VectorXd pair_scale;           ///< of r
-  /** Of T r: columns of v_0, g, b_a and the scale. */
-  Eigen::MatrixXd first_velocity, gravity, accel;
+  Eigen::MatrixXd pair_extra;           ///< of r
+  /** Of T r: columns of v_0, g, b_a, x and the scale. */
+  Eigen::MatrixXd first_velocity, gravity, accel, extra;
   Eigen::VectorXd scale, y;
 };
-
-/** Errors of the poses that rows stand on, 6(N-1) rows: stereo odometry's, unless a method has
- * changed them. */
-using PoseErrors = Eigen::MatrixXd;
 
 /**
  * First gravity with its magnitude free and b_a the mean of its prior; then its direction and b_a
  * together, linearised `passes` times. Fills the estimate: gravity, b_a, velocities, and with a
  * free scale positions and landmarks; and adds their errors where it has those of the biases.
- * @return refused: ill_conditioned, implausible; the estimate is then meaningless
+ * @return x; refused: ill_conditioned, implausible, and the estimate is then meaningless
  */
-Expected<void> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
-                                 const PoseErrors& pose_errors, const CombinedRowsOptions& options,
-                                 VisualFrameEstimate* estimate);
+Expected<Eigen::VectorXd> solveCombinedRows(const InitializationProblem& problem,
+                                            const CombinedRows& rows,
+                                            const CombinedRowsOptions& options,
+                                            VisualFrameEstimate* estimate);
 
 /**
  * Velocities: from `first` on by the IMU, r_v = 0; without it those at which the positions of the
@@ -77,14 +86,15 @@ void solveVelocities(const std::vector<Preintegration>& pairs, const Eigen::Vect
 
 /** Errors of a solution, 3 rows each; those that are empty are exact, or not part of it. */
 struct CombinedErrors {
-  Eigen::MatrixXd accel, gravity;
+  Eigen::MatrixXd accel, gravity, first_velocity;
   Eigen::MatrixXd scale;  ///< one row
-  Eigen::MatrixXd first_velocity;
+  Eigen::MatrixXd extra;  ///< a row for each component
 };
 
-/** Sets the errors of [b_a, g_V, velocities of solveVelocities()] behind those of b_g. */
-void addErrors(const CombinedRows& rows, const PoseErrors& pose_errors,
-               const std::vector<SE3>& T_VB, const CombinedErrors& solution, StateErrors* errors);
+/** Sets the errors of [b_a, g_V, velocities of solveVelocities()] behind those of b_g, and adds the
+ * scale's to those of the poses, which the rows stand on. */
+void addErrors(const CombinedRows& rows, const std::vector<SE3>& T_VB,
+               const CombinedErrors& solution, StateErrors* errors);
 
 /** Moves positions and landmarks: the path of the left camera becomes `factor` times as long. */
 void rescale(double factor, const std::vector<Eigen::Vector3d>& camera,

@@ -53,9 +53,11 @@ struct StateErrors {
 
   ErrorSources sources;
   Eigen::MatrixXd map;
+  /** Of keyframes 1.., [rotation, position] in V: 6(N-1) rows; empty: not known. */
+  Eigen::MatrixXd poses = {};
 
   /**
-   * Initialization::covariance, 11 x 11.
+   * Initialization::covariance, with the poses where their errors are known.
    * @param v_WB of the last keyframe, in W
    */
   Eigen::MatrixXd covariance(const Eigen::Matrix3d& R_WV, const Eigen::Vector3d& v_WB,

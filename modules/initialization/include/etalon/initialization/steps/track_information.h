@@ -48,7 +48,7 @@ class TrackInformation {
   double fisherShare() const { return fisher_share_; }
 
  private:
-  void eliminate(int l, const std::vector<SE3>& T_VB);
+  void eliminate(int l, const std::vector<SE3>& T_VB, Eigen::Index column);
   void moveLandmark(int l, const std::vector<SE3>& T_VB);
   void updateScale();
   double weight(double r2) const;
@@ -62,6 +62,12 @@ class TrackInformation {
   std::vector<double> r2_;  ///< squared residual of every measurement
   Eigen::MatrixXd S_;
   Eigen::VectorXd s_;
+  /** What the elimination of all landmarks takes from S_ is this times its transpose, 3 columns a
+   * landmark. */
+  Eigen::MatrixXd by_landmark_;
+  // Of one landmark; members, so that their memory is kept.
+  std::vector<Eigen::Index> nodes_;       ///< rows of S_ of the nodes that see it
+  std::vector<Eigen::Vector3d> towards_;  ///< of every camera: d(depth)/d(landmark) by the depth
 };
 
 }  // namespace etalon

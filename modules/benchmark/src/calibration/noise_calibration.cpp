@@ -1,4 +1,4 @@
-#include "etalon/benchmark/noise_calibration.h"
+#include "etalon/benchmark/calibration/noise_calibration.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -103,9 +103,12 @@ NoiseFactors corrected(const NoiseFactors& f, const Vector3d& by) {
           moved(f.sigma_px, by[2], 0.01, 100.0)};
 }
 
-double largestMove(const NoiseFactors& a, const NoiseFactors& b) {
-  return std::max({std::abs(b.gyro / a.gyro - 1.0), std::abs(b.accel / a.accel - 1.0),
-                   std::abs(b.sigma_px / a.sigma_px - 1.0)});
+/** The largest relative change of a factor that is determined. */
+double largestMove(const NoiseFactors& a, const NoiseFactors& b, const Vector3d& sigma) {
+  constexpr double kDetermined = 0.5;
+  const Vector3d moves(b.gyro / a.gyro - 1.0, b.accel / a.accel - 1.0,
+                       b.sigma_px / a.sigma_px - 1.0);
+  return (sigma.array() < kDetermined).select(moves.cwiseAbs().array(), 0.0).maxCoeff();
 }
 
 WindowOptions withoutResidualTest(WindowOptions options) {
@@ -233,8 +236,12 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
                     std::to_string(out.failed) + " not initialised";
       return out;
     }
-    const NoiseFactors next = corrected(out.factors, correctionOf(last.check).factor);
-    out.converged = largestMove(out.factors, next) < options.tolerance;
+    // A factor that hardly shows beside the others' swings about its value with full steps.
+    constexpr int kFullSteps = 6;
+    const NoiseCorrection step = correctionOf(last.check);
+    const NoiseFactors next =
+        corrected(out.factors, i < kFullSteps ? step.factor : Vector3d(step.factor.cwiseSqrt()));
+    out.converged = largestMove(out.factors, next, step.sigma) < options.tolerance;
     out.factors = next;
   }
   out.relative_sigma = relativeSigma(out.iterations.back().check, out.checks, options.overlap);
@@ -244,17 +251,27 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
   return out;
 }
 
-std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& comment) {
-  std::string ini;
-  for (const std::string& line : comment) ini += "; " + line + "\n";
-  ini += text("[imu_noise]\ngyro_noise_factor = %.3g\naccel_noise_factor = %.3g\n", factors.gyro,
-              factors.accel);
-  // Errors of a track's pixels are correlated. Residuals do not show it: the noise is too small.
-  return ini +
-         text(
-             "\n[odometry]\n; The residuals' own figure; too small wherever the pixels of a track "
-             "err alike (docs/noise.md).\n; sigma_px = %.3g\n",
-             factors.sigma_px);
+AccelerometerError separateSlowError(const FactorAtInterval& shorter,
+                                     const FactorAtInterval& longer, double density,
+                                     double time_s) {
+  // Variance of the integral of a Gauss-Markov process of variance 1, a second of the interval.
+  const auto slow = [time_s](double interval_s) {
+    const double x = interval_s / time_s;
+    return 2.0 * time_s * time_s * (x - 1.0 + std::exp(-x)) / interval_s;
+  };
+  const double square = density * density;
+  const double more = longer.factor * longer.factor - shorter.factor * shorter.factor;
+  AccelerometerError error;
+  error.white_factor = shorter.factor;
+  if (!(more > 0.0)) return error;
+  double variance = square * more / (slow(longer.interval_s) - slow(shorter.interval_s));
+  const double white =
+      shorter.factor * shorter.factor - variance * slow(shorter.interval_s) / square;
+  error.white_factor = std::sqrt(std::max(white, std::min(1.0, shorter.factor * shorter.factor)));
+  variance = square * (longer.factor * longer.factor - error.white_factor * error.white_factor) /
+             slow(longer.interval_s);
+  error.slow_mps2 = std::sqrt(variance);
+  return error;
 }
 
 }  // namespace etalon

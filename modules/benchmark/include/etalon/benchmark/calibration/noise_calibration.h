@@ -51,7 +51,8 @@ using NoiseWindow = std::function<InitializationProblem(const NoiseFactors&)>;
 struct NoiseCalibrationOptions {
   NoiseFactors start;
   WindowOptions window;
-  double tolerance = 0.01;  ///< converged when no factor changes by more, relative
+  double tolerance = 0.01;  ///< converged when no factor that is determined to
+                            ///< a half changes by more, relative
   int max_iterations = 25;
   /** The number of windows that hold one instant: the length of a window over the step to the next
    * one, at least 1. Windows that share their data are not independent: the standard errors grow
@@ -97,8 +98,27 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
                                 const Initializer& initializer,
                                 const NoiseCalibrationOptions& options);
 
-/** The section [imu_noise] with the factors, after the `comment` lines. sigma_px stands in a
- * comment, because it is not to be trusted where the errors of a track's pixels are correlated. */
-std::string toIni(const NoiseFactors& factors, const std::vector<std::string>& comment);
+/** An accelerometer's factor as found between keyframes that are so far apart. */
+struct FactorAtInterval {
+  double factor = 1.0, interval_s = 0.25;
+};
+
+/** An accelerometer's error that is partly white and partly slow (SlowAcceleration). */
+struct AccelerometerError {
+  double white_factor = 1.0;  ///< on the data sheet's density
+  double slow_mps2 = 0.0;     ///< standard deviation of the slow part, m/s^2
+};
+
+/**
+ * Two intervals tell what is white from what is slow: over an interval d white noise of density s
+ * changes the velocity by a variance s^2 d, and a Gauss-Markov process of variance q^2 and time T by
+ * 2 q^2 T^2 (d/T - 1 + exp(-d/T)) (Uhlenbeck and Ornstein, Physical Review 1930). Both factors are
+ * such variances over d. The white part is no less than the data sheet's, or than `shorter` where
+ * that is less still; the slow one then makes the longer interval right.
+ * @param density the data sheet's, m/s^2/sqrt(Hz)
+ * @param time_s T, believed
+ */
+AccelerometerError separateSlowError(const FactorAtInterval& shorter,
+                                     const FactorAtInterval& longer, double density, double time_s);
 
 }  // namespace etalon
