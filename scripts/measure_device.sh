@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Prints what a device file is worth, recording by recording left out of it: windows of one second by `etalon`, without VI-BA,
 # cold and with the flights of all other recordings. A recording NAME_real is a part of NAME. Errors are medians / 90th percentiles
-# (worst), NEES a degree of freedom means. Then how far the flights' biases are from the means of the recordings' ground truth.
+# (worst), NEES a degree of freedom means, "beyond" the windows whose tilt or b_a is outside of 3.5 sigma. Then how far the flights'
+# biases are from the means of the recordings' ground truth.
 #
 #   scripts/measure_device.sh OUT DEVICE.ini SRC...    -- OUT keeps tracks, device files and results
 #   INITIALIZER=etalon KEYFRAMES=5 EVERY=2.5           -- 5 keyframes at 4 Hz are a second
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 3 ]] || { sed -n '2,8p' "$0"; exit 2; }
+[[ $# -ge 3 ]] || { sed -n '2,9p' "$0"; exit 2; }
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
 out=$1 device=$2
 shift 2
@@ -59,19 +60,22 @@ done | awk -F, '
     for (c = 1; c <= 10; c++) value[key, c, i] = $(NF - c) + 0
     if ($(NF - 9) < 2 && $(NF - 8) < 0.1) success[key]++
     for (c = 1; c <= 4; c++) sum[key, c] += $(NF - c)
+    # Chi-squares of 2 and 3 degrees of freedom that are as improbable as 3.5 sigma of one.
+    if (2 * $(NF - 4) > 15.35 || 3 * $(NF - 1) > 17.73) beyond[key]++
   }
   { add($1 "," $2); if ($2 !~ /_real$/) add($1 ",all but _real") }
   END {
-    printf "%-6s %-16s %12s %26s %18s %18s %6s %9s %6s\n", "prior", "recording", "success", "gravity, deg", "velocity, m/s", "b_a, m/s^2", \
-      "tilt", "velocity", "b_a"
-    for (k = 1; k <= keys; k++) {
-      key = order[k]
+    printf "%-6s %-16s %12s %26s %18s %18s %6s %9s %6s %7s\n", "prior", "recording", "success", "gravity, deg", "velocity, m/s", "b_a, m/s^2", \
+      "tilt", "velocity", "b_a", "beyond"
+    for (k = 1; k <= 2 * keys; k++) {  # all of them last
+      key = order[k <= keys ? k : k - keys]
+      if ((key ~ /,all/) != (k > keys)) continue
       split(key, name, ",")
       n = load(key, 9); gravity = sprintf("%.3f / %.3f (%.2f)", at(0.5, n), at(0.9, n), s[n])
       load(key, 8); velocity = sprintf("%.4f / %.4f", at(0.5, n), at(0.9, n))
       load(key, 6); bias = sprintf("%.3f / %.3f", at(0.5, n), at(0.9, n))
-      printf "%-6s %-16s %5d of %3d %26s %18s %18s %6.2f %9.2f %6.2f\n", name[1], name[2], success[key], count[key], gravity, velocity, bias, \
-        sum[key, 4] / n, sum[key, 3] / n, sum[key, 1] / n
+      printf "%-6s %-16s %5d of %3d %26s %18s %18s %6.2f %9.2f %6.2f %7d\n", name[1], name[2], success[key], count[key], gravity, velocity, bias, \
+        sum[key, 4] / n, sum[key, 3] / n, sum[key, 1] / n, beyond[key]
     }
   }'
 

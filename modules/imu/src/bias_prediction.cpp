@@ -12,7 +12,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kFreedom = 4.0;  // of the t distribution
-constexpr double kVarianceOfT = kFreedom / (kFreedom - 2.0);
 
 /** The flights given one scale between them. */
 struct GivenScale {
@@ -53,6 +52,55 @@ GivenScale givenScale(const std::vector<SensorBias>& flights, double scale, doub
   return result;
 }
 
+/** A mixture of Gaussians about zero, by the logarithm of their standard deviations. */
+class ScaleMixture {
+ public:
+  /** @param least, most that a standard deviation can be */
+  ScaleMixture(double least, double most)
+      : first_(std::log(least)), step_((std::log(most) - first_) / (kBins - 1)), weights_(kBins) {}
+
+  void add(double variance, double weight) {
+    const double bin = std::clamp((0.5 * std::log(variance) - first_) / step_, 0.0, kBins - 1.0);
+    weights_[std::lround(bin)] += weight;
+  }
+
+  /** What 99.73 % of it do not exceed, over three. */
+  double coveringSigma() const {
+    const double tail = std::erfc(3.0 / std::sqrt(2.0));
+    double total = 0.0;
+    for (const double weight : weights_) total += weight;
+    double low = first_, high = first_ + kBins * step_ + 1.0;  // logarithms of the sigma
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      double beyond = 0.0;
+      for (int bin = 0; bin < kBins; ++bin)
+        if (weights_[bin] > 0.0)
+          beyond += weights_[bin] *
+                    std::erfc(3.0 * std::exp(middle - first_ - bin * step_) / std::sqrt(2.0));
+      (beyond > tail * total ? low : high) = middle;
+    }
+    return std::exp(high);
+  }
+
+ private:
+  static constexpr int kBins = 400;
+  double first_, step_;
+  std::vector<double> weights_;
+};
+
+/** Adds a t distribution of that scale, plus a Gaussian. A t distribution is a Gaussian whose
+ * variance is divided by a chi-square variable of as many degrees of freedom, a degree. */
+void addT(double scale, double variance, double weight, ScaleMixture* mixture) {
+  constexpr int kPoints = 48;
+  constexpr double kLeast = 1e-3, kMost = 40.0;  // of chi-square; beyond are 1e-7 of it
+  static_assert(kFreedom == 4.0, "the density below is that of four degrees of freedom");
+  for (int i = 0; i < kPoints; ++i) {
+    const double chi2 = kLeast * std::pow(kMost / kLeast, (i + 0.5) / kPoints);
+    const double density = 0.25 * chi2 * std::exp(-0.5 * chi2);
+    mixture->add(scale * scale * kFreedom / chi2 + variance, weight * density * chi2);
+  }
+}
+
 Vector3d medianOf(const std::vector<SensorBias>& flights) {
   Vector3d result;
   for (int a = 0; a < 3; ++a) {
@@ -80,27 +128,32 @@ BiasPrediction predictBias(const std::vector<SensorBias>& flights, double wide) 
     given.push_back(givenScale(flights, scales.back(), wide, start));
     largest = std::max(largest, given.back().log_posterior);
   }
-  double total = 0.0, square = 0.0, variance = 0.0;
+  std::vector<double> posterior;
+  double total = 0.0;
+  for (const GivenScale& each : given) {
+    posterior.push_back(std::exp(each.log_posterior - largest));
+    total += posterior.back();
+  }
+  double square = 0.0;
   Vector3d mean_square = Vector3d::Zero();
   for (int i = 0; i <= kScales; ++i) {
-    const double p = std::exp(given[i].log_posterior - largest);
-    total += p;
+    const double p = posterior[i] /= total;
     prediction.mean += p * given[i].mean;
     mean_square += p * given[i].mean.cwiseAbs2();
     prediction.spread += p * scales[i];
     square += p * scales[i] * scales[i];
-    variance += p * (kVarianceOfT * scales[i] * scales[i] + given[i].mean_variance);
   }
-  prediction.mean /= total;
-  prediction.spread /= total;
   prediction.spread_sigma =
-      std::sqrt(std::max(0.0, square / total - prediction.spread * prediction.spread));
-  variance =
-      variance / total + (mean_square / total - prediction.mean.cwiseAbs2()).cwiseMax(0.0).mean();
+      std::sqrt(std::max(0.0, square - prediction.spread * prediction.spread));
+  const double mean_variance = (mean_square - prediction.mean.cwiseAbs2()).cwiseMax(0.0).mean();
   double wander = 0.0;
-  for (const SensorBias& flight : flights) wander += flight.wander * flight.wander;
-  prediction.wander = std::sqrt(wander / static_cast<double>(flights.size()));
-  prediction.sigma = std::min(wide, std::hypot(std::sqrt(variance), prediction.wander));
+  for (const SensorBias& flight : flights)
+    wander += flight.wander * flight.wander / static_cast<double>(flights.size());
+  prediction.wander = std::sqrt(wander);
+  ScaleMixture mixture(kLeast * wide, 100.0 * kMost * wide);
+  for (int i = 0; i <= kScales; ++i)
+    addT(scales[i], given[i].mean_variance + mean_variance + wander, posterior[i], &mixture);
+  prediction.sigma = std::min(wide, mixture.coveringSigma());
   return prediction;
 }
 

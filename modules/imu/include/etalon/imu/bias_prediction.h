@@ -27,8 +27,9 @@ struct FlightBias {
 /** Where the bias of a sensor will be in the device's next flight. */
 struct BiasPrediction {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  /** Standard deviation an axis of the bias at an instant of the next flight about `mean`: the
-   * predictive distribution's, wander included. */
+  /** Of a Gaussian about `mean` that covers an axis of the bias at an instant of the next flight: its
+   * three sigmas hold as much of the predictive distribution as of itself, 99.73 %. The
+   * distribution's own standard deviation would leave its tails out. */
   double sigma = 0.0;
   double spread = 0.0;        ///< between flights: scale of the t distribution, an axis
   double spread_sigma = 0.0;  ///< standard deviation of what is known of it
@@ -42,7 +43,9 @@ struct BiasPrediction {
  * little (Lange, Little and Taylor, JASA 1989, who propose four where there is too little to
  * estimate it). The scale is integrated out over its posterior, with Gelman's prior for few groups
  * (half-Cauchy, Bayesian Analysis 2006) of the scale `wide`: a few flights hardly tell a spread, and
- * the prediction is wider for it. mu has a flat prior and is integrated out by its curvature.
+ * the prediction is wider for it. mu has a flat prior and is integrated out by its curvature. The
+ * wander of the next flight is Gaussian, of the flights' mean variance. Tails are covered as
+ * navigation covers those of its errors (DeCleene, ION GPS 2000), but at one level.
  *
  * @param wide standard deviation that is believed without any flight; the prediction has no more
  * @return for no flights: mean zero, sigma `wide`
