@@ -4,20 +4,29 @@
 
 namespace etalon {
 
-std::vector<ParameterSet> PipelineOptions::sections() {
-  std::vector<ParameterSet> sets;
+namespace {
+
+ParameterSet pipelineSection(PipelineOptions* options) {
   ParameterSet pipeline("pipeline");
-  pipeline.add("initializer", &initializer,
+  pipeline.add("initializer", &options->initializer,
                "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
-  pipeline.add("min_keyframes", &min_keyframes, {2, 200},
+  pipeline.add("min_keyframes", &options->min_keyframes, {2, 200},
                "Keyframes of the first window that is tried. It grows with every keyframe until "
                "what [acceptance] wants is predicted and two windows in a row agree. As many as "
                "keyframes: all windows have that length, and none is compared with another.");
-  pipeline.add("keyframes", &keyframes, {2, 200},
+  pipeline.add("keyframes", &options->keyframes, {2, 200},
                "Keyframes in the initialization window, at most: from then on it slides.");
-  pipeline.add("keyframe_rate_hz", &keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
-  pipeline.add("gravity_mps2", &window.gravity_mps2, {0.1, 100.0}, "Magnitude of gravity, m/s^2.");
-  sets.push_back(pipeline);
+  pipeline.add("keyframe_rate_hz", &options->keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
+  pipeline.add("gravity_mps2", &options->window.gravity_mps2, {0.1, 100.0},
+               "Magnitude of gravity, m/s^2.");
+  return pipeline;
+}
+
+}  // namespace
+
+std::vector<ParameterSet> PipelineOptions::sections() {
+  std::vector<ParameterSet> sets;
+  sets.push_back(pipelineSection(this));
 
   ParameterSet automatic(kAutoInitializer);
   auto_initializer.declare(automatic);

@@ -1,4 +1,4 @@
-#include "steps/epipolar_bias_estimator.h"
+#include "epipolar/epipolar_bias_estimator.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "epipolar/epipolar_bias_covariance.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
-#include "steps/epipolar_bias_covariance.h"
 
 namespace etalon {
 namespace {

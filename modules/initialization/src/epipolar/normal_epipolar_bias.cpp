@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "steps/epipolar_bias_estimator.h"
+#include "epipolar/epipolar_bias_estimator.h"
 
 namespace etalon {
 namespace {

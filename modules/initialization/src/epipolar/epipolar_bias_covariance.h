@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "epipolar/epipolar_pairs.h"
 #include "etalon/core/calibration.h"
-#include "steps/epipolar_pairs.h"
 
 namespace etalon {
 

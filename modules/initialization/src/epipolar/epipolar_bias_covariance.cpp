@@ -1,4 +1,4 @@
-#include "steps/epipolar_bias_covariance.h"
+#include "epipolar/epipolar_bias_covariance.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-#include "steps/epipolar_pairs.h"
+#include "epipolar/epipolar_pairs.h"
 
 #include <algorithm>
 #include <utility>

@@ -6,11 +6,11 @@
 #include <array>
 #include <vector>
 
+#include "epipolar/epipolar_pairs.h"
 #include "etalon/core/calibration.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/initialization/steps/normal_epipolar.h"
 #include "etalon/initialization/steps/normal_epipolar_bias.h"
-#include "steps/epipolar_pairs.h"
 
 namespace etalon {
 
