@@ -28,7 +28,6 @@ SyntheticWindowOptions biased(double sigma_px = 0.0) {
   options.motion = Motion::kAggressive;
   options.keyframes = 6;
   options.bias = kBias;
-  options.priors.mean.gyro = {};
   options.sigma_px = sigma_px;
   return options;
 }
