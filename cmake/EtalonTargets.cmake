@@ -21,8 +21,8 @@ endfunction()
 
 # etalon_add_tests(NAME [SOURCES ...] [LINK ...])
 # One GoogleTest executable etalon_<name>_tests; every TEST in it becomes the ctest <name>.<suite>.<test>. Without SOURCES
-# it is made of tests/*.cpp and finds the private headers of the module beside it. All tests find the headers of
-# tests/support, of which temporary_folder.h needs no library.
+# it is made of tests/*.cpp and tests/*/*_unittest.cpp, and finds the private headers of the module beside it. All tests
+# find the headers of tests/support, of which temporary_folder.h needs no library.
 function(etalon_add_tests name)
   if(NOT ETALON_BUILD_TESTS)
     return()
@@ -31,7 +31,7 @@ function(etalon_add_tests name)
   include(GoogleTest)
   set(target etalon_${name}_tests)
   if(NOT ARG_SOURCES)
-    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS tests/*.cpp)
+    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS tests/*.cpp tests/*/*_unittest.cpp)
   endif()
   add_executable(${target} ${ARG_SOURCES})
   if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/src")

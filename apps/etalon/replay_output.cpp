@@ -138,6 +138,9 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
         "final bundle adjustment of %d keyframes and %d landmarks: %s in %d iterations, "
         "%.1f s\n",
         ba->keyframes, ba->landmarks, ba->termination.c_str(), ba->iterations, ba->wall_s);
+  if (!record.calibration.empty()) std::printf("calibration:\n");
+  for (const CalibrationRecord& finding : record.calibration)
+    std::printf("  %s\n", finding.words.c_str());
   if (s.unpaired_left + s.unpaired_right > 0)
     std::printf("%d left and %d right images without a partner were left out\n", s.unpaired_left,
                 s.unpaired_right);

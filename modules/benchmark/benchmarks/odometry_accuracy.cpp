@@ -5,7 +5,9 @@
 // truth's state with seeded errors, or from what an initializer finds in the first window that is
 // accepted. The map finds old keyframes in the recording's images. --fault black: for a while no
 // frame has observations, and afterwards every track is a new one; right: the right camera sees
-// nothing; drop: there are no frames; imu: there is no IMU.
+// nothing; drop: there are no frames; imu: there is no IMU. --wrong NAME=NUMBER: the odometry is given
+// a calibration that is wrong by so much (WrongCalibration: time_offset, camera_rotation,
+// stereo_rotation, baseline, focal); prints what it says of it.
 //
 // Prints a line for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE
 // over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth
@@ -35,6 +37,7 @@
 #include "etalon/odometry/flight_record.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/testing/program.h"
+#include "etalon/testing/wrong_calibration.h"
 #include "odometry_beginning.h"
 #include "recorded_views.h"
 
@@ -46,6 +49,7 @@ using Eigen::Vector3d;
 struct Arguments {
   std::string source, tracks, tracks_file, start = "truth", trajectory;
   OdometryFault fault;
+  std::vector<std::string> wrong;
   bool stereo = true, final_ba = false;
   double from_s = 0.0, to_s = 1e9;
   unsigned seed = 1;
@@ -90,6 +94,24 @@ SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline)
   return tracks;
 }
 
+/** The tracks as they are with a calibration that is wrong. */
+void makeWrong(const std::vector<std::string>& arguments, SequenceTracks* tracks) {
+  testing::WrongCalibration wrong;
+  for (const std::string& argument : arguments) {
+    const size_t equals = argument.find('=');
+    const auto numbers = wrong.numbers();
+    const auto number = numbers.find(argument.substr(0, equals));
+    if (number == numbers.end() || equals == std::string::npos)
+      throw ConfigError("--wrong " + argument +
+                        ": expected time_offset, camera_rotation, "
+                        "stereo_rotation, baseline or focal, '=' and a number");
+    *number->second = std::stod(argument.substr(equals + 1));
+  }
+  tracks->calibration = wrong.given(tracks->calibration);
+  const auto earlier = static_cast<TimeNs>(std::llround(1e6 * wrong.time_offset));
+  for (TrackedFrame& frame : tracks->frames) frame.t -= earlier;
+}
+
 Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
                 const FixedLagOptions& options, const MapOptions& map,
                 const std::shared_ptr<RecordedViews>& views, FlightRecord* record) {
@@ -109,6 +131,8 @@ Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
     run.keyframes += run.outputs.back().keyframe;
     record->add(frame.t, frame, imu, run.outputs.back(), &odometry);
   }
+  for (const CalibrationFinding& finding : odometry.calibrationFindings())
+    std::printf("%s\n", finding.words.c_str());
   return run;
 }
 
@@ -230,6 +254,7 @@ void run(const Arguments& arguments) {
   const std::string initializer = arguments.start == "truth" ? "eta" : arguments.start;
   const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {initializer});
   SequenceTracks tracks = load(arguments, suite.pipeline);
+  makeWrong(arguments.wrong, &tracks);
   if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
   const GroundTruthCheck check = checkGroundTruth(tracks.ground_truth, tracks.imu.samples());
   const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
@@ -289,6 +314,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"black", "right", "drop", "imu"}));
   app.add_option("--at", arguments.fault.at_s, "Its beginning, seconds after the first frame");
   app.add_option("--for", arguments.fault.for_s, "Its duration, s");
+  app.add_option("--wrong", arguments.wrong, "NAME=NUMBER: what is wrong with the calibration");
   app.add_option("--stereo", arguments.stereo, "Whether stereo odometry runs, too: yes or no")
       ->capture_default_str();
   app.add_option("--map", arguments.map, "Whether old keyframes are found again: yes or no")

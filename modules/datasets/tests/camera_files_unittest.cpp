@@ -6,9 +6,11 @@
 #include <Eigen/Geometry>
 #include <sstream>
 
+#include "etalon/core/output_file.h"
 #include "etalon/datasets/convert.h"
 #include "etalon/datasets/observation_conversion.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/datasets/sensor_yaml_text.h"
 #include "etalon/testing/tiny_recording.h"
 
 namespace etalon::testing {
@@ -36,6 +38,16 @@ class CameraFiles : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+TEST_F(CameraFiles, TheTextOfACameraReadsBackAsItIs) {
+  makeFisheye();
+  CameraCalibration camera = read().cameras[1];
+  camera.model = camera.model.with("fu", 458.123456789012345);
+  camera.T_BC.t.x() += 1.0 / 3.0;
+  writeFile(file("cam1/sensor.yaml"), cameraYaml(camera, "corrected"));
+  EXPECT_TRUE(read().cameras[1].model == camera.model);
+  EXPECT_EQ(read().cameras[1].T_BC.t, camera.T_BC.t);
+}
 
 TEST_F(CameraFiles, SensorYamlDescribesAFisheye) {
   makeFisheye();

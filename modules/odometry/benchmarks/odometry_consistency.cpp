@@ -6,6 +6,8 @@
 //   flights=10 seed=1 duration=60 pixels=1 imu=1 walk=1 start=1 (factors; 0: without that noise)
 //   tracks=120 profile=aggressive, map=1 (0: without), the keys of [fixed_lag], and those of [map] as
 //   map.key
+//   time_offset=0 (ms) camera_rotation=0 stereo_rotation=0 (deg, about every axis) baseline=0
+//   focal=0 (%): how wrong the calibration is that the odometry is given; calibrate=off (on, auto)
 
 #include <cstdio>
 #include <exception>
@@ -15,10 +17,12 @@
 #include "../tests/simulated_views.h"
 #include "etalon/core/angles.h"
 #include "etalon/core/parameters.h"
+#include "etalon/testing/wrong_calibration.h"
 
 namespace {
 
 using namespace etalon;
+using testing::WrongCalibration;
 
 struct Sums {
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
@@ -27,9 +31,36 @@ struct Sums {
   int count = 0;
 };
 
+/** Over the flights, of one quantity. */
+struct Deviations {
+  std::string unit;
+  double nees = 0.0, widened = 0.0, truth = 0.0;
+  int count = 0;
+  std::map<std::string, int> verdicts;
+  Eigen::VectorXd values, used;
+};
+
+void addFindings(const std::vector<CalibrationFinding>& findings, const WrongCalibration& wrong,
+                 std::map<std::string, Deviations>* sums) {
+  for (const CalibrationFinding& finding : findings) {
+    Deviations& sum = (*sums)[finding.quantity];
+    sum.unit = finding.unit;
+    sum.truth = wrong.deviation(finding.quantity);
+    ++sum.verdicts[toString(finding.verdict)];
+    if (sum.count == 0) sum.values = sum.used = Eigen::VectorXd::Zero(finding.value.size());
+    sum.values += finding.value;
+    sum.used += finding.used;
+    const Eigen::ArrayXd error = finding.value.array() - sum.truth;
+    sum.nees += (error / finding.formal_sigma.array()).square().sum();
+    sum.widened += (error / finding.sigma.array()).square().sum();
+    sum.count += static_cast<int>(error.size());
+  }
+}
+
 void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, const MapOptions& map,
-               double sigma_px, std::uint64_t seed, double start, std::map<int, Sums>* bins) {
-  FixedLagOdometry odometry(flight.calibration, options, map,
+               double sigma_px, std::uint64_t seed, double start, const WrongCalibration& wrong,
+               std::map<int, Sums>* bins, std::map<std::string, Deviations>* deviations) {
+  FixedLagOdometry odometry(wrong.given(flight.calibration), options, map,
                             std::make_shared<SimulatedViews>(flight, sigma_px));
   for (size_t i = 0; i < flight.frames.size(); ++i) {
     const OdometryOutput out =
@@ -42,31 +73,37 @@ void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, co
     for (int b = 0; b < 5; ++b) sums.squares[b] += d.segment<3>(3 * b).squaredNorm();
     ++sums.count;
   }
+  addFindings(odometry.calibrationFindings(), wrong, deviations);
 }
 
-void run(int argc, char** argv) {
+struct Arguments {
   double flights = 10, seed = 1, pixels = 1, imu = 1, walk = 1, tracks = 120;
   double duration = 60, start = 1, with_map = 1;
   std::string profile = "aggressive";
+  WrongCalibration wrong;
   FixedLagOptions options;
-  ParameterSet section("fixed_lag");
-  options.declare(section);
   MapOptions map;
-  ParameterSet map_section("map");
-  map.declare(map_section);
+
+  Arguments(int argc, char** argv);
+};
+
+Arguments::Arguments(int argc, char** argv) {
   std::map<std::string, double*> own = {
       {"flights", &flights},   {"seed", &seed},   {"pixels", &pixels},
       {"imu", &imu},           {"walk", &walk},   {"tracks", &tracks},
       {"duration", &duration}, {"start", &start}, {"map", &with_map},
   };
-  IniFile ini;
-  IniFile map_ini;
+  own.merge(wrong.numbers());
+  std::string calibrate = "off";
+  IniFile ini, map_ini, calibration_ini;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const size_t equals = argument.find('=');
     const auto known = own.find(argument.substr(0, equals));
     if (argument.rfind("profile=", 0) == 0)
       profile = argument.substr(equals + 1);
+    else if (argument.rfind("calibrate=", 0) == 0)
+      calibrate = argument.substr(equals + 1);
     else if (known != own.end())
       *known->second = std::stod(argument.substr(equals + 1));
     else if (argument.rfind("map.", 0) == 0)
@@ -74,24 +111,21 @@ void run(int argc, char** argv) {
     else
       ini.setFromArgument("fixed_lag." + argument);
   }
-  section.read(ini);
-  map_section.read(map_ini);
+  for (const char* what : {"time_offset", "extrinsics", "intrinsics"})
+    calibration_ini.setFromArgument("odometry.calibrate_" + std::string(what) + "=" + calibrate);
+  calibration_ini.setFromArgument("odometry.accel_scale_sigma=0");  // as simulated
+  const auto read = [](const char* section, auto& parameters, const IniFile& from) {
+    ParameterSet set(section);
+    parameters.declare(set);
+    set.read(from);
+  };
+  read("fixed_lag", options, ini);
+  read("odometry", options.calibration, calibration_ini);
+  read("map", map, map_ini);
   map.enabled = with_map > 0;
-  std::map<int, Sums> bins;
-  for (int f = 0; f < flights; ++f) {
-    SimulatedFlightOptions simulated;
-    simulated.seed = static_cast<std::uint64_t>(seed) + static_cast<std::uint64_t>(f);
-    simulated.duration_s = duration;
-    simulated.profile = motionProfileFromName(profile);
-    simulated.sigma_px *= pixels;
-    simulated.imu_noise = imu > 0;
-    simulated.bias_walk = walk > 0;
-    simulated.tracks = static_cast<int>(tracks);
-    const SimulatedFlight flight = simulateFlight(simulated);
-    options.imu_noise = flight.imu_noise;
-    addFlight(flight, options, map, map.sigma_factor * simulated.sigma_px, 1000 + simulated.seed,
-              start, &bins);
-  }
+}
+
+void print(const std::map<int, Sums>& bins) {
   std::printf("from, s | pose | NEES R p v b_g b_a | RMS deg, m, m/s, rad/s, m/s^2\n");
   for (const auto& [bin, sums] : bins) {
     const Eigen::Matrix<double, 5, 1> nees = sums.nees / sums.count;
@@ -100,6 +134,44 @@ void run(int argc, char** argv) {
                 sums.pose / sums.count, nees[0], nees[1], nees[2], nees[3], nees[4],
                 degrees(rms[0]), rms[1], rms[2], rms[3], rms[4]);
   }
+}
+
+void print(const std::map<std::string, Deviations>& deviations, double flights) {
+  for (const auto& [quantity, sum] : deviations) {
+    std::printf(
+        "%s (%s): NEES %.2f, with the widened sigma %.2f; mean of true - given %+.4f, found",
+        quantity.c_str(), sum.unit.c_str(), sum.nees / sum.count, sum.widened / sum.count,
+        sum.truth);
+    for (const double value : sum.values) std::printf(" %+.4f", value / flights);
+    std::printf(", used");
+    for (const double used : sum.used) std::printf(" %+.4f", used / flights);
+    for (const auto& [verdict, count] : sum.verdicts)
+      std::printf(", %s %d", verdict.c_str(), count);
+    std::printf("\n");
+  }
+}
+
+void run(int argc, char** argv) {
+  Arguments a(argc, argv);
+  std::map<int, Sums> bins;
+  std::map<std::string, Deviations> deviations;
+  for (int f = 0; f < a.flights; ++f) {
+    SimulatedFlightOptions simulated;
+    simulated.seed = static_cast<std::uint64_t>(a.seed) + static_cast<std::uint64_t>(f);
+    simulated.duration_s = a.duration;
+    simulated.profile = motionProfileFromName(a.profile);
+    simulated.sigma_px *= a.pixels;
+    simulated.imu_noise = a.imu > 0;
+    simulated.bias_walk = a.walk > 0;
+    simulated.time_offset_s = 1e-3 * a.wrong.time_offset;
+    simulated.tracks = static_cast<int>(a.tracks);
+    const SimulatedFlight flight = simulateFlight(simulated);
+    a.options.imu_noise = flight.imu_noise;
+    addFlight(flight, a.options, a.map, a.map.sigma_factor * simulated.sigma_px,
+              1000 + simulated.seed, a.start, a.wrong, &bins, &deviations);
+  }
+  print(bins);
+  print(deviations, a.flights);
 }
 
 }  // namespace

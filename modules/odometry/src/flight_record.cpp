@@ -63,8 +63,9 @@ void FlightRecord::forgetBefore(TimeNs stamp) {
   odometry_times_.erase(odometry_times_.begin(), odometry_times_.begin() + old);
 }
 
-FinalFlight FlightRecord::finalBa(const BiasPriors& priors,
-                                  const TrajectoryBaOptions& options) const {
+FinalFlight FlightRecord::finalBa(
+    const BiasPriors& priors, const TrajectoryBaOptions& options,
+    const std::optional<StereoInertialCalibration>& calibration) const {
   TrajectoryBaProblem problem;
   problem.priors = priors;
   problem.gravity_mps2 = options_.gravity_mps2;
@@ -86,8 +87,8 @@ FinalFlight FlightRecord::finalBa(const BiasPriors& priors,
               : Preintegration(keyframe.imu, before->state.bias, options_.imu_noise));
     before = &keyframe;
   }
-  problem.bundle =
-      BundleProblem(buildVisualWindow(calibration_, frames, options_.sigma_px, 2, recalled));
+  problem.bundle = BundleProblem(buildVisualWindow(calibration.value_or(calibration_), frames,
+                                                   options_.sigma_px, 2, recalled));
   FinalFlight flight;
   flight.ba = solveTrajectoryBa(std::move(problem), options);
   for (size_t k = 0; k < keyframes_.size(); ++k)

@@ -27,6 +27,7 @@ struct SimulatedFlightOptions {
   double right_ratio = 1.0;
   int tracks = 120;
   bool imu_noise = true, bias_walk = true;
+  double time_offset_s = 0.0;  ///< images are taken later, in the IMU's time, than their stamps
   double gyro_noise_factor = 2.0, accel_noise_factor = 6.0;  ///< times the data sheet
   std::uint64_t seed = 1;
 };
@@ -92,11 +93,13 @@ inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
   flight.imu = ImuBuffer(samples.samples);
 
   Trajectory poses;
+  const auto late = static_cast<TimeNs>(std::llround(1e9 * options.time_offset_s));
   const TimeNs first = stampAtRate(trajectory.start(), kImuRate, llround(kUnderWay * kImuRate));
   for (int k = 0; stampAtRate(first, options.frame_rate_hz, k) <= trajectory.end(); ++k) {
-    const TrajectoryState state = trajectory.at(stampAtRate(first, options.frame_rate_hz, k));
+    const TimeNs taken = stampAtRate(first, options.frame_rate_hz, k);
+    const TrajectoryState state = trajectory.at(taken - late);
     const size_t index = std::llround(secondsBetween(trajectory.start(), state.t) * kImuRate);
-    poses.push_back({state.t, state.T_WB});
+    poses.push_back({taken, trajectory.at(taken).T_WB});
     flight.truth.push_back({state.T_WB, state.v_WB, samples.biases[index]});
   }
   TrackSynthesisOptions tracks;
@@ -107,6 +110,7 @@ inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
   tracks.seed = options.seed;
   flight.landmarks = scatterLandmarks(trajectory, 1500, options.seed);
   flight.frames = simulateTracks(poses, flight.calibration, flight.landmarks, tracks);
+  for (TrackedFrame& frame : flight.frames) frame.t -= late;
   return flight;
 }
 

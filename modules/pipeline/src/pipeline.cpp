@@ -162,6 +162,7 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
   OdometryOutput output = inertial_->process(frame, imu);
   record_.add(t, frame, imu, output, inertial_.get());
+  remark(t, output.remarks);
   output.t = frame.t = t;
   const bool located = output.unlocated_s == 0.0;
   if (!located) ++frames_not_located_;
@@ -312,7 +313,7 @@ FinalFlight Pipeline::finalBa() const {
   TrajectoryBaOptions options;
   options.least_noise_factor =
       std::min(1.0, options_.fixed_lag.least_sigma_px / options_.fixed_lag.sigma_px);
-  return record_.finalBa(options_.window.priors, options);
+  return record_.finalBa(options_.window.priors, options, calibrationInUse());
 }
 
 /** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and

@@ -70,6 +70,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   odometry.add("final_ba_keyframes", &final_ba_keyframes, {2, 1000000},
                "Keyframes that etalon replay --final-ba adjusts, at most: of a longer flight the "
                "newest ones (30 kB each).");
+  fixed_lag.calibration.declare(odometry);
   window.odometry.declare(odometry);
   sets.push_back(odometry);
   declared(kFixedLag, fixed_lag);

@@ -80,6 +80,22 @@ TEST_F(PipelineStates, StereoOdometryRunsUntilTheStartAndTheFixedLagOdometryFrom
   }
 }
 
+TEST_F(PipelineStates, WhatTheFlightSaysOfTheCalibrationIsThereFromTheStartOn) {
+  Pipeline pipeline = this->pipeline();
+  EXPECT_TRUE(pipeline.calibrationFindings().empty());
+  EXPECT_EQ(pipeline.calibrationInUse().cameras[1].T_BC.matrix(),
+            flight().calibration.cameras[1].T_BC.matrix());
+  fly(&pipeline);
+  std::vector<std::string> groups;
+  for (const CalibrationFinding& finding : pipeline.calibrationFindings()) {
+    if (groups.empty() || groups.back() != finding.group) groups.push_back(finding.group);
+    EXPECT_TRUE(finding.used.isZero(0.0)) << finding.words;  // it is right
+  }
+  EXPECT_EQ(groups, (std::vector<std::string>{"time_offset", "extrinsics", "intrinsics"}));
+  EXPECT_TRUE(pipeline.calibrationInUse().cameras[0].model ==
+              flight().calibration.cameras[0].model);
+}
+
 TEST_F(PipelineStates, AWindowGrowsUntilTheOneBeforeAgrees) {
   PipelineOptions options;
   options.min_keyframes = kWindow;

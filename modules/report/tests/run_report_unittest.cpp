@@ -72,8 +72,14 @@ TEST(RunReport, ARotationIsTiltAndYawInTheWorld) {
 }
 
 TEST(RunReport, TellsEventsStagesAndAttempts) {
-  const testing::RunExample run = testing::runExample();
+  testing::RunExample run = testing::runExample();
+  EXPECT_THAT(runReportHtml(run.record, run.estimates, run.ground_truth),
+              Not(HasSubstr("Calibration")));
+  run.record.calibration = {
+      {"extrinsics", "baseline", "%", "not_observed", "none <said>", {}, {}, {}}};
   const std::string html = runReportHtml(run.record, run.estimates, run.ground_truth);
+  EXPECT_THAT(html, HasSubstr("none &lt;said&gt;"));
+  EXPECT_THAT(html, HasSubstr("not observed"));
   EXPECT_THAT(html, HasSubstr("no image &lt;came&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("no image <came>")));
   EXPECT_THAT(html, HasSubstr("still inertial"));

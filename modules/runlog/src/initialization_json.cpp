@@ -97,6 +97,18 @@ void members(Archive& json, Member<Archive, EventRecord>& event) {
 }
 
 template <typename Archive>
+void members(Archive& json, Member<Archive, CalibrationRecord>& finding) {
+  json("group", finding.group);
+  json("quantity", finding.quantity);
+  json("unit", finding.unit);
+  json("verdict", finding.verdict);
+  json("value", finding.value);
+  json("sigma", finding.sigma);
+  json("used", finding.used);
+  json("words", finding.words);
+}
+
+template <typename Archive>
 void members(Archive& json, Member<Archive, RunRecord>& record) {
   json("source", record.source);
   json("source_kind", record.source_kind);
@@ -120,6 +132,7 @@ void members(Archive& json, Member<Archive, RunRecord>& record) {
   json(kFinalErrors, record.final_errors);
   json("final_ba", record.final_ba);
   json.added("events", record.events);
+  json.unlessNone("calibration", record.calibration);
   json("attempts", record.attempts);
   json("config", record.config);
 }

@@ -71,6 +71,19 @@ TEST(RunRecordJson, NaNIsNullAndWhatIsNotThereStaysAway) {
   EXPECT_FALSE(read.attempts[1].stages[0].errors.has_value());
 }
 
+TEST(RunRecordJson, HoldsWhatTheFlightSaidOfTheCalibration) {
+  RunRecord record = exampleRecord();
+  EXPECT_FALSE(nlohmann::json::parse(toJson(record)).contains("calibration"));
+  record.calibration = {
+      {"extrinsics", "baseline", "%", "off", "baseline: off", {0.6}, {0.1}, {0.6}}};
+  const RunRecord read = runRecordFromJson(toJson(record), "test");
+  ASSERT_EQ(read.calibration.size(), 1U);
+  EXPECT_EQ(read.calibration[0].quantity, "baseline");
+  EXPECT_EQ(read.calibration[0].verdict, "off");
+  EXPECT_EQ(read.calibration[0].sigma, std::vector<double>{0.1});
+  EXPECT_EQ(read.calibration[0].words, "baseline: off");
+}
+
 TEST(RunRecordJson, HoldsTheHandoverAndTheInitializerAtRest) {
   RunRecord record = exampleRecord();
   for (const char* key : {"handed_over_at_ns", "at_rest_initializer"})

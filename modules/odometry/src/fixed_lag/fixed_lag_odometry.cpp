@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bridged_imu.h"
+#include "calibration/calibration_watch.h"
 #include "etalon/core/errors.h"
 #include "recall.h"
 #include "rest.h"
@@ -41,20 +42,26 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
 class FixedLagOdometry::Impl {
  public:
   const fixed_lag::Window& window() const { return window_; }
+  const StereoInertialCalibration& calibration() const { return calibration_; }
+  const fixed_lag::CalibrationWatch& calibrationWatch() const { return calibration_watch_; }
 
   Impl(const StereoInertialCalibration& calibration, const FixedLagOptions& options,
        const MapOptions& map, std::shared_ptr<ViewMatcher> views)
-      : calibration_(calibration),
+      : given_(calibration),
+        calibration_(calibration),
         options_(options),
         map_(map),
         views_(std::move(views)),
         recall_(calibration_, map_, options_.sigma_px),
         tracks_(calibration_, trackOptions()),
-        solver_({options.iterations}) {
+        solver_({options.iterations}),
+        calibration_watch_(options.calibration) {
     map_.enabled = map_.enabled && views_;
   }
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
+    calibration_ = given_;
+    calibration_watch_ = fixed_lag::CalibrationWatch(options_.calibration);
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
     rest_ = fixed_lag::RestDetector();
     const Eigen::LLT<Matrix15d> factor(start.covariance);
@@ -62,6 +69,7 @@ class FixedLagOdometry::Impl {
       throw DataError("", 0, "the covariance of the start is not positive definite");
     window_ = fixed_lag::windowAt(calibration_, {0.0, 0.0, -options_.gravity_mps2}, start.state,
                                   frame.t, factor.matrixL().solve(Matrix15d::Identity()));
+    if (options_.calibration.any()) addCalibrationColumns(given_, &window_);
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     tracks_.createLandmarks(measured, &window_);
     if (map_.enabled) {
@@ -93,6 +101,7 @@ class FixedLagOdometry::Impl {
             : Preintegration(imu, last.now.bias, options_.imu_noise);
     const double speed = last.now.v_WB.norm();
     appendState(std::move(preintegration), &window_);
+    updateImageTimes(&window_);
     window_.states.back().at_rest =
         rest_.atRest(frame, out.imu_missing ? std::vector<ImuSample>() : imu,
                      options_.sigma_px * std::sqrt(window_.pixel_variance), speed);
@@ -110,6 +119,7 @@ class FixedLagOdometry::Impl {
       out.recalled = recall_.recall(frame, views_.get(), solver_, &window_);
     }
     const fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
+    updateImageTimes(&window_);
     tracks_.dropOutliers(&window_);
     if (options_.least_sigma_px < options_.sigma_px) tracks_.followNoise(&window_);
     covariance_ = solved.covariance;
@@ -126,6 +136,7 @@ class FixedLagOdometry::Impl {
     fixed_lag::slide({options_.recent_frames, options_.keyframes, map_}, &window_);
     if (out.keyframe && map_.enabled) dropViews();
     reintegrate();
+    if (options_.calibration.any()) calibrate(&out);
     return out;
   }
 
@@ -139,6 +150,15 @@ class FixedLagOdometry::Impl {
             options_.keyframe_survival,
             options_.keyframe_parallax_px,
             options_.least_sigma_px};
+  }
+
+  void calibrate(OdometryOutput* out) {
+    const auto deviation = calibration_watch_.update(window_, *out);
+    if (deviation && solver_.moveCalibration(*deviation, &window_)) {
+      calibration_ = fixed_lag::corrected(given_, *deviation);
+      tracks_.forgetPending();
+    }
+    out->remarks = calibration_watch_.takeRemarks();
   }
 
   void dropViews() {
@@ -176,7 +196,8 @@ class FixedLagOdometry::Impl {
     }
   }
 
-  StereoInertialCalibration calibration_;
+  StereoInertialCalibration given_;
+  StereoInertialCalibration calibration_;  ///< in use
   FixedLagOptions options_;
   MapOptions map_;
   std::shared_ptr<ViewMatcher> views_;
@@ -184,6 +205,7 @@ class FixedLagOdometry::Impl {
   fixed_lag::Tracks tracks_;
   fixed_lag::WindowSolver solver_;
   fixed_lag::RestDetector rest_;
+  fixed_lag::CalibrationWatch calibration_watch_;
   fixed_lag::Window window_;
   TimeNs located_at_ = 0;
   Matrix15d covariance_ = Matrix15d::Zero();
@@ -216,11 +238,19 @@ Trajectory FixedLagOdometry::keyframes() const {
   return keyframes;
 }
 
+std::vector<CalibrationFinding> FixedLagOdometry::calibrationFindings() const {
+  return impl_->calibrationWatch().findings();
+}
+
+std::optional<StereoInertialCalibration> FixedLagOdometry::calibrationInUse() const {
+  return impl_->calibration();
+}
+
 std::map<LandmarkId, Eigen::Vector3d> FixedLagOdometry::landmarks() const {
   std::map<LandmarkId, Eigen::Vector3d> landmarks;
   const fixed_lag::Window& window = impl_->window();
   for (const auto& [id, landmark] : window.landmarks)
-    landmarks[id] = window.states[landmark.host].now.T_WB * landmark.in_host.position();
+    landmarks[id] = window.states[landmark.host].seenFrom() * landmark.in_host.position();
   return landmarks;
 }
 

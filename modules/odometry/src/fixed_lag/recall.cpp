@@ -46,7 +46,7 @@ std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
     if (!landmark.seenIn(newest.serial) || landmark.observations.size() < kMinObservations ||
         !(landmark.in_host.parameters.z() > 1e-3))
       continue;
-    const SE3 T_NH = relativePose(newest.now.T_WB, window.states[landmark.host].now.T_WB);
+    const SE3 T_NH = relativePose(newest.seenFrom(), window.states[landmark.host].seenFrom());
     seen.push_back(
         {o.id, o.left, T_NH * landmark.in_host.position(), covarianceInNewest(landmark, T_NH.R)});
   }
@@ -64,7 +64,7 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
     if (!state.retained) continue;
     Candidate candidate;
     candidate.state = i;
-    candidate.view.T_NV = relativePose(newest.now.T_WB, state.now.T_WB);
+    candidate.view.T_NV = relativePose(newest.seenFrom(), state.seenFrom());
     for (size_t l = 0; l < seen.size(); ++l) {
       const Landmark& landmark = window->landmarks.at(seen[l].id);
       const auto& sought = landmark.sought;
@@ -94,7 +94,7 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
   for (size_t k = 0; k < candidates.size(); ++k) {
     Candidate& candidate = candidates[k];
     const WindowState& state = window->states[candidate.state];
-    const RelativeJacobians J = relativeJacobians(newest.now.T_WB, state.now.T_WB);
+    const RelativeJacobians J = relativeJacobians(newest.seenFrom(), state.seenFrom());
     Eigen::Matrix<double, 6, 12> both;
     both << J.by_host, J.by_target;
     Eigen::Matrix<double, 12, 12> P;

@@ -15,7 +15,7 @@ namespace {
 double distance(const Window& window, const Landmark& landmark, const MeasuredFrame::Track& track,
                 const Eigen::Matrix<double, 6, 6>& pose_covariance, double gate) {
   const WindowState& host = window.states[landmark.host];
-  const SE3 T_HT = relativePose(host.now.T_WB, window.states.back().now.T_WB);
+  const SE3 T_HT = relativePose(host.seenFrom(), window.states.back().seenFrom());
   double worst = 0.0;
   for (size_t camera = track.has_left ? 0 : 1; camera < (track.has_right ? 2u : 1u); ++camera) {
     Eigen::Vector2d r;
@@ -160,7 +160,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
     observations.push_back(std::move(all));
   }
   std::vector<SE3> T_WB;
-  for (const WindowState& state : window->states) T_WB.push_back(state.now.T_WB);
+  for (const WindowState& state : window->states) T_WB.push_back(state.seenFrom());
   for (int l = 0; l < views.landmarkCount(); ++l) {
     const LandmarkId id = views.landmark_ids[l];
     const auto p_W = triangulate(views, l, T_WB);
@@ -174,7 +174,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
     landmark.host_serial = newest.serial;
     landmark.host = newest_index;
     landmark.in_host =
-        InverseDepthLandmark(newest.now.T_WB.inverse() * *p_W, calibration_->cameras[0].T_BC.t);
+        InverseDepthLandmark(newest.seenFrom().inverse() * *p_W, calibration_->cameras[0].T_BC.t);
     landmark.observations = std::move(all);
     window->landmarks.emplace(id, std::move(landmark));
   }
@@ -186,14 +186,14 @@ void Tracks::followNoise(Window* window) const {
   std::vector<double> squares;
   for (const auto& [id, landmark] : window->landmarks) {
     if (!landmark.seenIn(newest) || landmark.observations.size() < 3) continue;
-    const SE3& T_WH = window->states[landmark.host].now.T_WB;
+    const SE3 T_WH = window->states[landmark.host].seenFrom();
     int pixels = 0;
     for (const LandmarkObservation& o : landmark.observations)
       pixels += static_cast<int>(o.end() - o.first());
     // Of 2 n coordinates the landmark itself takes three.
     const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
     for (const LandmarkObservation& o : landmark.observations) {
-      const SE3 T_HT = relativePose(T_WH, window->states[o.state].now.T_WB);
+      const SE3 T_HT = relativePose(T_WH, window->states[o.state].seenFrom());
       for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
         if (reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
@@ -216,10 +216,10 @@ void Tracks::dropOutliers(Window* window) {
   const int newest = window->states.back().serial;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     Landmark& landmark = it->second;
-    const SE3& T_WH = window->states[landmark.host].now.T_WB;
+    const SE3 T_WH = window->states[landmark.host].seenFrom();
     auto& observations = landmark.observations;
     const auto misfits = [&](const LandmarkObservation& o) {
-      const SE3 T_HT = relativePose(T_WH, window->states[o.state].now.T_WB);
+      const SE3 T_HT = relativePose(T_WH, window->states[o.state].seenFrom());
       for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
         if (!reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,

@@ -62,6 +62,9 @@ class Tracks {
   /** Drops observations that do not fit after the optimisation, and landmarks that keep failing. */
   void dropOutliers(Window* window);
 
+  /** Tracks without a distance begin anew: their measurements are of another calibration. */
+  void forgetPending() { pending_.clear(); }
+
   /** Lets the window's pixel variance follow the residuals' median. */
   void followNoise(Window* window) const;
 

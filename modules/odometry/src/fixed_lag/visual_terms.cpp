@@ -26,6 +26,22 @@ RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
   return J;
 }
 
+/** d(T_WI)/d(T_WB), right perturbation of the rotations. */
+static Eigen::Matrix<double, 6, 6> imageByState(const SE3& T_WB, const SE3& T_BI) {
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+  J.topLeftCorner<3, 3>() = T_BI.R.transpose();
+  J.bottomLeftCorner<3, 3>() = -T_WB.R * hat(T_BI.t);
+  return J;
+}
+
+RelativeJacobians imageJacobians(const WindowState& host, const WindowState& target) {
+  const SE3 &T_WH = host.linearization.T_WB, &T_WT = target.linearization.T_WB;
+  RelativeJacobians J = relativeJacobians(T_WH * host.T_BI, T_WT * target.T_BI);
+  if (!host.T_BI.t.isZero(0.0)) J.by_host *= imageByState(T_WH, host.T_BI);
+  if (!target.T_BI.t.isZero(0.0)) J.by_target *= imageByState(T_WT, target.T_BI);
+  return J;
+}
+
 void VisualTerms::addResidual(const Window& window, const ReprojectionMeasurement& measurement,
                               int camera, const Landmark& landmark, const SE3& T_HT, Target* target,
                               Eigen::Matrix3d* V, Eigen::Vector3d* g_l) {
@@ -41,6 +57,10 @@ void VisualTerms::addResidual(const Window& window, const ReprojectionMeasuremen
   const Eigen::Matrix<double, 2, 3> weighted = weight * J_landmark;
   V->noalias() += weighted.transpose() * J_landmark;
   g_l->noalias() += weighted.transpose() * r;
+  if (with_calibration_)
+    calibration_.rows.push_back({target ? target->state : -1, weight, r, J_pose, J_landmark,
+                                 calibration_.derivatives(static_cast<size_t>(camera), measurement,
+                                                          T_HT, landmark.in_host)});
   if (!target) return;
   const Eigen::Matrix<double, 2, 6> weighted_pose = weight * J_pose;
   target->H_pp.noalias() += weighted_pose.transpose() * J_pose;
@@ -54,6 +74,7 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   e.landmark = landmark;
   e.first = targets_.size();
   e.g_l.setZero();
+  calibration_.rows.clear();
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   const size_t n = window.states.size();
   for (const LandmarkObservation& o : landmark->observations) {
@@ -81,14 +102,17 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
     V(2, 2) = 1.0;
     e.g_l.z() = 0.0;
     for (size_t i = e.first; i < e.last; ++i) targets_[i].H_pl.col(2).setZero();
+    for (CalibrationSums::Row& row : calibration_.rows) row.J_landmark.col(2).setZero();
   }
   // Without parallax the distance is not determined: it stays where it is.
+  const Eigen::Vector3d undamped = V.diagonal();
   V(0, 0) += 1e-9 * V(0, 0) + 1e-12;
   V(1, 1) += 1e-9 * V(1, 1) + 1e-12;
   V(2, 2) += 1e-9 * V(2, 2) + 1e-6;
   e.inverse = V.inverse();
   landmark->covariance = e.inverse;
   eliminated_.push_back(e);
+  if (with_calibration_) eliminateFromCalibration(V.diagonal() - undamped);
 }
 
 /** The landmark's Schur complement, added to its host's sums. */
@@ -124,7 +148,7 @@ void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* eq
   for (int k = 0; k < n; ++k) {
     if (k == host || sums.H(6 * k, 6 * k) == 0.0) continue;
     seen.push_back(k);
-    J[k] = relativeJacobians(h.linearization.T_WB, window.states[k].linearization.T_WB);
+    J[k] = imageJacobians(h, window.states[k]);
   }
   Eigen::MatrixXd& H = equations->H;
   for (const int k : seen) {
@@ -156,8 +180,10 @@ void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* eq
 }
 
 void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& landmarks,
-                            int last_state, NormalEquations* equations) {
+                            int last_state, NormalEquations* equations, bool calibration) {
   const size_t n = window.states.size();
+  with_calibration_ = calibration;
+  if (calibration) beginCalibration(window);
   targets_.clear();
   eliminated_.clear();
   hosts_.resize(n);
@@ -166,13 +192,17 @@ void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& 
   for (size_t h = 0; h < n; ++h)
     for (size_t k = 0; k < n; ++k)
       relative_[h * n + k] =
-          h == k ? SE3() : relativePose(window.states[h].now.T_WB, window.states[k].now.T_WB);
+          h == k ? SE3() : relativePose(window.states[h].seenFrom(), window.states[k].seenFrom());
   cost_ = RobustCost();
   for (Landmark* landmark : landmarks) collect(window, landmark, last_state);
   equations->cost += cost_.total();
   for (const Eliminated& e : eliminated_) eliminate(e);
-  for (size_t h = 0; h < n; ++h)
-    if (hosts_[h].used) toAbsolute(window, static_cast<int>(h), equations);
+  for (size_t h = 0; h < n; ++h) {
+    if (!hosts_[h].used) continue;
+    toAbsolute(window, static_cast<int>(h), equations);
+    if (calibration) calibrationToAbsolute(window, static_cast<int>(h), equations);
+  }
+  if (calibration) finishCalibration(equations);
 }
 
 void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& step) const {
@@ -183,13 +213,17 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
     for (size_t k = 0; k < n; ++k) {
       if (h == k) continue;
       const WindowState &a = window.states[h], &b = window.states[k];
-      const RelativeJacobians J = relativeJacobians(a.linearization.T_WB, b.linearization.T_WB);
+      const RelativeJacobians J = imageJacobians(a, b);
       relative[h * n + k] =
           J.by_target * step.segment<6>(b.column) + J.by_host * step.segment<6>(a.column);
+      if (with_calibration_) relative[h * n + k] += byTimeOffset(a, b) * step[kTimeOffset];
     }
   }
-  for (const Eliminated& e : eliminated_) {
+  for (size_t l = 0; l < eliminated_.size(); ++l) {
+    const Eliminated& e = eliminated_[l];
     Eigen::Vector3d g = e.g_l;
+    if (with_calibration_)
+      g.noalias() += calibration_.H_cl[l].transpose() * step.head<kCalibrationSize>();
     for (size_t i = e.first; i < e.last; ++i) {
       const size_t pair = e.landmark->host * n + targets_[i].state;
       g.noalias() += targets_[i].H_pl.transpose() * relative[pair];
@@ -206,7 +240,7 @@ double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& lan
   std::vector<SE3> relative(n);
   for (size_t h = 0; h < n; ++h) {
     for (size_t k = 0; k < n; ++k)
-      relative[k] = relativePose(window.states[h].now.T_WB, window.states[k].now.T_WB);
+      relative[k] = relativePose(window.states[h].seenFrom(), window.states[k].seenFrom());
     for (const Landmark* landmark : landmarks) {
       if (landmark->host != static_cast<int>(h)) continue;
       for (const LandmarkObservation& o : landmark->observations)

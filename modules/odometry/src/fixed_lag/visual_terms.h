@@ -65,12 +65,14 @@ class VisualTerms {
    * Adds those of `landmarks` to the equations; keeps what solveLandmarks() needs, and sets
    * the landmarks' covariances.
    * @param last_state observations in later states are left out
+   * @param calibration whether the columns of the calibration are wanted, too; without them it is
+   *        held
    */
   void linearize(const Window& window, const std::vector<Landmark*>& landmarks, int last_state,
-                 NormalEquations* equations);
+                 NormalEquations* equations, bool calibration = false);
 
-  /** Moves the landmarks of the last linearize() to their best places for the step of the states;
-   * inverse distances stay at 0 or above. */
+  /** Moves the landmarks of the last linearize() to their best places for the step of the states
+   * (and, if that had its columns, of the calibration); inverse distances stay at 0 or above. */
   void solveLandmarks(const Window& window, const Eigen::VectorXd& step) const;
 
   /** The robust cost alone, of all landmarks. */
@@ -102,9 +104,35 @@ class VisualTerms {
     Eigen::VectorXd g;
   };
 
+  using Matrix6Cd = Eigen::Matrix<double, 6, kCalibrationSize>;
+  using MatrixC3d = Eigen::Matrix<double, kCalibrationSize, 3>;
+  /** What the columns of the calibration have with all others. The time offset is a motion of the
+   * relative poses and comes in with these. */
+  struct CalibrationSums {
+    Eigen::Matrix<double, kCalibrationSize, kCalibrationSize> H;
+    CalibrationVector g;
+    std::vector<MatrixC3d> H_cl;    ///< by landmark, as eliminated_
+    std::vector<Matrix6Cd> H_host;  ///< sums in relative poses, by host and state
+    CalibrationDerivatives derivatives;
+    /** The residuals of the landmark in hand. */
+    struct Row {
+      int target = -1;  ///< its state; -1: the host
+      double weight = 0.0;
+      Eigen::Vector2d r;
+      Eigen::Matrix<double, 2, 6> J_pose;
+      Eigen::Matrix<double, 2, 3> J_landmark;
+      CalibrationJacobian J;
+    };
+    std::vector<Row> rows;
+  };
+
   void addResidual(const Window& window, const ReprojectionMeasurement& measurement, int camera,
                    const Landmark& landmark, const SE3& T_HT, Target* target, Eigen::Matrix3d* V,
                    Eigen::Vector3d* g_l);
+  void eliminateFromCalibration(const Eigen::Vector3d& damping);
+  void beginCalibration(const Window& window);
+  void calibrationToAbsolute(const Window& window, int host, NormalEquations* equations);
+  void finishCalibration(NormalEquations* equations) const;
   void collect(const Window& window, Landmark* landmark, int last_state);
   void eliminate(const Eliminated& eliminated);
   void toAbsolute(const Window& window, int host, NormalEquations* equations) const;
@@ -114,6 +142,8 @@ class VisualTerms {
   std::vector<Eliminated> eliminated_;
   std::vector<HostSums> hosts_;
   std::vector<SE3> relative_;  ///< T_HT by host and target, at the estimates
+  bool with_calibration_ = false;
+  CalibrationSums calibration_;
 };
 
 /** Derivatives of the pose of the target in the host, [rotation by right perturbation, position in
@@ -122,5 +152,10 @@ struct RelativeJacobians {
   Eigen::Matrix<double, 6, 6> by_target, by_host;
 };
 RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT);
+/** The same of where the images of two states were taken, by the states' poses, at the linearisation
+ * points. */
+RelativeJacobians imageJacobians(const WindowState& host, const WindowState& target);
+/** And by the time offset. */
+Eigen::Matrix<double, 6, 1> byTimeOffset(const WindowState& host, const WindowState& target);
 
 }  // namespace etalon::fixed_lag

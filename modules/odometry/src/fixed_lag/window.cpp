@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "etalon/core/so3.h"
+
 namespace etalon::fixed_lag {
 
 size_t Window::firstFull() const {
@@ -17,7 +19,7 @@ size_t Window::retainedCount() const {
 }
 
 void Window::reindex() {
-  Eigen::Index column = 0;
+  Eigen::Index column = calibrationColumns();
   for (WindowState& state : states) {
     state.column = column;
     column += state.size();
@@ -42,6 +44,12 @@ void Window::reindex() {
   }
 }
 
+/** To first order in the offset. */
+static void placeImage(double time_offset, WindowState* state) {
+  state->T_BI = {expSO3(time_offset * state->twist_B.head<3>()),
+                 time_offset * state->twist_B.tail<3>()};
+}
+
 Window windowAt(const StereoInertialCalibration& calibration, const Eigen::Vector3d& g_W,
                 const NavState& state, TimeNs t, const Matrix15d& L) {
   Window window;
@@ -56,6 +64,50 @@ Window windowAt(const StereoInertialCalibration& calibration, const Eigen::Vecto
   window.prior = LinearRows(15, 15);
   window.prior.A = L;
   return window;
+}
+
+void addCalibrationColumns(const StereoInertialCalibration& given, Window* window) {
+  window->calibration.unknown = true;
+  window->calibration.given = given;
+  const LinearRows of_state = window->prior;
+  window->prior =
+      LinearRows(of_state.rows() + kCalibrationSize, of_state.unknowns() + kCalibrationSize);
+  window->prior.A.topLeftCorner<kCalibrationSize, kCalibrationSize>() =
+      calibrationPriorSigma().cwiseInverse().asDiagonal();
+  window->prior.A.bottomRightCorner(of_state.rows(), of_state.unknowns()) = of_state.A;
+  window->prior.b.tail(of_state.rows()) = of_state.b;
+  window->reindex();
+}
+
+void setCalibration(const CalibrationVector& deviation, Window* window) {
+  WindowCalibration& calibration = window->calibration;
+  const StereoInertialCalibration before = corrected(calibration.given, calibration.now);
+  const StereoInertialCalibration after = corrected(calibration.given, deviation);
+  calibration.now = deviation;
+  for (size_t c = 0; c < 2; ++c) window->T_CB[c] = after.cameras[c].T_BC.inverse();
+  for (WindowState& state : window->states) placeImage(deviation[kTimeOffset], &state);
+  for (size_t c = 0; c < 2; ++c) {
+    const CameraModel &old = before.cameras[c].model, &now = after.cameras[c].model;
+    if (old == now) continue;
+    for (auto& [id, landmark] : window->landmarks)
+      for (LandmarkObservation& o : landmark.observations)
+        if (o.first() <= c && c < o.end())
+          o.measurements[c] = remeasured(old, now, o.measurements[c]);
+  }
+}
+
+void updateImageTimes(Window* window) {
+  if (!window->calibration.unknown) return;
+  for (size_t i = window->firstFull(); i < window->states.size(); ++i) {
+    WindowState& state = window->states[i];
+    const bool first = state.imu.samples().empty();  // the IMU of the next begins there
+    if (first && i + 1 == window->states.size()) continue;
+    const ImuSample& sample =
+        first ? window->states[i + 1].imu.samples().front() : state.imu.samples().back();
+    state.twist_B << sample.gyro - state.now.bias.gyro,
+        state.now.T_WB.R.transpose() * state.now.v_WB;
+    placeImage(window->calibration.now[kTimeOffset], &state);
+  }
 }
 
 void appendState(Preintegration preintegration, Window* window) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "calibration/calibration_columns.h"
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/optimization/marginalization/linear_rows.h"
@@ -34,8 +35,14 @@ struct WindowState {
   Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
   Matrix15d imu_sqrt_information = Matrix15d::Zero();
   Eigen::Index column = 0;  ///< of its first unknown
+  /** Angular rate (rad/s) and velocity (m/s) in the axes of the body, while its image was taken. */
+  Eigen::Matrix<double, 6, 1> twist_B = Eigen::Matrix<double, 6, 1>::Zero();
+  /** From the body at `t` to the body when the image was taken: Window::time_offset later. */
+  SE3 T_BI;
 
   Eigen::Index size() const { return full ? 15 : 6; }
+  /** Pose of the body when its image was taken, T_WI. */
+  SE3 seenFrom() const { return now.T_WB * T_BI; }
   /** The error of `now` about `linearization`. */
   Vector15d delta() const { return fixed ? now.minus(linearization) : Vector15d::Zero(); }
 };
@@ -69,8 +76,17 @@ struct Landmark {
   }
 };
 
+/** The calibration as unknowns: the first columns of the window, which never leave it. They are held
+ * where they are while the window is solved. */
+struct WindowCalibration {
+  bool unknown = false;  ///< whether there are columns
+  StereoInertialCalibration given;
+  CalibrationVector now = CalibrationVector::Zero();  ///< deviation that is in use
+};
+
 struct Window {
   std::array<SE3, 2> T_CB;
+  WindowCalibration calibration;
   Eigen::Vector3d g_W = Eigen::Vector3d::Zero();
   std::vector<WindowState> states;  ///< in time order, the full ones last
   std::map<LandmarkId, Landmark> landmarks;
@@ -79,6 +95,10 @@ struct Window {
   /** Variance of a pixel over that of sigma_px, as the residuals say it is. */
   double pixel_variance = 1.0;
 
+  /** Columns before those of the states. */
+  Eigen::Index calibrationColumns() const {
+    return calibration.unknown ? static_cast<Eigen::Index>(kCalibrationSize) : 0;
+  }
   Eigen::Index unknowns() const {
     return states.empty() ? 0 : states.back().column + states.back().size();
   }
@@ -92,6 +112,16 @@ struct Window {
 /** A window of one state with its prior: its error has the covariance whose inverse is L^T L. */
 Window windowAt(const StereoInertialCalibration& calibration, const Eigen::Vector3d& g_W,
                 const NavState& state, TimeNs t, const Matrix15d& L);
+
+/** Makes the calibration unknown, with its prior; of a window as windowAt() makes it. */
+void addCalibrationColumns(const StereoInertialCalibration& given, Window* window);
+
+/** Uses another deviation from the given calibration from now on: cameras, the instants of the
+ * images, and the measurements that the window holds. */
+void setCalibration(const CalibrationVector& deviation, Window* window);
+
+/** Where the images of the full states were taken, with the velocities as they are now. */
+void updateImageTimes(Window* window);
 
 /** Appends the state at the end of the interval, where the IMU predicts it. */
 void appendState(Preintegration preintegration, Window* window);

@@ -54,6 +54,7 @@ Vector15d inertialRows(const Window& window, size_t i, Matrix15d* J_i, Matrix15d
 
 Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns) {
   Eigen::VectorXd all = Eigen::VectorXd::Zero(window.unknowns());
+  if (window.calibration.unknown) all.head<kCalibrationSize>() = window.calibration.now;
   for (const WindowState& state : window.states)
     if (state.fixed) all.segment(state.column, state.size()) = state.delta().head(state.size());
   return all.head(unknowns);
@@ -96,11 +97,12 @@ void addPrior(const Window& window, const Eigen::MatrixXd& H, NormalEquations* e
   equations->cost += r.squaredNorm();
 }
 
-void WindowSolver::linearize(Window* window, NormalEquations* equations) {
+void WindowSolver::linearize(Window* window, NormalEquations* equations, bool calibration) {
   *equations = NormalEquations(window->unknowns());
   addPrior(*window, prior_H_, equations);
   addInertialTerms(*window, equations);
-  visual_.linearize(*window, landmarks_, window->states.size(), equations);
+  visual_.linearize(*window, landmarks_, static_cast<int>(window->states.size()), equations,
+                    calibration);
 }
 
 double WindowSolver::costOf(const Window& window) const {
@@ -152,11 +154,10 @@ void WindowSolver::eliminateUntouched(const Window& window) {
 /** Factorizes the equations that remain when the untouched unknowns are eliminated. */
 bool WindowSolver::factorize(const NormalEquations& equations, double damping) {
   Eigen::MatrixXd H;
-  if (!untouched_.empty()) {
-    H = equations.H(rest_, rest_);
-    H.noalias() -= untouched_rest_.transpose() * follows_;
-  }
-  const Eigen::MatrixXd& reduced = untouched_.empty() ? equations.H : H;
+  const bool all = static_cast<Eigen::Index>(rest_.size()) == equations.H.cols();
+  if (!all) H = equations.H(rest_, rest_);
+  if (!untouched_.empty()) H.noalias() -= untouched_rest_.transpose() * follows_;
+  const Eigen::MatrixXd& reduced = all ? equations.H : H;
   // Scaled to a unit diagonal: the unknowns' units differ by many orders of magnitude.
   scale_ = reduced.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd scaled = scale_.asDiagonal() * reduced * scale_.asDiagonal();
@@ -166,16 +167,15 @@ bool WindowSolver::factorize(const NormalEquations& equations, double damping) {
 }
 
 Eigen::VectorXd WindowSolver::stepOf(const NormalEquations& equations) const {
-  if (untouched_.empty())
-    return -scale_.cwiseProduct(factor_.solve(Eigen::VectorXd(scale_.cwiseProduct(equations.g))));
   Eigen::VectorXd g = equations.g(rest_);
   const Eigen::VectorXd g_untouched = equations.g(untouched_);
-  g.noalias() -= follows_.transpose() * g_untouched;
+  if (!untouched_.empty()) g.noalias() -= follows_.transpose() * g_untouched;
   const Eigen::VectorXd rest =
       -scale_.cwiseProduct(factor_.solve(Eigen::VectorXd(scale_.cwiseProduct(g))));
-  Eigen::VectorXd step(equations.g.size());
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(equations.g.size());
   step(rest_) = rest;
-  step(untouched_) = -untouched_factor_.solve(g_untouched) - follows_ * rest;
+  if (!untouched_.empty())
+    step(untouched_) = -untouched_factor_.solve(g_untouched) - follows_ * rest;
   return step;
 }
 
@@ -204,6 +204,21 @@ Eigen::MatrixXd WindowSolver::covariance(const std::vector<Eigen::Index>& unknow
     covariance.noalias() += own.transpose() * own;
   }
   return covariance;
+}
+
+bool WindowSolver::moveCalibration(const CalibrationVector& to, Window* window) {
+  begin(window, false);
+  NormalEquations equations(0);
+  linearize(window, &equations, true);
+  if (!factorize(equations, 0.0)) return false;
+  const CalibrationVector moved = to - window->calibration.now;
+  equations.g.noalias() += equations.H.leftCols<kCalibrationSize>() * moved;
+  Eigen::VectorXd step = stepOf(equations);
+  step.head<kCalibrationSize>() = moved;
+  moveStates(step, window);
+  visual_.solveLandmarks(*window, step);
+  setCalibration(to, window);
+  return true;
 }
 
 SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior) {

@@ -49,6 +49,11 @@ class WindowSolver {
    */
   SolverResult solve(Window* window, int iterations, bool same_prior);
   /**
+   * Uses another calibration: states and landmarks go where they are best with it, to first order.
+   * @return false, and nothing has changed, if the equations are not positive definite
+   */
+  bool moveCalibration(const CalibrationVector& to, Window* window);
+  /**
    * Joint covariance of the errors of these unknowns, from the last solve(); empty if that found
    * none. The window has the same states since.
    */
@@ -59,7 +64,7 @@ class WindowSolver {
   void eliminateUntouched(const Window& window);
   bool factorize(const NormalEquations& equations, double damping);
   Eigen::VectorXd stepOf(const NormalEquations& equations) const;
-  void linearize(Window* window, NormalEquations* equations);
+  void linearize(Window* window, NormalEquations* equations, bool calibration = false);
   double costOf(const Window& window) const;
 
   SolverOptions options_;

@@ -148,6 +148,16 @@ Table eventTable(const RunRecord& record) {
   return table;
 }
 
+Table calibrationTable(const RunRecord& record) {
+  Table table({{"verdict", "verdict"}, {"words", "of the calibration"}});
+  for (const CalibrationRecord& finding : record.calibration) {
+    table.addRow();
+    table.setText("verdict", spaced(finding.verdict));
+    table.setText("words", finding.words);
+  }
+  return table;
+}
+
 Table attemptTable(const RunRecord& record) {
   Table table({{"t", "time [s]", true, 2}, {"status", "status"}, {"reason", "reason"}});
   for (const AttemptRecord& attempt : record.attempts) {
@@ -203,6 +213,7 @@ std::string runReportHtml(const RunRecord& record, const std::vector<FrameEstima
   });
   tables += section("Errors and what was predicted", errorTable(errors)) +
             section("Events", eventTable(record)) +
+            section("Calibration", calibrationTable(record)) +
             section("Time a frame", stageTable(record.statistics)) +
             section("The attempt that counts", compareRuns(runs)) +
             section("All attempts", attemptTable(record));

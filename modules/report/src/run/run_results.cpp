@@ -1,6 +1,7 @@
 #include "etalon/report/run_results.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -10,6 +11,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 #include "etalon/core/trajectory.h"
+#include "etalon/datasets/sensor_yaml_text.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/report.h"
@@ -27,6 +29,7 @@ constexpr char kTumFramesNeverInitialised[] =
 // Files that not every run has.
 constexpr char kFinalTrajectory[] = "trajectory_final.tum";
 constexpr char kImuStates[] = "states_imu.csv";
+constexpr std::array kProposedCalibration = {"proposed_cam0.yaml", "proposed_cam1.yaml"};
 
 /** Of the frames that the stage worked on. */
 StageTimes timesOf(const std::string& stage, const std::vector<FrameTiming>& timings,
@@ -78,6 +81,25 @@ EventRecord recordOf(const PipelineEvent& event) {
                  degrees(logSO3(event.jump->T_before_after.R).norm()),
                  std::sqrt(variance.tail<3>().sum()), degrees(std::sqrt(variance.head<3>().sum()))};
   return record;
+}
+
+CalibrationRecord recordOf(const CalibrationFinding& finding) {
+  const auto numbers = [](const Eigen::VectorXd& v) {
+    return std::vector<double>(v.data(), v.data() + v.size());
+  };
+  return {finding.group, finding.quantity,       finding.unit,           toString(finding.verdict),
+          finding.words, numbers(finding.value), numbers(finding.sigma), numbers(finding.used)};
+}
+
+/** Whether the odometry used other cameras than it was given. */
+bool hasProposal(const FinishedRun& run) {
+  const StereoInertialCalibration used = run.pipeline.calibrationInUse();
+  const StereoInertialCalibration& given = run.source.calibration();
+  for (size_t c = 0; c < 2; ++c)
+    if (used.cameras[c].model != given.cameras[c].model ||
+        used.cameras[c].T_BC.matrix() != given.cameras[c].T_BC.matrix())
+      return true;
+  return false;
 }
 
 /** The reader's warnings, then what the pipeline found in its input. Both know of frames outside
@@ -145,6 +167,8 @@ RunRecord makeRunRecord(const FinishedRun& run) {
     record.attempts.push_back(
         makeAttemptRecord(attempt, run.configuration.pipeline.window.gravity_mps2, ground_truth));
   for (const PipelineEvent& event : run.pipeline.events()) record.events.push_back(recordOf(event));
+  for (const CalibrationFinding& finding : run.pipeline.calibrationFindings())
+    record.calibration.push_back(recordOf(finding));
   record.statistics = statisticsOf(run);
   record.warnings = warningsOf(run);
   if (run.final_flight) record.final_ba = recordOf(run.final_flight->ba, run.final_ba_s);
@@ -208,11 +232,17 @@ std::vector<std::string> writeRunResults(const std::string& folder, const Finish
   }
   writeScene(file("flight.3Dscene"), scene);
   if (!run.imu_states.empty()) writeFile(file(kImuStates), imuStatesCsv(run.imu_states));
+  const bool proposal = hasProposal(run);
+  for (size_t c = 0; proposal && c < 2; ++c)
+    writeFile(file(kProposedCalibration[c]), cameraYaml(run.pipeline.calibrationInUse().cameras[c],
+                                                        "as the odometry corrected it"));
   writeFile(file("config.ini"), run.configuration.effective_ini);
   output.putInPlace();
   // The file may be left from an earlier run in the folder.
   if (!run.final_flight) fs::remove(fs::path(folder) / kFinalTrajectory);
   if (run.imu_states.empty()) fs::remove(fs::path(folder) / kImuStates);
+  for (const char* name : kProposedCalibration)
+    if (!proposal) fs::remove(fs::path(folder) / name);
   return files;
 }
 

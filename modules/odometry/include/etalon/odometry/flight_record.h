@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "etalon/core/calibration.h"
@@ -63,8 +64,10 @@ class FlightRecord {
    * where the odometry has found it again. Where
    * the IMU is missing a body that keeps its velocity takes its place, as in the odometry.
    * @param priors of the first keyframe's biases
+   * @param calibration the cameras, if they are not as they were given
    */
-  FinalFlight finalBa(const BiasPriors& priors, const TrajectoryBaOptions& options = {}) const;
+  FinalFlight finalBa(const BiasPriors& priors, const TrajectoryBaOptions& options = {},
+                      const std::optional<StereoInertialCalibration>& calibration = {}) const;
 
  private:
   struct Keyframe {

@@ -113,6 +113,15 @@ class Pipeline {
   /** A bundle adjustment of all keyframes, images and IMU; with PipelineOptions::final_ba. The
    * trajectory is carriedAlong(smoothedTrajectory(), FinalFlight::keyframes). */
   FinalFlight finalBa() const;
+  /** What the flight says of the calibration since the last start; empty while stereo odometry runs
+   * and where nothing of it is looked at. */
+  std::vector<CalibrationFinding> calibrationFindings() const {
+    return inertial_ ? inertial_->calibrationFindings() : std::vector<CalibrationFinding>();
+  }
+  /** The calibration that the odometry uses: what was given, corrected. */
+  StereoInertialCalibration calibrationInUse() const {
+    return inertial_ ? inertial_->calibrationInUse().value_or(calibration_) : calibration_;
+  }
   /** What the initializers said (Starter::attempts). */
   const std::vector<InitializationAttempt>& attempts() const { return starter_.attempts(); }
   /** One a processed frame. */

@@ -113,6 +113,13 @@ struct GroundTruthUse {
   int covered_frames = 0;  ///< of these, with ground truth
 };
 
+/** What the flight said of one quantity of the calibration (CalibrationFinding). */
+struct CalibrationRecord {
+  std::string group, quantity, unit, verdict, words;
+  std::vector<double> value, sigma;  ///< what is true less what was given; in the unit
+  std::vector<double> used;          ///< what of it the odometry used at the end
+};
+
 /** The bundle adjustment over the whole flight (--final-ba). */
 struct FinalBaRecord {
   int keyframes = 0, landmarks = 0;
@@ -138,6 +145,7 @@ struct RunRecord {
   std::optional<TimeNs> handed_over_at;  ///< from the start at rest to the one for motion
   std::vector<AttemptRecord> attempts;
   std::vector<EventRecord> events;
+  std::vector<CalibrationRecord> calibration;
   RunStatistics statistics;
   std::vector<std::string> warnings;
   std::optional<GroundTruthUse> ground_truth;  ///< where the recording has some

@@ -24,6 +24,7 @@ struct FixedLagOptions {
   double keyframe_parallax_px = 12.0;  ///< median since the last keyframe, rotation apart
   double gravity_mps2 = 9.81;          ///< not a key
   ImuNoiseDensities imu_noise;         ///< densities to use; not a key
+  CalibrationOptions calibration;      ///< keys of [odometry]
 
   void declare(ParameterSet& parameters);
 };
@@ -50,6 +51,8 @@ class FixedLagOdometry : public Odometry {
   OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) override;
   Trajectory keyframes() const override;
   std::map<LandmarkId, Eigen::Vector3d> landmarks() const override;
+  std::vector<CalibrationFinding> calibrationFindings() const override;
+  std::optional<StereoInertialCalibration> calibrationInUse() const override;
 
  private:
   class Impl;

@@ -2,11 +2,15 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/imu/imu_sample.h"
+#include "etalon/odometry/fixed_lag/online_calibration.h"
 #include "etalon/optimization/residuals/inertial_residual.h"
 
 namespace etalon {
@@ -40,6 +44,7 @@ struct OdometryOutput {
   double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
   bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
   std::vector<RecalledObservation> recalled;  ///< landmarks of the frame in old keyframes
+  std::vector<std::string> remarks;           ///< what it has changed in the calibration it uses
 };
 
 /** A state for every frame, from tracks and IMU; one thread, bit-identical from run to run. */
@@ -61,6 +66,10 @@ class Odometry {
   virtual Trajectory keyframes() const = 0;
   /** Places of the landmarks in use, p_W, m. */
   virtual std::map<LandmarkId, Eigen::Vector3d> landmarks() const = 0;
+  /** What the flight so far says of the calibration; empty where that is not looked at. */
+  virtual std::vector<CalibrationFinding> calibrationFindings() const { return {}; }
+  /** The cameras as it uses them; nothing: as they were given. */
+  virtual std::optional<StereoInertialCalibration> calibrationInUse() const { return {}; }
 
  protected:
   Odometry() = default;

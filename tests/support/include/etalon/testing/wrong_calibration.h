@@ -1,0 +1,56 @@
+#pragma once
+
+// A calibration that is wrong by a stated amount, and what an odometry that is given it should
+// find. For the tests and benchmarks of odometry.
+
+#include <map>
+#include <string>
+
+#include "etalon/core/angles.h"
+#include "etalon/core/calibration.h"
+#include "etalon/core/so3.h"
+
+namespace etalon::testing {
+
+/** The deviations that make the given calibration right, in the units of CalibrationFinding. */
+struct WrongCalibration {
+  double time_offset = 0.0;      ///< ms; of SimulatedFlightOptions::time_offset_s
+  double camera_rotation = 0.0;  ///< of the cameras in the body, about every axis, deg
+  double stereo_rotation = 0.0;  ///< between the cameras, about every axis, deg
+  double baseline = 0.0;         ///< %
+  double focal = 0.0;            ///< %
+
+  /** By the names of programs' arguments. */
+  std::map<std::string, double*> numbers() {
+    return {{"time_offset", &time_offset},
+            {"camera_rotation", &camera_rotation},
+            {"stereo_rotation", &stereo_rotation},
+            {"baseline", &baseline},
+            {"focal", &focal}};
+  }
+
+  StereoInertialCalibration given(const StereoInertialCalibration& right) const {
+    StereoInertialCalibration given = right;
+    SE3 T_C0C1 = right.rightFromLeft().inverse();
+    const auto turn = [](double deg) { return expSO3(-radians(deg) * Eigen::Vector3d::Ones()); };
+    given.cameras[0].T_BC.R *= turn(camera_rotation);
+    T_C0C1.R *= turn(stereo_rotation);
+    T_C0C1.t /= 1.0 + 0.01 * baseline;
+    given.cameras[1].T_BC = given.cameras[0].T_BC * T_C0C1;
+    for (CameraCalibration& camera : given.cameras)
+      for (const char* name : {"fu", "fv"})
+        camera.model = camera.model.with(name, camera.model.parameter(name) / (1.0 + 0.01 * focal));
+    return given;
+  }
+
+  /** Of every number of the quantity. */
+  double deviation(const std::string& quantity) const {
+    if (quantity == "time offset") return time_offset;
+    if (quantity == "rotation of the cameras in the body") return camera_rotation;
+    if (quantity == "rotation between the cameras") return stereo_rotation;
+    if (quantity == "baseline") return baseline;
+    return quantity == "focal lengths" ? focal : 0.0;
+  }
+};
+
+}  // namespace etalon::testing
