@@ -63,7 +63,8 @@ awk -F '|' -v wanted="$gravity deg, $velocity m/s" '
     print "\"/>"
     for (i = 1; i <= n; i++) {
       x = 60 + 4.5 * refused[i]; y = 310 - 270 * worse[i] / top
-      printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"#1f77b4\"/><text x=\"%.1f\" y=\"%.1f\">%g</text>\n", x, y, x + 7, y - 6, name[i]
+      above = i > 1 && refused[i] == refused[i - 1] && worse[i] == worse[i - 1] ? above + 13 : 6
+      printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"#1f77b4\"/><text x=\"%.1f\" y=\"%.1f\">%g</text>\n", x, y, x + 7, y - above, name[i]
     }
     print "<text x=\"285\" y=\"350\" text-anchor=\"middle\">as good as wanted (" wanted "), but refused, % of the windows</text>"
     print "<text transform=\"translate(18 175) rotate(-90)\" text-anchor=\"middle\">accepted, but worse than wanted, %</text>"

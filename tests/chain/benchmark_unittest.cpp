@@ -169,10 +169,11 @@ TEST_F(BenchmarkTest, ACalibratedDeviceIsAConfiguration) {
   const CommandResult result = calibrated("device.ini", {"--name", "quad"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("no biases, because the biases were settled for 0.0 s"));
-  // The simulator's IMU has the data sheet's noise: a flight of 4 s tells it to some ten percent.
-  EXPECT_THAT(readText(out("device.ini")), AllOf(HasSubstr("[imu_noise]\ngyro_noise_factor = "),
-                                                 HasSubstr("name = quad\nnoise_from = ")));
-  std::ofstream(out("run.ini")) << "[eta]\nrounds = 3\n";
+  // The simulator's IMU has the data sheet's noise: a flight of 4 s tells it to some 25 %.
+  EXPECT_THAT(readText(out("device.ini")),
+              AllOf(HasSubstr("name = quad\nnoise_from = "),
+                    HasSubstr("windows of 1 recording; factors at 0.25 and 0.5 s; gyro 0.")));
+  std::ofstream(out("run.ini")) << "[vi_ba]\nrounds = 3\n";
   const CommandResult run = runEtalon(
       {"replay", kFlight, "-c", out("run.ini"), "-c", out("device.ini"), "--out", out("run")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
