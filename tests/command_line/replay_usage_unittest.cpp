@@ -122,7 +122,8 @@ TEST(ReplayUsage, RefusesAnUnknownInitializerWithTheNearest) {
   expectRefused({{"--initializer", "nothing_alike"},
                  {"'nothing_alike'", "available: ", "eta, ", "orbslam3_inertial_only"}});
   expectRefused({{"--initializer", ""}, {"available: ", "eta, "}});
-  expectRefused({{"--initializer", "auto", "--set", "auto.at_rest=eta"}, {"[auto]", "'eta'"}});
+  expectRefused(
+      {{"--initializer", "auto", "--set", "auto.at_rest=etalon"}, {"[auto]", "'etalon'"}});
   expectRefused(
       {{"--initializer", "auto", "--set", "auto.moving=etta"}, {"'etta'", "did you mean 'eta'?"}});
 }
