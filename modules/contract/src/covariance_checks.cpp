@@ -14,7 +14,6 @@ namespace etalon::contract {
 
 namespace {
 
-using Eigen::Matrix;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 

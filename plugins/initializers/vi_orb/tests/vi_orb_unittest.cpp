@@ -68,9 +68,8 @@ TEST(ViOrb, WeightsAndThePriorTakeNoiseFromTheBias) {
 }
 
 TEST(ViOrb, SurvivesThirtyPercentOfOutliers) {
-  const Outcome o =
-      runOn(testing::noisyOptions(Motion::kGentle, 0.3, {kBiases.gyro, {0.05, -0.04, 0.03}}),
-            *load());
+  const Outcome o = runOn(
+      testing::noisyOptions(Motion::kGentle, 0.3, {kBiases.gyro, {0.05, -0.04, 0.03}}), *load());
   ASSERT_TRUE(o.result) << o.result.error().reason;
   // As vins_alignment, whose poses these are.
   EXPECT_LT(o.errors.rre_deg, 0.3);

@@ -30,7 +30,7 @@ Eigen::Matrix<double, 11, 1> estimationError(const std::vector<StampedState>& st
 /**
  * Errors of the poses relative to the first keyframe, T_B0Bk, in the order of
  * Initialization::covariance: rotation (right perturbation, rad) and position (m, in B0) of
- * keyframes 1..
+ * each keyframe but the first.
  * @param truth as many states, in any world
  */
 Eigen::VectorXd relativePoseErrors(const std::vector<StampedState>& states,
