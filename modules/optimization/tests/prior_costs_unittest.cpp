@@ -19,7 +19,7 @@ using testing::poseValue;
 using testing::residual;
 
 TEST(BiasPriorCost, JacobianAgreesWithDifferencesAndSigmasWhiten) {
-  const BiasPriorCost cost({{{0.01, -0.02, 0.03}, {0.1, 0.2, -0.3}}, 0.02, 0.5});
+  const BiasPriorCost cost({{{0.01, -0.02, 0.03}, {0.1, 0.2, -0.3}}, 0.02, 0.5, {}});
   Eigen::VectorXd bias(6);
   bias << 0.05, 0.04, -0.03, -0.2, 0.1, 0.4;
   expectJacobians(cost, {bias});

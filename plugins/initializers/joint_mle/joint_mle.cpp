@@ -110,7 +110,7 @@ class JointMle : public Initializer {
     closed_form.model.imu_noise = false;
     closed_form.model.estimate_accel_bias = false;
     const InitializationResult start = solveJointMap(few, closed_form);
-    if (!start) return start;
+    if (!start) return refuse(start.error());
     const double closed_form_ms = watch.lapMilliseconds();
 
     const VisualInertialBaResult refined =

@@ -101,7 +101,7 @@ class Kneip : public Initializer {
     const Matrix3d by_y = Matrix3d(equation.gravity).inverse();
     Vector3d g = by_y * equation.y;
     const auto plausible = checkFreeGravity(g.norm(), magnitude, max_gravity_deviation_);
-    if (!plausible) return plausible;
+    if (!plausible) return refuse(plausible.error());
     double scale = 1.0;
     if (free_scale_) {
       const Vector3d path = by_y * equation.scale;  // g = (y - scale (s - 1)) / time

@@ -98,7 +98,7 @@ class VinsAlignment : public Initializer {
     if (const auto plausible = checkFreeGravity(alignment.free_gravity_mps2,
                                                 problem.gravityMagnitude(), max_gravity_deviation_);
         !plausible)
-      return plausible;
+      return refuse(plausible.error());
     estimate->v_VB = alignment.v_VB;
     estimate->g_V = alignment.g_V;
     if (estimate->errors &&
