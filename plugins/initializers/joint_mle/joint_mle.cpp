@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
@@ -113,8 +114,9 @@ class JointMle : public Initializer {
     if (!start) return refuse(start.error());
     const double closed_form_ms = watch.lapMilliseconds();
 
-    const VisualInertialBaResult refined =
-        solveVisualInertialBa(visualInertialProblem(few, *start), ba_);
+    VisualInertialProblem vi = visualInertialProblem(few, *start);
+    vi.priors.slow_accel = SlowAcceleration();  // the test asks what the data alone tell
+    const VisualInertialBaResult refined = solveVisualInertialBa(std::move(vi), ba_);
     if (!refined.summary.usable())
       return refuse(RefusalStatus::kNotConverged, "the bundle adjustment of ", Value(tracks_),
                     " tracks failed: ", refined.summary.message);
