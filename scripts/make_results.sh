@@ -157,8 +157,8 @@ for group in "$@"; do
       in_motion "$out/$name/summary.csv"
       printf '\n'
     fi
-    printf '### Noise and ground truth\n\n'
-    tables "$out/$name.md" '^..(Check of the noise.*10 keyframes at 4 Hz|Ground truth against)'
+    printf '### Noise\n\n'
+    tables "$out/$name.md" '^..Check of the noise.*10 keyframes at 4 Hz'
     if grep -qE '^(MH|V[12])_[0-9]*_(easy|medium|difficult)(_real)?,' "$out/$name/summary.csv"; then
       printf '### Beside the papers\n\nOurs as mean / median over all windows; `config/paper.ini` has the papers'"'"' noise and priors. The published figures are of whole\nrecordings of real images.\n\n'
       paste -d '' <(beside_the_paper "$out/$name/summary.csv" "$out/${name}_paper/summary.csv" rre_deg 1 'RRE [deg]') \
