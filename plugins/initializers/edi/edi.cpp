@@ -6,33 +6,6 @@
 
 namespace etalon::plugins {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
-namespace {
-
-/**
- * Positions of keyframes 1.. from the first on, in which no velocity but v_0 occurs, m:
- *   p_k - p_0 - v_0 t_k - g t_k^2 / 2 - alpha_k = sum over j < k of
- *     R_j r_p(j) + (t_k - t_j+1) R_j r_v(j).
- * @return T, 3(N-1) x 6(N-1)
- */
-MatrixXd positionsOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& pairs) {
-  const Index n = pairs.size();
-  MatrixXd T = MatrixXd::Zero(3 * n, 6 * n);
-  for (Index k = 0; k < n; ++k) {
-    double after = 0.0;  // t_k+1 - t_j+1
-    for (Index j = k; j >= 0; --j) {
-      T.block<3, 3>(3 * k, 6 * j) = T_VB[j].R;
-      T.block<3, 3>(3 * k, 6 * j + 3) = after * T_VB[j].R;
-      after += pairs[j].dt();
-    }
-  }
-  return T;
-}
-
-}  // namespace
-
 /**
  * EDI (Wang et al., IROS 2023): attitudes and b_g by an error-state Kalman filter, then velocity,
  * gravity, b_a and, where it is free, the scale in closed form (README.md beside this file).

@@ -78,9 +78,7 @@ class Kneip : public Initializer {
                     " keyframes have no change of velocity");
     Stopwatch watch;
     const auto gyro = gyroBiasOfRotations(problem, visual, RowWeights::kImu, gyro_passes_);
-    if (!gyro)
-      return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
-                    Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
+    if (!gyro) return refuse(gyro.error());
     const double gyro_ms = watch.lapMilliseconds();
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     if (const auto done = findGravity(problem, gyro->preintegrations, &estimate); !done)

@@ -32,9 +32,7 @@ class ViOrb : public Initializer {
     const auto gyro = gyroBiasOfRotations(
         problem, visual, options_.weighted ? RowWeights::kImuAndVision : RowWeights::kNone,
         gyro_passes_);
-    if (!gyro)
-      return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
-                    Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
+    if (!gyro) return refuse(gyro.error());
     const double gyro_ms = watch.lapMilliseconds();
 
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);

@@ -56,9 +56,7 @@ class VinsAlignment : public Initializer {
     const VisualSolution& visual = **found;
     Stopwatch watch;
     const auto gyro = gyroBiasOfRotations(problem, visual, weights(), gyroPasses());
-    if (!gyro)
-      return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
-                    Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
+    if (!gyro) return refuse(gyro.error());
     const std::vector<Preintegration>& preintegrations = gyro->preintegrations;
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const double gyro_ms = watch.lapMilliseconds();

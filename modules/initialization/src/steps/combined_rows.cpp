@@ -175,6 +175,20 @@ MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preinteg
   return T;
 }
 
+MatrixXd positionsOfPairs(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& pairs) {
+  const Index n = pairs.size();
+  MatrixXd T = MatrixXd::Zero(3 * n, 6 * n);
+  for (Index k = 0; k < n; ++k) {
+    double after = 0.0;  // t_k+1 - t_j+1
+    for (Index j = k; j >= 0; --j) {
+      T.block<3, 3>(3 * k, 6 * j) = T_VB[j].R;
+      T.block<3, 3>(3 * k, 6 * j + 3) = after * T_VB[j].R;
+      after += pairs[j].dt();
+    }
+  }
+  return T;
+}
+
 CombinedRows::CombinedRows(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
                            const VisualFrameEstimate& estimate, MatrixXd combination,

@@ -44,9 +44,9 @@ MatrixXd rotationWhitening(const VisualSolution& visual,
 
 }  // namespace
 
-std::optional<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
-                                                const VisualSolution& visual, RowWeights weights,
-                                                int passes) {
+Expected<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
+                                           const VisualSolution& visual, RowWeights weights,
+                                           int passes) {
   RotationBias result;
   result.bias = problem.priors().mean;
   result.preintegrations = problem.preintegrate(result.bias);
@@ -71,7 +71,9 @@ std::optional<RotationBias> gyroBiasOfRotations(const InitializationProblem& pro
     const Vector3d step = factor.solve(J.transpose() * r);
     result.response = factor.solve(J.transpose());
     if (whitening.size() > 0) result.response *= whitening;
-    if (!factor.isPositive() || !step.allFinite()) return std::nullopt;
+    if (!factor.isPositive() || !step.allFinite())
+      return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
+                    Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     result.bias.gyro += step;
     for (Preintegration& p : result.preintegrations) p = p.reintegrated(result.bias);
     constexpr double kStandsStill = 1e-6;  // rad/s

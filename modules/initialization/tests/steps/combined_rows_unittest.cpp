@@ -59,22 +59,6 @@ struct Case {
   Vector3d g_V;
 };
 
-/** Positions from the first keyframe on, as in edi: only v_0 is left of the velocities. */
-MatrixXd positionsFromFirst(const std::vector<SE3>& T_VB,
-                            const std::vector<Preintegration>& pairs) {
-  const Index n = pairs.size();
-  MatrixXd T = MatrixXd::Zero(3 * n, 6 * n);
-  for (Index k = 0; k < n; ++k) {
-    double after = 0.0;
-    for (Index j = k; j >= 0; --j) {
-      T.block<3, 3>(3 * k, 6 * j) = T_VB[j].R;
-      T.block<3, 3>(3 * k, 6 * j + 3) = after * T_VB[j].R;
-      after += pairs[j].dt();
-    }
-  }
-  return T;
-}
-
 TEST(CombinedRows, TriplesHaveNoVelocityAndTheTruthSolvesThem) {
   const Case c;
   const CombinedRows triples(c.problem, c.pairs, c.estimate,
@@ -114,7 +98,7 @@ TEST(CombinedRows, FindsGravityBiasScaleAndVelocitiesOfExactPoses) {
                                     triplesOfPairs(c.estimate.T_VB, c.pairs));
         rescale(0.9, as_it_is.camera, &c.estimate);
       }
-      const MatrixXd T = first_velocity ? positionsFromFirst(c.estimate.T_VB, c.pairs)
+      const MatrixXd T = first_velocity ? positionsOfPairs(c.estimate.T_VB, c.pairs)
                                         : triplesOfPairs(c.estimate.T_VB, c.pairs);
       CombinedRowsOptions options;
       options.passes = 10;

@@ -42,6 +42,15 @@ struct CombinedRowsOptions {
 Eigen::MatrixXd triplesOfPairs(const std::vector<SE3>& T_VB,
                                const std::vector<Preintegration>& preintegrations);
 
+/**
+ * T of the positions of keyframes 1.. from the first on, m, in which no velocity but v_0 occurs:
+ *   p_k - p_0 - v_0 t_k - g t_k^2 / 2 - alpha_k = sum over j < k of
+ *     R_j r_p(j) + (t_k - t_j+1) R_j r_v(j).
+ * @return 3(N-1) x 6(N-1)
+ */
+Eigen::MatrixXd positionsOfPairs(const std::vector<SE3>& T_VB,
+                                 const std::vector<Preintegration>& preintegrations);
+
 /** T r of a window at an estimate's poses and biases. */
 struct CombinedRows {
   /**

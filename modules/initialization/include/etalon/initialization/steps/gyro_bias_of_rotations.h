@@ -13,7 +13,6 @@
  */
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "etalon/initialization/initialization_problem.h"
@@ -41,10 +40,10 @@ struct RotationBias {
  * Linear least squares from the mean of the priors; the raw IMU is integrated anew at each result,
  * because a linear step leaves an error of the order of (|db_g| dt)^2 / dt.
  * @param passes linear solutions, at most
- * @return nothing if the rotations do not determine b_g
+ * @return refused (ill_conditioned) if the rotations do not determine b_g
  */
-std::optional<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
-                                                const VisualSolution& visual, RowWeights weights,
-                                                int passes);
+Expected<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
+                                           const VisualSolution& visual, RowWeights weights,
+                                           int passes);
 
 }  // namespace etalon
