@@ -4,10 +4,10 @@
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/process/child_process.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
