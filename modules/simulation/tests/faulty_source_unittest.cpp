@@ -292,6 +292,52 @@ TEST(FaultySource, APartOfTheRecordingHasTheSameFaults) {
   }
 }
 
+TEST(FaultySource, SaysWhatWasDone) {
+  EXPECT_TRUE(faulted("")->statistics().warnings.empty());
+  const auto source = faulted("lost percent=20", 1.5, 7);
+  const std::string said =
+      "memory: faults were made: lost percent=20 (1.50 s after the first image "
+      "is their zero, the seed 7)";
+  EXPECT_EQ(source->statistics().warnings, std::vector<std::string>{said});
+  deliveredBy(*source);
+  EXPECT_EQ(source->statistics().warnings, std::vector<std::string>{said});
+}
+
+TEST(FaultySource, DoesNothingToImagesThatAreNotDecoded) {
+  class WithoutImages : public MemorySource {
+   public:
+    std::optional<SensorEvent> next() override {
+      std::optional<SensorEvent> event = MemorySource::next();
+      if (event && std::holds_alternative<StereoFrame>(*event)) {
+        std::get<StereoFrame>(*event).left.release();
+        std::get<StereoFrame>(*event).right.release();
+      }
+      return event;
+    }
+  };
+  const auto source = withFaults(
+      std::make_unique<WithoutImages>(),
+      parseFaultScenario("test", "covered, noise gray=3, frozen from=2 for=1, dropped from=3.5"),
+      0.0, 1);
+  const Delivered result = deliveredBy(*source);
+  ASSERT_EQ(result.frames.size(), 35u);
+  EXPECT_TRUE(result.frames[5].left.empty());
+  EXPECT_EQ(result.frames[5].left_path, "l5");
+  EXPECT_EQ(result.frames[25].right_path, "r19");
+}
+
+TEST(FaultySource, FaultsOfOneKindAddUp) {
+  const auto source = faulted(
+      "delay ms=10, delay ms=5 from=2, clock_jump by=1 from=1, "
+      "clock_jump by=2 from=2, exposure offset=1, exposure offset=2");
+  const Delivered result = deliveredBy(*source);
+  expectInOrder(result);
+  EXPECT_EQ(result.frames[5].t, kStart + durationNs(0.5 + 0.010));
+  EXPECT_EQ(result.frames[15].t, kStart + durationNs(1.5 + 1.0 + 0.010));
+  EXPECT_EQ(result.frames[25].t, kStart + durationNs(2.5 + 3.0 + 0.015));
+  EXPECT_EQ(result.frames[0].left.at<std::uint8_t>(0, 0), 20 + 3);
+}
+
 TEST(FaultySource, RefusesFaultsThatLeaveNoImage) { EXPECT_THROW(faulted("dropped"), ConfigError); }
 
 }  // namespace

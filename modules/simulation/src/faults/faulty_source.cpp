@@ -5,6 +5,7 @@
 
 #include "calibration_faults.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "fault_list.h"
 #include "fault_timeline.h"
 #include "image_faults.h"
@@ -28,6 +29,11 @@ class FaultySource : public SensorSource {
     if (timeline_.imageStamps().empty())
       throw ConfigError(source_->name() + ": expected faults that leave an image, found '" +
                         scenario.text + "'");
+    if (!faults_.empty())
+      said_ = source_->name() + ": faults were made: " + scenario.text +
+              format(" (%.2f s after the first image is their zero, the seed %llu)",
+                     secondsBetween(source_->imageStamps().front(), zero),
+                     static_cast<unsigned long long>(seed));
   }
 
   const std::string& name() const override { return source_->name(); }
@@ -39,6 +45,7 @@ class FaultySource : public SensorSource {
     statistics_ = source_->statistics();
     statistics_.stereo_frames = frames_;
     statistics_.imu_samples = imu_samples_;
+    if (!said_.empty()) statistics_.warnings.insert(statistics_.warnings.begin(), said_);
     return statistics_;
   }
 
@@ -91,6 +98,7 @@ class FaultySource : public SensorSource {
   StereoInertialCalibration calibration_;
   GroundTruth truth_;
   mutable ReadStatistics statistics_;
+  std::string said_;  ///< what was done, in words
   int frames_ = 0, imu_samples_ = 0;
 
   /** By stamp, at equal stamps the IMU first. */

@@ -17,7 +17,8 @@ namespace etalon {
  * (delay, jitter; an image's stamp stays at least a millisecond after that of the image before),
  * the clock of all. Instants count in the recording's time before the faults.
  *
- * calibration(), imageStamps(), groundTruth() and statistics() are those after the faults. A frame
+ * calibration(), imageStamps(), groundTruth() and statistics() are those after the faults; the first
+ * warning of the statistics says which faults were made. A frame
  * whose pixels were changed has no path; a frozen one has the path of the image that it repeats.
  * Images of the source are never written to. Where the source does not decode, nothing is done to
  * pixels.
