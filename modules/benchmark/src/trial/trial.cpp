@@ -72,17 +72,7 @@ class Trial {
     if (record_.odometries.empty())
       record_.odometries = {settings_.front().configuration.pipeline.odometry_kind};
     options_.odometries = record_.odometries;
-    if (options_.faults.empty() || options_.faults.front().name != kNoFault) {
-      FaultScenario none;
-      none.name = kNoFault;
-      auto& faults = options_.faults;
-      const auto there = std::find_if(faults.begin(), faults.end(),
-                                      [](const FaultScenario& f) { return f.name == kNoFault; });
-      if (there != faults.end()) faults.erase(there);
-      faults.insert(faults.begin(), none);
-    }
-    if (!options_.faults.front().faults.empty())
-      throw ConfigError(std::string("the scenario '") + kNoFault + "' has a fault");
+    putPlainFirst();
     for (const FaultScenario& fault : options_.faults)
       record_.faults.push_back({fault.name, fault.text});
     for (const NamedText& system : options_.systems) {
@@ -94,6 +84,21 @@ class Trial {
     requireUnique(record_.settings, "settings");
     requireUnique(record_.faults, "faults");
     requireUnique(record_.systems, "systems");
+  }
+
+  /** The scenario without a fault comes first, given or not. */
+  void putPlainFirst() {
+    auto& faults = options_.faults;
+    const auto there = std::find_if(faults.begin(), faults.end(),
+                                    [](const FaultScenario& f) { return f.name == kNoFault; });
+    FaultScenario none;
+    none.name = kNoFault;
+    if (there != faults.end()) {
+      if (!there->faults.empty())
+        throw ConfigError(std::string("the scenario '") + kNoFault + "' has a fault");
+      faults.erase(there);
+    }
+    faults.insert(faults.begin(), none);
   }
 
   /** Finds the runs that an interrupted trial of the same kind has finished. */

@@ -49,11 +49,13 @@ std::vector<TrialVariant> variantsOf(const TrialRecord& record) {
 
 std::string labelOf(const TrialVariant& variant, const TrialRecord& record) {
   if (!variant.system.empty()) return variant.system;
-  std::string label = record.settings.size() > 1 ? variant.setting + ":" : "";
-  if (record.odometries.size() > 1) label += (label.empty() ? "" : " ") + variant.odometry;
-  if (record.initializers.size() > 1 || label.empty())
-    label += (label.empty() ? "" : " ") + variant.initializer;
-  return label;
+  const bool several = record.odometries.size() > 1, all = record.settings.size() <= 1 && !several;
+  const std::string rest =
+      joinedFilled({several ? variant.odometry : "",
+                    all || record.initializers.size() > 1 ? variant.initializer : ""},
+                   " ");
+  if (record.settings.size() <= 1) return rest;
+  return rest.empty() ? variant.setting : variant.setting + ": " + rest;
 }
 
 std::vector<double> startsOf(const TrialProtocol& protocol, const BenchmarkSequence& sequence) {
