@@ -1,5 +1,3 @@
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,9 +8,9 @@
 #include "commands.h"
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/store.h"
-#include "etalon/contract/isolated_run.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/process/isolated_run.h"
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/report.h"
 #include "support/checks.h"
@@ -20,6 +18,7 @@
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
 #include "support/progress_line.h"
+#include "support/suite_options.h"
 #include "support/versions.h"
 
 namespace etalon::app {
@@ -37,14 +36,6 @@ struct BenchArguments {
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool overwrite = false, grow = false, verbose = false;
 };
-
-std::atomic<bool> stop_requested{false};
-
-/** The first Ctrl-C ends the work in an orderly way, the second one at once. */
-extern "C" void requestStop(int signal_number) {
-  stop_requested = true;
-  std::signal(signal_number, SIG_DFL);
-}
 
 SuiteConfiguration configure(const BenchArguments& arguments) {
   std::vector<std::string> names = arguments.initializers;
@@ -82,14 +73,6 @@ SuiteConfiguration configureSafely(const BenchArguments& arguments) {
   }
   throw PluginError("a plugin " + all.failure +
                     " while it was loaded; `etalon check-plugin NAME` tells which");
-}
-
-void setShard(const std::string& text, BenchmarkOptions* options) {
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%d/%d%c", &options->shard, &options->shards, &rest) != 2 ||
-      options->shard < 1 || options->shards < options->shard)
-    throw ConfigError("bench: --shard: expected K/N with 1 <= K <= N, e.g. 2/8, found '" + text +
-                      "'");
 }
 
 std::string describe(const BenchmarkProgress& p) {
@@ -136,8 +119,7 @@ int bench(const BenchArguments& arguments) {
   options.time_limit_s = arguments.time_limit_s;
   options.overwrite = arguments.overwrite;
   options.versions = versions();
-  options.stop = &stop_requested;
-  setShard(arguments.shard, &options);
+  readShard(arguments.shard, &options.shard, &options.shards);
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
     line.update(p.done == p.total, [&p] { return describe(p); });
@@ -147,8 +129,7 @@ int bench(const BenchArguments& arguments) {
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
   cv::setNumThreads(1);  // the jobs are the threads
-  std::signal(SIGINT, requestStop);
-  std::signal(SIGTERM, requestStop);
+  options.stop = stopOnSignals();
 
   options.report = benchmarkReportHtml;
   const BenchmarkOutcome outcome = runBenchmark(configuration, options);
@@ -241,11 +222,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_option("--tracks", arguments->tracks,
                       "Folder for the cached tracks of the front end (default: OUT/tracks)");
-  command
-      ->add_option("--shard", arguments->shard,
-                   "Do part K of N only; `etalon merge` joins the parts")
-      ->type_name("K/N")
-      ->capture_default_str();
+  addShardOption(command, &arguments->shard);
   command->add_flag("--overwrite", arguments->overwrite,
                     "Begin anew: discard the results in the folder");
   command->add_option("--format", arguments->format, "How to print the tables")

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "commands.h"
+#include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/benchmark/store.h"
+#include "etalon/benchmark/trial/trajectory_trial.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/datasets/sensor_source.h"
@@ -14,6 +16,7 @@
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/comparison_table.h"
 #include "etalon/report/plot.h"
+#include "etalon/report/trial_tables.h"
 #include "etalon/runlog/run_log.h"
 #include "support/checks.h"
 #include "support/print_tables.h"
@@ -25,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CompareArguments {
-  std::vector<std::string> runs, initializers, metrics;
+  std::vector<std::string> runs, initializers, metrics, recordings;
   std::string format = "text", plot;
   std::uint64_t seed = BootstrapOptions().seed;
   double min_coverage = kMinCoverage;
@@ -212,8 +215,28 @@ bool compareBenchmarkFolders(const CompareArguments& arguments, TableFormat form
   return complete;
 }
 
+/** Trajectories of any system, TUM files, judged as `etalon trial` judges them. */
+void compareTrajectories(const CompareArguments& arguments, TableFormat format) {
+  std::vector<NamedText> systems;
+  for (const std::string& run : arguments.runs) systems.push_back({recordingName(run), run});
+  for (NamedText& system : systems)
+    if (fs::path(system.text).extension() == ".tum") system.name = fs::path(system.text).stem();
+  const TrialRecord record = trialOfTrajectories(systems, arguments.recordings, TrialProtocol());
+  if (format == TableFormat::kText)
+    std::fputs(trialPage(record, textStyle(arguments.bold)).c_str(), stdout);
+  else if (format == TableFormat::kCsv)
+    std::fputs(runsCsv(record.results).c_str(), stdout);
+  else
+    for (const TitledTable& table : trialTables(record))
+      std::printf("%s\n", toString(table, format).c_str());
+}
+
 int compare(const CompareArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
+  if (!arguments.recordings.empty()) {
+    compareTrajectories(arguments, format);
+    return kOk;
+  }
   const auto benchmarks =
       std::count_if(arguments.runs.begin(), arguments.runs.end(), isBenchmarkFolder);
   if (benchmarks == static_cast<std::ptrdiff_t>(arguments.runs.size()))
@@ -236,8 +259,14 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       "benchmarks, and which differences between initializers are significant.");
   command
       ->add_option("RUN", arguments->runs,
-                   "Folder of a run, or its run.rawlog; or folders of benchmarks")
+                   "Folder of a run, or its run.rawlog; or folders of benchmarks; with "
+                   "--recording trajectories of any system: TUM files, or folders of them")
       ->required();
+  command
+      ->add_option("--recording", arguments->recordings,
+                   "RUN are trajectories of these recordings: RECORDING.tum or "
+                   "RECORDING-FROM-FAULT.tum; repeatable")
+      ->allow_extra_args(false);
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();

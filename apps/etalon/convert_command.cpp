@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
+#include "support/fault_option.h"
 #include "support/progress_line.h"
 #include "support/read_summary.h"
 
@@ -18,6 +19,7 @@ namespace {
 struct ConvertArguments {
   std::string source, destination;
   bool embed = false;
+  FaultOption fault;
 };
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -30,15 +32,17 @@ void convert(const ConvertArguments& arguments) {
     throw ConfigError("convert: expected a destination that ends in .rawlog, found '" +
                       arguments.destination + "'");
   SourceOptions source_options;
-  source_options.decode_images = arguments.embed;
+  const bool embed = arguments.embed || arguments.fault.given();
+  source_options.decode_images = embed;
   source_options.check_images = true;
   source_options.imu_lead_s = std::numeric_limits<double>::infinity();
-  const auto source = openSource(arguments.source, source_options);
+  const auto source =
+      arguments.fault.apply([&] { return openSource(arguments.source, source_options); }, 0.0);
 
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line;
   ConvertOptions options;
-  options.embed = arguments.embed;
+  options.embed = embed;
   options.progress = [&](const ConvertProgress& progress) {
     line.update(progress.frames == progress.frames_total, [&]() -> std::string {
       char text[100];
@@ -67,6 +71,8 @@ void addConvertCommand(CLI::App& app, int* exit_code) {
   command->add_option("DST", arguments->destination, "the .rawlog to write")->required();
   command->add_flag("--embed", arguments->embed,
                     "Store the pixels in the log instead of the paths of the image files.");
+  arguments->fault.add(command);
+  command->footer("With faults, the pixels are stored in the log.");
   command->callback([arguments, exit_code] {
     convert(*arguments);
     *exit_code = kOk;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "commands.h"
-#include "etalon/contract/isolated_run.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/process/isolated_run.h"
 #include "etalon/initialization/plugin_loader.h"
 
 namespace etalon::app {

@@ -4,10 +4,10 @@
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/process/child_process.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
@@ -18,6 +18,7 @@
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
+#include "support/fault_option.h"
 #include "support/progress_line.h"
 #include "support/supervised_run.h"
 #include "support/versions.h"
@@ -29,6 +30,7 @@ namespace {
 struct ReplayArguments {
   std::string source, out = "out/replay", update_device;
   ConfigurationOptions configuration;
+  FaultOption fault;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   bool final_ba = false, imu_states = false, gui = false;
@@ -178,7 +180,8 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   SourceOptions source_options;
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
-  const auto source = openSource(arguments.source, source_options);
+  const auto source = arguments.fault.apply(
+      [&] { return openSource(arguments.source, source_options); }, arguments.from_s);
   const std::string device = deviceInWords(ini, configuration.pipeline.device);
   if (!died && !device.empty()) std::printf("%s\n", printable(device).c_str());
   if (!died)
@@ -252,6 +255,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       ->check(checkSeconds(true));
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
+  arguments->fault.add(command);
   arguments->configuration.addOverrides(command);
   command
       ->add_option("--min-coverage", arguments->min_coverage,

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "etalon/core/statistics.h"
+#include "etalon/evaluation/flight_errors.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/comparison_table.h"
 #include "etalon/report/report.h"
 #include "report_assets.h"
 #include "report_page.h"
-#include "run/flight_errors.h"
 
 namespace etalon {
 namespace {
