@@ -16,7 +16,7 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string source, destination;
   bool embed = false;
   FaultOption fault;
@@ -26,7 +26,7 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void convert(const Arguments& arguments) {
+void convert(const ConvertArguments& arguments) {
   const std::filesystem::path destination = arguments.destination;
   if (destination.extension() != ".rawlog")
     throw ConfigError("convert: expected a destination that ends in .rawlog, found '" +
@@ -64,7 +64,7 @@ void convert(const Arguments& arguments) {
 }  // namespace
 
 void addConvertCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ConvertArguments>();
   CLI::App* command = app.add_subcommand(
       "convert", "Write a recording as an MRPT rawlog (stock classes, external images).");
   command->add_option("SRC", arguments->source, "EuRoC (ASL) folder or .rawlog")->required();

@@ -15,13 +15,13 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct MergeArguments {
   std::vector<std::string> folders;
   std::string out, format = "text";
-  bool overwrite = false;
+  bool overwrite = false, verbose = false;
 };
 
-int mergeRuns(const Arguments& arguments) {
+int mergeRuns(const MergeArguments& arguments) {
   const TrialOutcome outcome =
       mergeTrials(arguments.folders, arguments.out, arguments.overwrite, trialReportHtml);
   std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
@@ -29,13 +29,13 @@ int mergeRuns(const Arguments& arguments) {
   return kOk;
 }
 
-int merge(const Arguments& arguments) {
+int merge(const MergeArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   if (std::all_of(arguments.folders.begin(), arguments.folders.end(), isTrialFolder))
     return mergeRuns(arguments);
   const BenchmarkOutcome outcome =
       mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite, benchmarkReportHtml);
-  printBenchmarkTables(outcome.record, format);
+  printBenchmarkTables(outcome.record, format, arguments.verbose);
   const size_t parts = arguments.folders.size();
   std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.results_found, parts,
                parts == 1 ? "part" : "parts");
@@ -49,7 +49,7 @@ int merge(const Arguments& arguments) {
 }  // namespace
 
 void addMergeCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<MergeArguments>();
   CLI::App* command = app.add_subcommand(
       "merge",
       "Join the parts of a benchmark or trial that ran as `etalon bench --shard K/N` (or trial). "
@@ -64,6 +64,9 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
+  command->add_flag(
+      "-v,--verbose", arguments->verbose,
+      "As text: a table for each figure with a row for each recording, not one table");
   command->footer(
       "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "
       "not be used by any part (the others are done), 4 an initializer crashed, ended the process "

@@ -24,7 +24,7 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct TrialArguments {
   std::vector<std::string> sources, initializers, odometries, settings, systems;
   std::string faults, out = "out/trial", format = "text", shard = "1/1";
   ConfigurationOptions configuration;
@@ -35,7 +35,7 @@ struct Arguments {
 };
 
 /** A setting: an INI file, or NAME:section.key=value;section.key=value. */
-TrialSetting readSetting(const Arguments& arguments, const std::string& text) {
+TrialSetting readSetting(const TrialArguments& arguments, const std::string& text) {
   TrialSetting setting;
   IniFile ini = arguments.configuration.ini();
   std::string name = text;
@@ -67,7 +67,7 @@ TrialSetting readSetting(const Arguments& arguments, const std::string& text) {
   return setting;
 }
 
-std::vector<TrialSetting> readSettings(const Arguments& arguments) {
+std::vector<TrialSetting> readSettings(const TrialArguments& arguments) {
   std::vector<TrialSetting> settings;
   if (arguments.settings.empty()) settings.push_back(readSetting(arguments, ""));
   for (const std::string& text : arguments.settings)
@@ -89,7 +89,7 @@ std::string describe(const BenchmarkProgress& p) {
   return text;
 }
 
-void print(const TrialOutcome& outcome, const Arguments& arguments) {
+void print(const TrialOutcome& outcome, const TrialArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   if (format == TableFormat::kCsv) {
     std::fputs(runsCsv(outcome.record.results).c_str(), stdout);
@@ -102,7 +102,7 @@ void print(const TrialOutcome& outcome, const Arguments& arguments) {
   std::fflush(stdout);
 }
 
-int trial(const Arguments& arguments) {
+int trial(const TrialArguments& arguments) {
   const std::vector<TrialSetting> settings = readSettings(arguments);
   TrialOptions options;
   options.sources = arguments.sources;
@@ -150,7 +150,7 @@ int trial(const Arguments& arguments) {
 }
 
 /** What flies. */
-void addVariantOptions(CLI::App* command, Arguments* arguments) {
+void addVariantOptions(CLI::App* command, TrialArguments* arguments) {
   const auto list = [&](const std::string& name, std::vector<std::string>* values,
                         const std::string& text) {
     return command->add_option(name, *values, text)->delimiter(',')->allow_extra_args(false);
@@ -173,7 +173,7 @@ void addVariantOptions(CLI::App* command, Arguments* arguments) {
 }
 
 /** Where and how they fly. */
-void addProtocolOptions(CLI::App* command, Arguments* arguments) {
+void addProtocolOptions(CLI::App* command, TrialArguments* arguments) {
   TrialProtocol* protocol = &arguments->protocol;
   command
       ->add_option("--starts", protocol->starts,
@@ -206,7 +206,7 @@ void addProtocolOptions(CLI::App* command, Arguments* arguments) {
 }  // namespace
 
 void addTrialCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<TrialArguments>();
   CLI::App* command = app.add_subcommand(
       "trial",
       "Fly recordings from many starts with every initializer, odometry and setting, without and "

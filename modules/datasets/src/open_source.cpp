@@ -17,7 +17,7 @@ struct Format {
 };
 
 template <typename Reader>
-constexpr Format format(const char* kind, const char* expected) {
+constexpr Format formatOf(const char* kind, const char* expected) {
   return {kind, expected, Reader::accepts,
           [](const std::string& path) -> std::unique_ptr<RecordingReader> {
             return std::make_unique<Reader>(path);
@@ -26,8 +26,8 @@ constexpr Format format(const char* kind, const char* expected) {
 
 /** The formats that can be read. The first one that accepts a path reads it. */
 constexpr Format kFormats[] = {
-    format<EurocReader>("euroc", "a EuRoC (ASL) folder"),
-    format<RawlogReader>("rawlog", "a .rawlog"),
+    formatOf<EurocReader>("euroc", "a EuRoC (ASL) folder"),
+    formatOf<RawlogReader>("rawlog", "a .rawlog"),
 };
 
 }  // namespace
