@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "bags/ros1_bag.h"
+#include "bags/ros2_bag.h"
 #include "calibration/kalibr_camchain.h"
 #include "calibration/kalibr_imu.h"
 #include "etalon/core/errors.h"
@@ -62,10 +63,12 @@ void noteAlone(const std::string& path, const std::string& topic, const std::vec
 
 }  // namespace
 
-bool BagReader::accepts(const std::string& path) { return isRos1Bag(path); }
+bool BagReader::accepts(const std::string& path) { return isRos1Bag(path) || isRos2Bag(path); }
 
 BagReader::BagReader(std::string path, const RecordingOptions& options)
-    : path_(std::move(path)), options_(options), bag_(openRos1Bag(path_)) {}
+    : path_(std::move(path)),
+      options_(options),
+      bag_(isRos1Bag(path_) ? openRos1Bag(path_) : openRos2Bag(path_)) {}
 
 /** The file of this name in the bag, if that is a folder, or beside it; empty if there is none. */
 std::string BagReader::beside(const std::string& file) const {
