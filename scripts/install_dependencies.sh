@@ -13,7 +13,7 @@ set -euo pipefail
 # libopencv-dev and not its parts: only it holds OpenCV's CMake configuration.
 packages=(
   cmake ninja-build ccache g++ git
-  libmrpt-obs-dev libmrpt-gui-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev libboost-dev
+  libmrpt-obs-dev libmrpt-gui-dev librosbag-storage-dev libsensor-msgs-dev libfastcdr-dev libsqlite3-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev libboost-dev
   nlohmann-json3-dev libexpected-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
 report_folder="$(dirname "${BASH_SOURCE[0]}")/../modules/report/page"

@@ -48,7 +48,8 @@ bool hasCommas(const std::string& path) {
 
 GroundTruth readReference(const std::string& path) {
   const std::filesystem::path file(path);
-  if (std::filesystem::is_directory(file) || file.extension() == ".rawlog") {
+  if (std::filesystem::is_directory(file) || file.extension() == ".rawlog" ||
+      file.extension() == ".bag") {
     SourceOptions options;
     options.decode_images = false;
     const auto source = openSource(path, options);

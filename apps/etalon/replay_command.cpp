@@ -16,9 +16,10 @@
 #include "etalon/report/run_results.h"
 #include "gui/flight_window.h"
 #include "replay_output.h"
+#include "source/fault_option.h"
+#include "source/recording_option.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
-#include "support/fault_option.h"
 #include "support/progress_line.h"
 #include "support/supervised_run.h"
 #include "support/versions.h"
@@ -31,6 +32,7 @@ struct ReplayArguments {
   std::string source, out = "out/replay", update_device;
   ConfigurationOptions configuration;
   FaultOption fault;
+  RecordingOptions recording;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   bool final_ba = false, imu_states = false, gui = false;
@@ -180,12 +182,13 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   SourceOptions source_options;
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
+  source_options.recording = arguments.recording;
   const auto source = arguments.fault.apply(
       [&] { return openSource(arguments.source, source_options); }, arguments.from_s);
   const std::string device = deviceInWords(ini, configuration.pipeline.device);
   if (!died && !device.empty()) std::printf("%s\n", printable(device).c_str());
   if (!died)
-    for (const std::string& warning : requireSoundRecording(arguments.source))
+    for (const std::string& warning : requireSoundRecording(arguments.source, arguments.recording))
       std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
   // A folder that cannot be written should not be noticed after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
@@ -248,7 +251,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       "Run the pipeline on a recording: initialise through a plugin, then odometry in the "
       "gravity-aligned frame. Writes trajectory, initialization.json, run.rawlog, a picture and "
       "the effective configuration.");
-  command->add_option("SRC", arguments->source, "EuRoC folder or .rawlog")->required();
+  command->add_option("SRC", arguments->source, kSourceFormats)->required();
   arguments->configuration.addConfig(command);
   arguments->configuration.addInitializer(command);
   command->add_option("--from", arguments->from_s, "Start, seconds after the first image")
@@ -275,6 +278,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
                    "Device file to which the biases of this flight are added; made if need be. A "
                    "recording that it has is replaced")
       ->check(checkOutputPath());
+  addRecordingOptions(command, &arguments->recording);
   command->add_flag("--gui", arguments->gui,
                     "Show the flight in 3-D and the left image with its tracks while it runs");
   command->add_option("--out", arguments->out, "Folder for the results")

@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "csv_reader.h"
 #include "etalon/core/errors.h"
+#include "euroc/csv_reader.h"
 
 namespace etalon {
 

@@ -1,4 +1,4 @@
-#include "euroc_folder.h"
+#include "etalon/datasets/euroc_folder.h"
 
 #include <Eigen/Geometry>
 #include <array>
@@ -66,6 +66,20 @@ void EurocFolder::writeImu(const std::vector<ImuSample>& samples) const {
       "[m s^-2],a_RS_S_z [m s^-2]\n";
   for (const ImuSample& s : samples) text += row(s.t, {s.gyro, s.accel});
   writeFile(sensor(kImuFolder) + "/data.csv", text);
+}
+
+void EurocFolder::writeGroundTruth(const GroundTruth& truth) const {
+  if (truth.has_velocity && truth.has_biases) return writeGroundTruth(truth.states);
+  std::string text =
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+      "q_RS_z []\n";
+  for (const StampedState& s : truth.states) {
+    const Eigen::Quaterniond q(s.T_WB.R);
+    const Eigen::Vector3d& p = s.T_WB.t;
+    text += std::to_string(s.t) + "," +
+            shortestNumbers({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) + "\n";
+  }
+  writeFile(sensor(kTruthFolder) + "/data.csv", text);
 }
 
 void EurocFolder::writeGroundTruth(const std::vector<StampedState>& states) const {

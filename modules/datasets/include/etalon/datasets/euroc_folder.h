@@ -29,6 +29,8 @@ class EurocFolder {
   void writeCalibration(const StereoInertialCalibration& calibration,
                         const std::string& comment) const;
   void writeImu(const std::vector<ImuSample>& samples) const;
+  /** 17 columns, or 8 of a ground truth without velocities or biases. */
+  void writeGroundTruth(const GroundTruth& truth) const;
   /** 17 columns. */
   void writeGroundTruth(const std::vector<StampedState>& states) const;
   /** The files as they are, byte for byte. */

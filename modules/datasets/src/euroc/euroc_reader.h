@@ -16,20 +16,24 @@ namespace etalon {
  *     [mav0/]cam0/{sensor.yaml, data.csv, data/<name>.png}, cam1/..., imu0/{sensor.yaml, data.csv},
  *     [state_groundtruth_estimate0/{data.csv, [sensor.yaml]}]
  *
- * With Kalibr's `camchain.yaml` beside cam0, that is the calibration of the cameras instead of their
- * `sensor.yaml` (docs/cameras.md).
+ * With Kalibr's `camchain.yaml` beside cam0, or in the options, that is the calibration of the
+ * cameras instead of their `sensor.yaml` (docs/cameras.md); with its `imu.yaml` in the options, that
+ * is the noise of the IMU. Where the folder has no `sensor.yaml`, both are looked for in
+ * `dso/camchain.yaml` and `dso/imu_config.yaml` beside `mav0`, as TUM-VI has them, and the ground
+ * truth in `mocap0`.
  *
  * The body frame B is the IMU: T_BC = T_BS(imu0)^-1 T_BS(cam). Ground truth is brought to that
- * frame. Stamps stay exact to the nanosecond. Cameras are paired by equal stamps. A missing
- * `rate_hz` is measured from the stamps.
+ * frame. Stamps stay exact to the nanosecond. Cameras are paired by stamps that are equal, or differ
+ * by no more than the options' tolerance. A missing `rate_hz` is measured from the stamps.
  */
 class EurocReader : public RecordingReader {
  public:
   /** Whether it is a folder. */
   static bool accepts(const std::string& path);
 
-  /** @throws DataError if the folders of the sensors are not there */
-  explicit EurocReader(const std::string& path);
+  /** @throws DataError if the folders of the sensors are not there, ConfigError if the options have
+   * topics */
+  EurocReader(const std::string& path, const RecordingOptions& options);
 
   Recording read() override;
   LoadedFrame load(size_t index, bool decode) override;
@@ -49,13 +53,18 @@ class EurocReader : public RecordingReader {
     std::string left, right;
   };
 
-  std::filesystem::path camchain() const { return root_ / "camchain.yaml"; }
+  /** The files of calibrations; empty if it is the sensors' own. */
+  std::filesystem::path camchain() const;
+  std::filesystem::path kalibrImu() const;
+  /** Returns T_BS of the IMU. */
+  SE3 readImu(Recording* recording) const;
   void useCamchain(Recording* recording, std::array<std::vector<ImageRow>, 2>* images) const;
   std::vector<ImageRow> readImageList(const std::string& camera) const;
   void pairImages(const std::vector<ImageRow>& left, const std::vector<ImageRow>& right,
                   Recording* recording);
 
   std::filesystem::path root_;  ///< holds the sensors' folders
+  RecordingOptions options_;
   std::vector<Pair> pairs_;
   StereoInertialCalibration calibration_;
 };

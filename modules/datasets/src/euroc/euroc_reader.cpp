@@ -1,16 +1,17 @@
-#include "euroc_reader.h"
+#include "euroc/euroc_reader.h"
 
 #include <algorithm>
-#include <cmath>
-#include <sstream>
 
 #include "calibration/kalibr_camchain.h"
+#include "calibration/kalibr_imu.h"
 #include "calibration/sensor_yaml.h"
-#include "csv_reader.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/statistics.h"
 #include "etalon/datasets/euroc_files.h"
+#include "euroc/csv_reader.h"
 #include "image_file.h"
+#include "measured_rate.h"
+#include "recording_options.h"
+#include "stereo_pairs.h"
 
 namespace etalon {
 
@@ -42,26 +43,25 @@ GroundTruth readGroundTruth(const fs::path& folder, const SE3& T_body_imu) {
   return truth;
 }
 
-/** One over the median step, Hz; 0 of a single row. */
-template <typename Row>
-double measuredRate(const std::vector<Row>& rows) {
-  std::vector<double> steps_ns;
-  for (size_t i = 1; i < rows.size(); ++i)
-    steps_ns.push_back(static_cast<double>(rows[i].t - rows[i - 1].t));
-  return steps_ns.empty() ? 0.0 : 1.0 / (median(std::move(steps_ns)) * 1e-9);
-}
-
 /** Of the rows without a counterpart in the `other` camera. */
 template <typename Row>
-void noteUnpaired(const std::string& csv, const std::vector<Row>& unpaired, const char* other,
-                  std::vector<TimeNs>* stamps, std::vector<std::string>* warnings) {
-  for (const Row& row : unpaired) stamps->push_back(row.t);
-  if (unpaired.empty()) return;
-  warnings->push_back(csv + ":" + std::to_string(unpaired.front().line) + ": " +
-                      std::to_string(unpaired.size()) +
-                      (unpaired.size() == 1 ? " image has" : " images have") +
+void noteUnpaired(const std::string& csv, const std::vector<Row>& rows,
+                  const std::vector<size_t>& alone, const char* other, std::vector<TimeNs>* stamps,
+                  std::vector<std::string>* warnings) {
+  for (const size_t i : alone) stamps->push_back(rows[i].t);
+  if (alone.empty()) return;
+  const Row& first = rows[alone.front()];
+  warnings->push_back(csv + ":" + std::to_string(first.line) + ": " + std::to_string(alone.size()) +
+                      (alone.size() == 1 ? " image has" : " images have") +
                       " no counterpart of the same stamp in " + other + " (first: stamp " +
-                      std::to_string(unpaired.front().t) + ")");
+                      std::to_string(first.t) + ")");
+}
+
+template <typename Row>
+std::vector<TimeNs> stampsOf(const std::vector<Row>& rows) {
+  std::vector<TimeNs> stamps;
+  for (const Row& row : rows) stamps.push_back(row.t);
+  return stamps;
 }
 
 void append(std::vector<std::string>* all, const std::vector<std::string>& more) {
@@ -75,7 +75,9 @@ bool EurocReader::accepts(const std::string& path) {
   return fs::is_directory(path, error);
 }
 
-EurocReader::EurocReader(const std::string& path) : root_(path) {
+EurocReader::EurocReader(const std::string& path, const RecordingOptions& options)
+    : root_(path), options_(options) {
+  refuseTopicOptions(options, path, "a folder of images");
   if (fs::is_directory(root_ / "mav0")) root_ /= "mav0";
   for (const char* sensor : {"cam0", "cam1", "imu0"})
     if (!fs::is_directory(root_ / sensor))
@@ -98,26 +100,38 @@ std::vector<EurocReader::ImageRow> EurocReader::readImageList(const std::string&
   return rows;
 }
 
-/** Pairs by equal stamps; the rest goes into the recording's unpaired lists. */
+fs::path EurocReader::camchain() const {
+  if (!options_.camchain.empty()) return options_.camchain;
+  if (fs::exists(root_ / "camchain.yaml")) return root_ / "camchain.yaml";
+  const fs::path tum_vi = root_.parent_path() / "dso/camchain.yaml";
+  return !fs::exists(root_ / "cam0/sensor.yaml") && fs::exists(tum_vi) ? tum_vi : fs::path();
+}
+
+fs::path EurocReader::kalibrImu() const {
+  if (!options_.imu_yaml.empty()) return options_.imu_yaml;
+  const fs::path tum_vi = root_.parent_path() / "dso/imu_config.yaml";
+  return !fs::exists(root_ / "imu0/sensor.yaml") && fs::exists(tum_vi) ? tum_vi : fs::path();
+}
+
+/** Pairs by stamps; the rest goes into the recording's unpaired lists. */
 void EurocReader::pairImages(const std::vector<ImageRow>& left, const std::vector<ImageRow>& right,
                              Recording* recording) {
-  std::vector<ImageRow> alone_left, alone_right;
-  size_t l = 0, r = 0;
-  while (l < left.size() || r < right.size()) {
-    if (r == right.size() || (l < left.size() && left[l].t < right[r].t)) {
-      alone_left.push_back(left[l++]);
-    } else if (l == left.size() || right[r].t < left[l].t) {
-      alone_right.push_back(right[r++]);
-    } else {
-      pairs_.push_back({left[l].t, left[l].path, right[r].path});
-      recording->image_stamps.push_back(left[l].t);
-      ++l, ++r;
-    }
+  const StereoPairs found =
+      pairByStamps(stampsOf(left), stampsOf(right), options_.pair_tolerance_s);
+  if (found.pairs.empty())
+    throw DataError(root_.string(), 0,
+                    "no stereo pair was found; expected left and right images with equal stamps" +
+                        adviseTolerance(stampsOf(left), stampsOf(right)));
+  for (const auto& [l, r] : found.pairs) {
+    pairs_.push_back({left[l].t, left[l].path, right[r].path});
+    recording->image_stamps.push_back(left[l].t);
   }
-  noteUnpaired((root_ / "cam0/data.csv").string(), alone_left, "cam1", &recording->unpaired_left,
-               &recording->warnings);
-  noteUnpaired((root_ / "cam1/data.csv").string(), alone_right, "cam0", &recording->unpaired_right,
-               &recording->warnings);
+  if (const std::string offset = describeOffset(found); !offset.empty())
+    recording->warnings.push_back(root_.string() + ": " + offset);
+  noteUnpaired((root_ / "cam0/data.csv").string(), left, found.alone_left, "cam1",
+               &recording->unpaired_left, &recording->warnings);
+  noteUnpaired((root_ / "cam1/data.csv").string(), right, found.alone_right, "cam0",
+               &recording->unpaired_right, &recording->warnings);
 }
 
 /** The cameras of Kalibr's camchain; image stamps are brought to the IMU's clock. */
@@ -126,19 +140,7 @@ void EurocReader::useCamchain(Recording* recording,
   const std::string path = camchain().string();
   const KalibrCamchain chain = readKalibrCamchain(path);
   append(&recording->warnings, chain.warnings);
-  // Both cameras are shifted alike, so that pairs stay pairs.
-  const auto [shift_s, other_s] = chain.timeshift_s;
-  constexpr double kSameShift = 5e-4;  // s
-  if (std::abs(shift_s - other_s) > kSameShift)
-    recording->warnings.push_back(path + ": timeshift_cam_imu of cam0 and cam1 differ by " +
-                                  std::to_string(1e3 * std::abs(shift_s - other_s)) +
-                                  " ms; that of cam0 is used for both");
-  if (shift_s != 0.0) {
-    std::ostringstream shift_ms;
-    shift_ms << 1e3 * shift_s;
-    recording->warnings.push_back(path + ": image stamps are moved by " + shift_ms.str() +
-                                  " ms to the IMU's clock (timeshift_cam_imu)");
-  }
+  const double shift_s = imageTimeShift(chain, path, &recording->warnings);
   for (size_t c = 0; c < 2; ++c) {
     recording->calibration.cameras[c] = {chain.models[c], chain.T_CI[c].inverse(),
                                          measuredRate((*images)[c])};
@@ -146,27 +148,39 @@ void EurocReader::useCamchain(Recording* recording,
   }
 }
 
+SE3 EurocReader::readImu(Recording* recording) const {
+  recording->imu = readImuCsv((root_ / "imu0/data.csv").string());
+  const double rate_hz = measuredRate(recording->imu);
+  if (!kalibrImu().empty()) {
+    const KalibrImu imu = readKalibrImu(kalibrImu().string());
+    append(&recording->warnings, imu.warnings);
+    recording->calibration.imu = {imu.noise, imu.rate_hz.value_or(rate_hz)};
+    return {};
+  }
+  const ImuYaml imu = readImuYaml(calibrationFile("imu0"));
+  append(&recording->warnings, imu.warnings);
+  recording->calibration.imu = {imu.noise, imu.rate_hz.value_or(rate_hz)};
+  return imu.T_BS;
+}
+
 Recording EurocReader::read() {
   Recording recording;
-  const ImuYaml imu = readImuYaml(calibrationFile("imu0"));
-  append(&recording.warnings, imu.warnings);
-  recording.imu = readImuCsv((root_ / "imu0/data.csv").string());
-  recording.calibration.imu = {imu.noise, imu.rate_hz.value_or(measuredRate(recording.imu))};
-
+  const SE3 T_BS = readImu(&recording);
   std::array<std::vector<ImageRow>, 2> images;
-  const bool has_camchain = fs::exists(camchain());
+  const bool has_camchain = !camchain().empty();
   for (size_t c = 0; c < 2; ++c) {
     const std::string name = "cam" + std::to_string(c);
     images[c] = readImageList(name);
     if (has_camchain) continue;
     const CameraYaml camera = readCameraYaml(calibrationFile(name));
     append(&recording.warnings, camera.warnings);
-    recording.calibration.cameras[c] = {camera.model, imu.T_BS.inverse() * camera.T_BS,
+    recording.calibration.cameras[c] = {camera.model, T_BS.inverse() * camera.T_BS,
                                         camera.rate_hz.value_or(measuredRate(images[c]))};
   }
   if (has_camchain) useCamchain(&recording, &images);
   pairImages(images[0], images[1], &recording);
-  recording.ground_truth = readGroundTruth(root_ / "state_groundtruth_estimate0", imu.T_BS);
+  const char* const truth = fs::exists(root_ / "mocap0") ? "mocap0" : "state_groundtruth_estimate0";
+  recording.ground_truth = readGroundTruth(root_ / truth, T_BS);
   calibration_ = recording.calibration;
   return recording;
 }
@@ -188,11 +202,14 @@ std::vector<RecordingFile> EurocReader::files() const {
       files.push_back({entry.path().string(), entry.path().lexically_relative(root_).string()});
   std::sort(files.begin(), files.end(),
             [](const RecordingFile& a, const RecordingFile& b) { return a.name < b.name; });
+  for (const fs::path& file : {camchain(), kalibrImu()})
+    if (!file.empty() && file.parent_path() != root_) files.push_back({file.string(), ""});
   return files;
 }
 
 std::string EurocReader::calibrationFile(const std::string& sensor) const {
-  if (sensor != "imu0" && fs::exists(camchain())) return camchain().string();
+  const fs::path kalibr = sensor == "imu0" ? kalibrImu() : camchain();
+  if (!kalibr.empty()) return kalibr.string();
   return (root_ / sensor / "sensor.yaml").string();
 }
 

@@ -1,7 +1,7 @@
-#include "support/fault_option.h"
+#include "source/fault_option.h"
 
-#include "checks.h"
 #include "etalon/simulation/faults/faulty_source.h"
+#include "support/checks.h"
 
 namespace etalon::app {
 
