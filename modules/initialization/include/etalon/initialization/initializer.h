@@ -1,6 +1,5 @@
 #pragma once
 
-#include <mrpt/core/initializer.h>
 #include <mrpt/rtti/CObject.h>
 
 #include <memory>
@@ -75,7 +74,7 @@ void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id);
 
 /**
  * Stands once in a plugin's source, at global scope and without semicolon, and makes the class
- * loadable:
+ * loadable (IMPLEMENTS_MRPT_OBJECT before it, in the same file: registered is what it defines):
  *   ETALON_REGISTER_INITIALIZER(EtaInitializer, etalon::plugins, "eta", "1.0", "one line")
  * The class has DEFINE_MRPT_OBJECT(EtaInitializer, etalon::plugins) inside, and inside its
  * namespace stands IMPLEMENTS_MRPT_OBJECT(EtaInitializer, etalon::Initializer, etalon::plugins).
@@ -91,6 +90,7 @@ void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id);
         ETALON_INITIALIZER_ABI, NAME, #NAMESPACE "::" #CLASS, VERSION, DESCRIPTION};        \
     return &kDescriptor;                                                                    \
   }                                                                                         \
-  MRPT_INITIALIZER(etalonRegisterInitializer) {                                             \
-    etalon::registerInitializerClass(CLASS_ID_NAMESPACE(CLASS, NAMESPACE));                 \
+  namespace {                                                                               \
+  [[maybe_unused]] const bool kEtalonInitializerRegistered =                                \
+      (etalon::registerInitializerClass(CLASS_ID_NAMESPACE(CLASS, NAMESPACE)), true);       \
   }
