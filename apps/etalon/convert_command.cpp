@@ -17,7 +17,7 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string source, destination;
   bool embed = false;
   FaultOption fault;
@@ -55,7 +55,7 @@ double megabytes(const std::filesystem::path& path) {
   return sum;
 }
 
-void convert(const Arguments& arguments) {
+void convert(const ConvertArguments& arguments) {
   const Target target = targetOf(arguments.destination);
   const bool embed = arguments.embed || arguments.fault.given();
   SourceOptions source_options;
@@ -90,7 +90,7 @@ void convert(const Arguments& arguments) {
 }  // namespace
 
 void addConvertCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ConvertArguments>();
   CLI::App* command = app.add_subcommand(
       "convert",
       "Write a recording as an MRPT rawlog (stock classes, external images), a EuRoC folder or a "

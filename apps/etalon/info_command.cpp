@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct InfoArguments {
   std::string source;
   bool json = false;
   RecordingOptions recording;
@@ -180,7 +180,7 @@ void print(const RecordingInspection& inspection) {
 }  // namespace
 
 void addInfoCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand(
       "info", "Describe a recording: streams, gaps, calibration, noise model, what looks wrong.");
   command->add_option("SRC", arguments->source, kSourceFormats)->required();

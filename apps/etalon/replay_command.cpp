@@ -4,10 +4,10 @@
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/process/child_process.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
@@ -28,7 +28,7 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct ReplayArguments {
   std::string source, out = "out/replay", update_device;
   ConfigurationOptions configuration;
   FaultOption fault;
@@ -152,7 +152,7 @@ void addLostAttempt(const RunEnd& died, RunRecord* record) {
 }
 
 /** Puts the biases that the odometry found into the device file, or says that it can be done. */
-void offerBiases(const Arguments& arguments, const RunConfiguration& configuration,
+void offerBiases(const ReplayArguments& arguments, const RunConfiguration& configuration,
                  const Pipeline& pipeline) {
   const Expected<FlightBias> bias =
       biasOfFlight(pipeline.estimates(), configuration.pipeline.window.priors);
@@ -171,7 +171,7 @@ void offerBiases(const Arguments& arguments, const RunConfiguration& configurati
 }
 
 /** The run itself, in a process of its own. @param died see Replay */
-int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) {
+int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* died) {
   const IniFile ini = arguments.configuration.ini();
   RunConfiguration configuration = loadRunConfiguration(ini, arguments.configuration.plugin_path);
   configuration.pipeline.final_ba = arguments.final_ba;
@@ -218,7 +218,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
 }
 
 /** A crash loses the results of its process, so the run is repeated, bit for bit, up to it. */
-int replay(const Arguments& arguments) {
+int replay(const ReplayArguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
   if (arguments.gui) FlightWindow::requireDisplay();
@@ -245,7 +245,7 @@ int replay(const Arguments& arguments) {
 }  // namespace
 
 void addReplayCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand(
       "replay",
       "Run the pipeline on a recording: initialise through a plugin, then odometry in the "

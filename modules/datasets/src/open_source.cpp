@@ -19,7 +19,7 @@ struct Format {
 };
 
 template <typename Reader>
-constexpr Format format(const char* kind, const char* expected) {
+constexpr Format formatOf(const char* kind, const char* expected) {
   return {kind, expected, Reader::accepts,
           [](const std::string& path,
              const RecordingOptions& options) -> std::unique_ptr<RecordingReader> {
@@ -29,9 +29,9 @@ constexpr Format format(const char* kind, const char* expected) {
 
 /** The formats that can be read. The first one that accepts a path reads it. */
 constexpr Format kFormats[] = {
-    format<BagReader>("rosbag", "a ROS bag"),
-    format<EurocReader>("euroc", "a EuRoC (ASL) folder"),
-    format<RawlogReader>("rawlog", "a .rawlog"),
+    formatOf<BagReader>("rosbag", "a ROS bag"),
+    formatOf<EurocReader>("euroc", "a EuRoC (ASL) folder"),
+    formatOf<RawlogReader>("rawlog", "a .rawlog"),
 };
 
 }  // namespace

@@ -19,7 +19,7 @@ const Color kBlack(0, 0, 0);
 cv::Mat pictureOf(const PlotCanvas& canvas) {
   const testing::TemporaryFolder folder;
   const std::string path = folder / "picture.png";
-  canvas.writePng(path);
+  canvas.write(path);
   return cv::imread(path, cv::IMREAD_GRAYSCALE);
 }
 
@@ -134,8 +134,8 @@ TEST(PlotCanvas, VerticalTextReadsUpwardsAndMayBeCutByTheEdge) {
 TEST(PlotCanvas, OnlyPicturesAreWritten) {
   const testing::TemporaryFolder folder;
   const PlotCanvas canvas(10, 10);
-  EXPECT_THROW(canvas.writePng(folder / "picture.txt"), DataError);
-  EXPECT_THROW(canvas.writePng(folder / "no/such/folder/picture.png"), DataError);
+  EXPECT_THROW(canvas.write(folder / "picture.txt"), DataError);
+  EXPECT_THROW(canvas.write(folder / "no/such/folder/picture.png"), DataError);
 }
 
 TEST(PlotArea, MapsItsCornersAndTurnsYUp) {

@@ -1,4 +1,4 @@
-#include "isolated_work.h"
+#include "suite/isolated_work.h"
 
 #include <poll.h>
 #include <sys/prctl.h>
@@ -18,8 +18,8 @@
 #include <optional>
 #include <vector>
 
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/process/child_process.h"
 
 namespace etalon {
 namespace {

@@ -1,4 +1,4 @@
-#include "run/flight_errors.h"
+#include "etalon/evaluation/flight_errors.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "etalon/contract/isolated_run.h"
+#include "etalon/core/process/isolated_run.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

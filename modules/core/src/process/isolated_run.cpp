@@ -1,6 +1,7 @@
-#include "etalon/contract/isolated_run.h"
+#include "etalon/core/process/isolated_run.h"
 
 #include <fcntl.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,8 +14,8 @@
 #include <exception>
 #include <fstream>
 
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/process/child_process.h"
 
 namespace etalon {
 
@@ -49,7 +50,9 @@ rlim_t addressesInUse() {
 #endif
 
 [[noreturn]] void runChild(const std::function<std::string()>& function,
-                           const IsolationLimits& limits, int file) {
+                           const IsolationLimits& limits, int file, pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // it does not outlive its caller
+  if (getppid() != parent) _exit(1);
   const auto cpu_s = static_cast<rlim_t>(std::ceil(limits.cpu_s));
   setLimit(RLIMIT_CPU, cpu_s, cpu_s + 1);
   setLimit(RLIMIT_CORE, 0, 0);
@@ -101,6 +104,7 @@ IsolatedOutcome runIsolated(const std::function<std::string()>& function,
   if (pipe2(ends, O_CLOEXEC) != 0)
     throw Error(std::string("no pipe to a child process: ") + std::strerror(errno));
   std::fflush(nullptr);  // or the child would write the parent's text once more
+  const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) {
     const std::string reason = std::strerror(errno);
@@ -110,7 +114,7 @@ IsolatedOutcome runIsolated(const std::function<std::string()>& function,
   }
   if (child == 0) {
     close(ends[0]);
-    runChild(function, limits, ends[1]);
+    runChild(function, limits, ends[1], parent);
   }
   close(ends[1]);
   const std::string answer = readWhole(ends[0]);

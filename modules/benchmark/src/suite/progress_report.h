@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <mutex>
+#include <utility>
 
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/core/stopwatch.h"
@@ -11,8 +12,9 @@ namespace etalon {
 /** Calls the caller's progress function, one thread at a time. */
 class ProgressReport {
  public:
-  ProgressReport(const BenchmarkOptions& options, BenchmarkProgress::Stage stage, size_t total)
-      : call_(options.progress) {
+  ProgressReport(std::function<void(const BenchmarkProgress&)> call, BenchmarkProgress::Stage stage,
+                 size_t total)
+      : call_(std::move(call)) {
     progress_.stage = stage;
     progress_.total = total;
   }

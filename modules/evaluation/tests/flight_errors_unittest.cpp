@@ -1,6 +1,6 @@
 // Errors of a flight beside what its covariance predicts: units, frames, and where they count from.
 
-#include "run/flight_errors.h"
+#include "etalon/evaluation/flight_errors.h"
 
 #include <gtest/gtest.h>
 
