@@ -23,7 +23,7 @@ struct MergeArguments {
 
 int mergeRuns(const MergeArguments& arguments) {
   const TrialOutcome outcome =
-      mergeTrials(arguments.folders, arguments.out, arguments.overwrite, nullptr);
+      mergeTrials(arguments.folders, arguments.out, arguments.overwrite, trialReportHtml);
   std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   return kOk;

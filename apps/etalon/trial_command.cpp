@@ -10,6 +10,7 @@
 #include "etalon/benchmark/trial/trial.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/report/report.h"
 #include "etalon/report/trial_tables.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
@@ -123,6 +124,7 @@ int trial(const TrialArguments& arguments) {
     line.interrupt();
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
+  options.report = trialReportHtml;
   cv::setNumThreads(1);  // the jobs are the threads
   options.stop = stopOnSignals();
   const TrialOutcome outcome = runTrial(settings, options);

@@ -18,12 +18,12 @@ constexpr TimeNs kStep = 50'000'000;
 
 /** Truth in its own world G, and an estimate without errors in a world W that is turned about z and
  * moved; a covariance of the identity. */
-struct Flight {
+struct EstimatedFlight {
   GroundTruth truth;
   std::vector<FrameEstimate> estimates;
   SE3 T_WG{expSO3({0.0, 0.0, 1.1}), {5.0, -2.0, 0.5}};
 
-  explicit Flight(int frames = 10) {
+  explicit EstimatedFlight(int frames = 10) {
     truth.has_velocity = truth.has_biases = true;
     for (int k = 0; k < frames; ++k) {
       StampedState state;
@@ -57,11 +57,11 @@ void expectOnly(const FlightErrors& errors,
 }
 
 TEST(FlightErrors, AnotherWorldIsNoError) {
-  for (const FlightErrors& errors : Flight().errors()) expectOnly(errors, {});
+  for (const FlightErrors& errors : EstimatedFlight().errors()) expectOnly(errors, {});
 }
 
 TEST(FlightErrors, EachIsInItsOwnUnit) {
-  Flight flight;
+  EstimatedFlight flight;
   NavState& nav = flight.estimates[7].nav;
   nav.T_WB.t += Vector3d(0.3, 0.0, 0.4);
   nav.v_WB += Vector3d(0.0, 0.03, 0.04);
@@ -76,14 +76,14 @@ TEST(FlightErrors, EachIsInItsOwnUnit) {
                          {&FlightErrors::yaw_deg, 2.0}});
   expectOnly(errors[8], {});
   // A tilt is about the level axes, whatever the body's attitude.
-  flight = Flight();
+  flight = EstimatedFlight();
   flight.estimates[7].nav.T_WB.R =
       expSO3(kDeg * Vector3d(0.6, 0.8, 0.0)) * flight.estimates[7].nav.T_WB.R;
   expectOnly(flight.errors()[7], {{&FlightErrors::tilt_deg, 1.0}});
 }
 
 TEST(FlightErrors, WhatIsPredictedIsTheRootOfTheTraceInWorldAxes) {
-  Flight flight;
+  EstimatedFlight flight;
   FrameEstimate& e = flight.estimates[3];
   // The body's x axis points up: an error about it is one of yaw.
   e.nav.T_WB.R = expSO3({0.0, -M_PI / 2, 0.0});
@@ -102,7 +102,7 @@ TEST(FlightErrors, WhatIsPredictedIsTheRootOfTheTraceInWorldAxes) {
 }
 
 TEST(FlightErrors, PositionAndYawCountFromTheLastStart) {
-  Flight flight;
+  EstimatedFlight flight;
   // From frame 5 on the world is a new one; in between one frame has no prediction.
   const SE3 jump(expSO3({0.0, 0.0, 0.7}), {1.0, 1.0, 0.0});
   for (size_t k = 5; k < 10; ++k) {
@@ -123,7 +123,7 @@ TEST(FlightErrors, PositionAndYawCountFromTheLastStart) {
 
 TEST(FlightErrors, TheAlignmentKeepsRollAndPitchAsTheyAre) {
   // A start that is tilted by a degree stays tilted, because no turn about z removes it.
-  Flight flight;
+  EstimatedFlight flight;
   for (FrameEstimate& e : flight.estimates) {
     const SE3 tilt(expSO3({kDeg, 0.0, 0.0}), Vector3d::Zero());
     e.nav.T_WB = tilt * e.nav.T_WB;
@@ -133,7 +133,7 @@ TEST(FlightErrors, TheAlignmentKeepsRollAndPitchAsTheyAre) {
 }
 
 TEST(FlightErrors, WithoutTruthThereIsWhatIsPredictedAlone) {
-  Flight flight;
+  EstimatedFlight flight;
   flight.truth.states.erase(flight.truth.states.begin() + 4, flight.truth.states.begin() + 8);
   const auto errors = flight.errors();
   ASSERT_EQ(errors.size(), 10U);
@@ -146,7 +146,7 @@ TEST(FlightErrors, WithoutTruthThereIsWhatIsPredictedAlone) {
 }
 
 TEST(FlightErrors, OfATruthOfPosesAloneNoMotionIsJudged) {
-  Flight flight;
+  EstimatedFlight flight;
   flight.truth.has_velocity = flight.truth.has_biases = false;
   const FlightErrors errors = flight.errors()[9];
   EXPECT_TRUE(std::isnan(errors.velocity_mps.error));

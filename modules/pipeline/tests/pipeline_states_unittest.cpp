@@ -217,8 +217,7 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 
 TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndPosition) {
   InitializationAttempt attempt;
-  attempt.init = Initialization();
-  Initialization& init = *attempt.init;
+  Initialization& init = attempt.init.emplace();
   init.states = {
       {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)},
       {8, SE3(), Vector3d::Zero()}};

@@ -171,6 +171,7 @@ class Trial {
   }
 
   void makeRuns() {
+    makeFolder(pathIn(options_.out, "trajectories/ground_truth"));
     for (const TrialVariant& variant : variantsOf(record_))
       if (variant.system.empty())
         makeFolder(pathIn(options_.out, "trajectories/" + folderName(variant)));
@@ -235,12 +236,15 @@ TrialOutcome mergeTrials(const std::vector<std::string>& folders, const std::str
     throw ConfigError("merge: '" + out +
                       "' holds a trial already; choose another --out, or --overwrite it");
   Merger<TrialRecord> merger("trial", "run");
-  std::map<std::string, std::string> trajectories;  // of a run, by its key
+  std::map<std::string, std::string> trajectories;  // former path by the one in the new folder
   for (const std::string& folder : folders) {
     TrialRecord part = readTrial(folder);
-    for (const TrialRun& run : part.results)
+    for (const TrialRun& run : part.results) {
+      trajectories[groundTruthPath("", run.recording, run.from_s)] =
+          groundTruthPath(folder, run.recording, run.from_s);
       if (run.variant.system.empty())
-        trajectories[resultKey(run)] = trajectoryPath(folder, part, run);
+        trajectories[trajectoryPath("", part, run)] = trajectoryPath(folder, part, run);
+    }
     merger.add(folder, std::move(part), hasTrialResults(folder));
   }
   TrialOutcome outcome;
@@ -251,13 +255,12 @@ TrialOutcome mergeTrials(const std::vector<std::string>& folders, const std::str
   const std::string folder = output.path("");
   writeTrialHead(folder, outcome.record);
   LineStore store(pathIn(folder, "runs"));
-  for (const TrialRun& run : outcome.record.results) {
-    store.append(run.recording, resultToText(run));
-    const auto trajectory = trajectories.find(resultKey(run));
-    if (trajectory == trajectories.end() || !fs::exists(trajectory->second)) continue;
-    const fs::path copy = trajectoryPath(folder, outcome.record, run);
+  for (const TrialRun& run : outcome.record.results) store.append(run.recording, resultToText(run));
+  for (const auto& [name, former] : trajectories) {
+    if (!fs::exists(former)) continue;
+    const fs::path copy = fs::path(folder) / name;
     makeFolder(copy.parent_path().string());
-    fs::copy_file(trajectory->second, copy);
+    fs::copy_file(former, copy);
   }
   outcome.runs_found = outcome.record.results.size();
   for (const std::string& file : writeTrialResults(folder, outcome.record, report))

@@ -126,6 +126,11 @@ std::string trajectoryPath(const std::string& folder, const TrialRecord& record,
       .string();
 }
 
+std::string groundTruthPath(const std::string& folder, const std::string& recording,
+                            double from_s) {
+  return pathIn(folder, "trajectories/ground_truth/" + trajectoryName(recording, from_s, kNoFault));
+}
+
 void sortResults(TrialRecord* record) {
   std::map<std::string, size_t> places;
   for (const TrialRun& run : expectedRuns(*record)) places.emplace(resultKey(run), places.size());

@@ -136,7 +136,17 @@ TrialRun TrialWorker::end(TrialRun run, TrialFlight* flight, const FaultyRun& fa
   flown.fault_at = beginOf(faulty.cut);
   judge(flown, source.groundTruth(), options_.protocol, &run);
   writeTum(trajectoryPath(options_.out, record_, run), flown.causal);
+  if (faulty.fault == 0) writeTruth(run, flown.images, source.groundTruth());
   return run;
+}
+
+void TrialWorker::writeTruth(const TrialRun& run, const std::vector<TimeNs>& images,
+                             const GroundTruth& truth) const {
+  Trajectory at_images;
+  for (const TimeNs t : images)
+    if (const auto state = truth.at(t)) at_images.push_back({t, state->T_WB});
+  if (!at_images.empty())
+    writeTum(groundTruthPath(options_.out, run.recording, run.from_s), at_images, "T_GB");
 }
 
 TrialRun TrialWorker::judgeSystem(const TrialTask& task, const TrialCut& cut,

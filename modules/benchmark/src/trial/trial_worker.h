@@ -51,6 +51,8 @@ class TrialWorker {
   TrialRun isolated(TrialRun run, const std::function<TrialRun(TrialRun)>& function) const;
   TrialRun end(TrialRun run, TrialFlight* flight, const FaultyRun& faulty,
                const SensorSource& source) const;
+  void writeTruth(const TrialRun& run, const std::vector<TimeNs>& images,
+                  const GroundTruth& truth) const;
   TrialRun judgeSystem(const TrialTask& task, const TrialCut& cut, FaultyRun* faulty) const;
   TrialRun emptyRun(const TrialTask& task, size_t fault) const;
   std::unique_ptr<TrialFlight> flightOf(const TrialTask& task, const SensorSource& source) const;

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trial_example.h"
+#include "etalon/testing/example_trial.h"
 
 namespace etalon {
 namespace {

@@ -10,7 +10,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/testing/temporary_folder.h"
-#include "trial_example.h"
+#include "etalon/testing/example_trial.h"
 
 namespace etalon {
 namespace {

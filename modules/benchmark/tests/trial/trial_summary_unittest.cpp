@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "trial_example.h"
+#include "etalon/testing/example_trial.h"
 
 namespace etalon {
 namespace {

@@ -29,7 +29,7 @@ class StubInitializer : public Initializer {
  protected:
   InitializationResult solve(const InitializationProblem&) const override {
     if (crashes_) std::_Exit(3);
-    return refuse({RefusalStatus::kTooFewTracks, "of a reason"});
+    return refuse({RefusalStatus::kTooFewTracks, "of a reason", {}, {}});
   }
 
  private:

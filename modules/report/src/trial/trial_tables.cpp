@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "etalon/core/text.h"
+#include "report_page.h"
 
 namespace etalon {
 namespace {
@@ -53,20 +54,48 @@ TitledTable variantTable(const TrialRecord& record, const std::vector<TrialVaria
     starts += count;
     recordings += count > 0 ? 1 : 0;
   }
+  const std::string length =
+      record.protocol.seconds > 0.0 ? format(" of %g s", record.protocol.seconds) : " to the end";
   TitledTable titled{
       "variants",
-      format("%zu recordings, %zu starts, %s, %zu faults; survived: located since "
-             "the fault, ATE <= %g m, not lost",
-             recordings, starts,
-             record.protocol.seconds > 0.0 ? format("%g s each", record.protocol.seconds).c_str()
-                                           : "to the end",
-             record.faults.size() - 1, record.protocol.ate_limit_m),
-      "Errors, ratios and start: medians of the runs without a fault.", table};
+      counted(recordings, "recording") + ", " + counted(starts, "start") + length + ", " +
+          counted(record.faults.size() - 1, "fault"),
+      format("survived: poses since the fault, ATE <= %g m, not lost; errors: medians without a "
+             "fault",
+             record.protocol.ate_limit_m),
+      table};
   titled.headline = true;
   return titled;
 }
 
-TitledTable faultTable(const TrialRecord& record, const std::vector<TrialVariant>& variants) {
+/** What a fault does, for choosing the rows that matter. */
+struct FaultRow {
+  std::string fault;
+  TrialSummary summary;
+
+  /** The worse, the greater. */
+  std::pair<int, double> badness() const {
+    return {summary.runs - summary.survived,
+            std::isfinite(summary.largest_added_ate_m) ? summary.largest_added_ate_m : -1.0};
+  }
+};
+
+/** The rows in the record's order; of more than `most` the worst ones, and kNoFault. */
+std::vector<FaultRow> faultRows(const TrialRecord& record, size_t most) {
+  std::vector<FaultRow> rows;
+  for (const NamedText& fault : record.faults)
+    rows.push_back({fault.name, summaryOf(record, [&](const TrialRun& run) {
+                      return run.fault == fault.name;
+                    })});
+  while (rows.size() > std::max<size_t>(most, 2))
+    rows.erase(std::min_element(
+        rows.begin() + 1, rows.end(),
+        [](const FaultRow& a, const FaultRow& b) { return a.badness() < b.badness(); }));
+  return rows;
+}
+
+TitledTable faultTable(const TrialRecord& record, const std::vector<TrialVariant>& variants,
+                       size_t most_rows) {
   const bool by_variant = variants.size() > 1 && variants.size() <= kMostColumns;
   std::vector<Table::Column> columns = {{"fault", "fault"}};
   if (by_variant)
@@ -82,26 +111,28 @@ TitledTable faultTable(const TrialRecord& record, const std::vector<TrialVariant
         Table::Column{"largest_added_m", "largest", true, 1, 1e3, false, "ATE [mm]"}})
     columns.push_back(column);
   Table table(columns);
-  for (const NamedText& fault : record.faults) {
-    const TrialSummary all =
-        summaryOf(record, [&](const TrialRun& run) { return run.fault == fault.name; });
+  const std::vector<FaultRow> rows = faultRows(record, most_rows);
+  for (const FaultRow& row : rows) {
+    const TrialSummary& all = row.summary;
     table.addRow();
-    table.setText("fault", fault.name);
+    table.setText("fault", row.fault);
     if (!by_variant) table.setText("survived", ofAll(all.survived, all.runs));
     for (size_t i = 0; by_variant && i < variants.size(); ++i) {
       const TrialSummary one = summaryOf(record, [&](const TrialRun& run) {
-        return run.fault == fault.name && run.variant == variants[i];
+        return run.fault == row.fault && run.variant == variants[i];
       });
       table.setText("survived_" + std::to_string(i), ofAll(one.survived, one.runs));
     }
-    if (fault.name != kNoFault) table.setText("said", ofAll(all.said, all.faulty));
+    if (row.fault != kNoFault) table.setText("said", ofAll(all.said, all.faulty));
     table.setNumber("silent", all.silent);
     table.setNumber("ate_m", all.causal_ate_m.median);
     table.setNumber("added_m", all.added_ate_m.median);
     table.setNumber("largest_added_m", all.largest_added_ate_m);
   }
-  TitledTable titled{"faults", "What each fault does to the causal trajectory",
-                     "said: an event since the fault; silent: wrong without one.", table};
+  std::string note = "said: an event since the fault; silent: wrong without one";
+  if (rows.size() < record.faults.size())
+    note += "; " + counted(record.faults.size() - rows.size(), "milder fault") + " in report.html";
+  TitledTable titled{"faults", "What each fault does to the causal trajectory", note, table};
   titled.headline = record.faults.size() > 1;
   return titled;
 }
@@ -134,7 +165,7 @@ TitledTable afterStartTable(const TrialRecord& record, const std::vector<TrialVa
   TitledTable titled{
       "after_start", "What the start is worth: errors since it, without a fault (medians)",
       "ATE [mm] aligned in yaw and position, velocity [mm/s], roll and pitch [deg]: RMS.", table};
-  titled.headline = true;
+  titled.headline = variants.size() > 1;
   return titled;
 }
 
@@ -220,38 +251,46 @@ TitledTable failureTable(const TrialRecord& record) {
 
 std::vector<TitledTable> trialTables(const TrialRecord& record) {
   const std::vector<TrialVariant> variants = variantsOf(record);
-  std::vector<TitledTable> tables = {variantTable(record, variants), faultTable(record, variants),
-                                     afterStartTable(record, variants),
-                                     recordingTable(record, variants)};
+  std::vector<TitledTable> tables = {
+      variantTable(record, variants), faultTable(record, variants, record.faults.size()),
+      afterStartTable(record, variants), recordingTable(record, variants)};
   if (variants.size() > 1) tables.push_back(differenceTable(record, variants));
   tables.push_back(failureTable(record));
   return tables;
 }
 
 std::string trialPage(const TrialRecord& record, const TextStyle& style, size_t lines) {
-  constexpr size_t kWidth = 100;
-  std::string page;
-  for (const TitledTable& table : trialTables(record))
-    if (table.headline) page += toString(table, TableFormat::kText, {style.mark, 0});
+  constexpr size_t kWidth = 100, kTableFrame = 5, kMostReasons = 4;
+  const std::vector<TrialVariant> variants = variantsOf(record);
+  const auto text = [&style](const TitledTable& table) {
+    return table.headline ? toString(table, TableFormat::kText, {style.mark, 0}) : std::string();
+  };
+  const auto countLines = [](const std::string& t) {
+    return static_cast<size_t>(std::count(t.begin(), t.end(), '\n'));
+  };
   const std::vector<FailureKind> failures = failuresOf(record);
-  size_t used = std::count(page.begin(), page.end(), '\n');
-  size_t named = 0, left = 0;
-  for (const FailureKind& kind : failures) {
-    if (used + 1 >= lines) {
-      left += kind.runs.size();
+  std::string page = text(variantTable(record, variants));
+  const std::string after = text(afterStartTable(record, variants));
+  const size_t others =
+      countLines(page) + countLines(after) + kTableFrame + std::min(failures.size(), kMostReasons);
+  page += text(faultTable(record, variants, lines > others ? lines - others : 0)) + after;
+  size_t used = countLines(page), left = 0;
+  for (size_t i = 0; i < failures.size(); ++i) {
+    const std::vector<size_t>& runs = failures[i].runs;
+    // The last line counts what is left.
+    if (used + (i + 1 < failures.size() ? 1 : 0) >= lines) {
+      left += runs.size();
       continue;
     }
-    const TrialRun& run = record.results[kind.runs.front()];
-    std::string line =
-        (kind.runs.size() > 1 ? format("%zu failed, e.g. ", kind.runs.size()) : "failed: ") +
-        run.recording + format(" %g s, ", run.from_s) + labelOf(run.variant, record) + ", " +
-        run.fault + ": " + run.reason;
+    const TrialRun& run = record.results[runs.front()];
+    std::string line = (runs.size() > 1 ? format("%zu failed, e.g. ", runs.size()) : "failed: ") +
+                       run.recording + format(" from %g s, ", run.from_s) +
+                       labelOf(run.variant, record) + ", " + run.fault + ": " + failures[i].reason;
     if (displayWidth(line) > kWidth) line = line.substr(0, kWidth - 3) + "...";
     page += line + "\n";
     ++used;
-    ++named;
   }
-  if (left > 0) page += format("%zu more failed; runs.csv has every reason\n", left);
+  if (left > 0) page += counted(left, "other failure") + ": report.html, runs.csv\n";
   return page;
 }
 

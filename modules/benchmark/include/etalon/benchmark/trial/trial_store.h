@@ -52,6 +52,9 @@ TrialRun trialRunFromText(const std::string& text, const std::string& place = "a
 std::string trajectoryPath(const std::string& folder, const TrialRecord& record,
                            const TrialRun& run);
 
+/** The file of the ground truth at the images of a part, without a fault; where there is any. */
+std::string groundTruthPath(const std::string& folder, const std::string& recording, double from_s);
+
 /** Puts the results into the order of TrialRecord::results; drops those that the head does not
  * list. */
 void sortResults(TrialRecord* record);
