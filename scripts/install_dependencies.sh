@@ -2,17 +2,18 @@
 # Installs what is missing to build Etalon on Debian 12, with apt: as root, or through sudo; and the charting library of
 # the HTML report, with npm.
 #
-#   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks]
+#   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks] [--package] [--fuzz]
 #
 # Without arguments: what building takes, the unit tests included. --test adds what the tests call
-# (rawlog-edit, GNU parallel, Chromium), --lint the formatter, the linter and Doxygen, --benchmarks Google Benchmark.
+# (rawlog-edit, GNU parallel, Chromium, Python), --lint the formatter, the linter and Doxygen, --benchmarks Google Benchmark, --package
+# what makes and tries the Debian package, --fuzz clang with libFuzzer.
 # Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
 set -euo pipefail
 
 # libopencv-dev and not its parts: only it holds OpenCV's CMake configuration.
 packages=(
   cmake ninja-build ccache g++ git
-  libmrpt-obs-dev libmrpt-gui-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev libboost-dev
+  libmrpt-obs-dev libmrpt-gui-dev librosbag-storage-dev libsensor-msgs-dev libfastcdr-dev libsqlite3-dev libceres-dev libeigen3-dev libopencv-dev libyaml-cpp-dev libboost-dev
   nlohmann-json3-dev libexpected-dev libcli11-dev libxxhash-dev pkg-config libgtest-dev libgmock-dev
 )
 report_folder="$(dirname "${BASH_SOURCE[0]}")/../modules/report/page"
@@ -20,13 +21,15 @@ npm_omit=(--omit=dev)
 for argument in "$@"; do
   case "$argument" in
     --test)
-      packages+=(mrpt-apps parallel chromium)
+      packages+=(mrpt-apps parallel chromium python3)
       npm_omit=()
       ;;
     --lint) packages+=(clang-format-14 clang-tidy-14 doxygen) ;;
     --benchmarks) packages+=(libbenchmark-dev) ;;
+    --fuzz) packages+=(clang-14 libclang-rt-14-dev) ;;
+    --package) packages+=(dpkg-dev help2man mmdebstrap) ;;
     *)
-      echo "install_dependencies.sh: unknown argument '$argument'; expected --test, --lint or --benchmarks" >&2
+      echo "install_dependencies.sh: unknown argument '$argument'; expected --test, --lint, --benchmarks, --package or --fuzz" >&2
       exit 2
       ;;
   esac

@@ -5,8 +5,8 @@
 #
 #   scripts/lint.sh [--all]       --all: clang-tidy on the tests and benchmarks, too
 #
-# What passed is remembered in build/lint by the content of the file, of the project's headers that
-# it includes, and of .clang-tidy: a second call checks only what changed. Exit code 1 if anything
+# What passed is remembered in build/lint by the content of the sources, of the project's headers that
+# they include, and of .clang-tidy: a second call checks only what changed. Exit code 1 if anything
 # was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -59,25 +59,29 @@ while read -r source headers; do headers_of[$source]=$headers; done < <(
     }
     END { if (source != "") print source, headers }')
 
+# What the compiler is given: the sources of a target, eight at a time (CMake's unity build), or one by itself. What stands
+# in none of them (a project of its own inside a test) has no flags to check it with.
 todo=()
-for source in "${tracked[@]}"; do
-  [[ $source == *.cpp ]] || continue
-  if ! $all && [[ $source == *tests/* || $source == *benchmarks/* ]]; then continue; fi
-  # What the build does not compile (a project of its own inside a test) has no flags to check it with.
-  grep -qF "\"file\": \"$PWD/$source\"" "$folder/compile_commands.json" || continue
-  parts="$common ${hash_of[$source]}"
-  if [[ -n ${headers_of[$source]+known} ]]; then
-    for header in ${headers_of[$source]}; do parts+=" ${hash_of[$header]:-}"; done
+while read -r unit; do
+  [[ $unit == "$PWD/"* ]] || continue
+  unit=${unit#"$PWD/"}
+  mapfile -t sources < <(sed -n "s|^#include \"$PWD/\(.*\.cpp\)\"$|\1|p" "$unit")
+  ((${#sources[@]} > 0)) || sources=("$unit")
+  if ! $all && printf '%s\n' "${sources[@]}" | grep -qE '(^|/)(tests|benchmarks)/'; then continue; fi
+  parts=$common
+  for source in "${sources[@]}"; do parts+=" $source ${hash_of[$source]:-}"; done
+  if [[ -n ${headers_of[$unit]+known} ]]; then
+    for header in ${headers_of[$unit]}; do parts+=" ${hash_of[$header]:-}"; done
   else
     parts+=" $everything"
   fi
-  key=$(sha256sum <<<"$source $parts")
+  key=$(sha256sum <<<"$parts")
   key=${key%% *}
-  [[ -e $memory/$key ]] || todo+=("$source" "$key")
-done
+  [[ -e $memory/$key ]] || todo+=("$unit" "$key")
+done < <(sed -n 's/^ *"file": "\(.*\)",\{0,1\}$/\1/p' "$folder/compile_commands.json")
 
 count=$((${#todo[@]} / 2))
-echo "lint: clang-tidy on $count files that changed"
+echo "lint: clang-tidy on $count units that changed"
 tidy=true
 if ((count > 0)); then
   # shellcheck disable=SC2016 # expanded by the inner shell

@@ -1,5 +1,3 @@
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,23 +8,24 @@
 #include "commands.h"
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/store.h"
-#include "etalon/contract/isolated_run.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
-#include "etalon/report/benchmark_tables.h"
+#include "etalon/core/process/isolated_run.h"
+#include "etalon/report/benchmark_overview.h"
 #include "etalon/report/report.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
 #include "support/progress_line.h"
+#include "support/suite_options.h"
 #include "support/versions.h"
 
 namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct BenchArguments {
   std::vector<std::string> sources, initializers;
   std::vector<int> keyframes;
   std::vector<double> rates_hz;
@@ -35,18 +34,10 @@ struct Arguments {
   double every_s = 2.5, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  bool overwrite = false, grow = false;
+  bool overwrite = false, grow = false, verbose = false;
 };
 
-std::atomic<bool> stop_requested{false};
-
-/** The first Ctrl-C ends the work in an orderly way, the second one at once. */
-extern "C" void requestStop(int signal_number) {
-  stop_requested = true;
-  std::signal(signal_number, SIG_DFL);
-}
-
-SuiteConfiguration configure(const Arguments& arguments) {
+SuiteConfiguration configure(const BenchArguments& arguments) {
   std::vector<std::string> names = arguments.initializers;
   if (names.size() == 1 && names.front() == "all") names.clear();
   return loadSuiteConfiguration(arguments.configuration.ini(), arguments.configuration.plugin_path,
@@ -57,10 +48,10 @@ SuiteConfiguration configure(const Arguments& arguments) {
  * Configures in a child process first, so that a plugin that crashes while it is loaded or made can
  * be named. Exceptions of configure() are thrown here again. @throws PluginError
  */
-SuiteConfiguration configureSafely(const Arguments& arguments) {
+SuiteConfiguration configureSafely(const BenchArguments& arguments) {
   IsolationLimits limits;
   limits.cpu_s = arguments.time_limit_s;
-  const auto configured = [&limits](const Arguments& tried) {
+  const auto configured = [&limits](const BenchArguments& tried) {
     return runIsolated(
         [&tried] {
           try {
@@ -74,7 +65,7 @@ SuiteConfiguration configureSafely(const Arguments& arguments) {
   const IsolatedOutcome all = configured(arguments);
   if (all.completed) return configure(arguments);
   for (const std::string& name : arguments.initializers) {
-    Arguments one = arguments;
+    BenchArguments one = arguments;
     one.initializers = {name};
     const IsolatedOutcome outcome = configured(one);
     if (!outcome.completed)
@@ -82,14 +73,6 @@ SuiteConfiguration configureSafely(const Arguments& arguments) {
   }
   throw PluginError("a plugin " + all.failure +
                     " while it was loaded; `etalon check-plugin NAME` tells which");
-}
-
-void setShard(const std::string& text, BenchmarkOptions* options) {
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%d/%d%c", &options->shard, &options->shards, &rest) != 2 ||
-      options->shard < 1 || options->shards < options->shard)
-    throw ConfigError("bench: --shard: expected K/N with 1 <= K <= N, e.g. 2/8, found '" + text +
-                      "'");
 }
 
 std::string describe(const BenchmarkProgress& p) {
@@ -112,7 +95,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
   }
 }
 
-int bench(const Arguments& arguments) {
+int bench(const BenchArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
   const std::string device =
@@ -136,8 +119,7 @@ int bench(const Arguments& arguments) {
   options.time_limit_s = arguments.time_limit_s;
   options.overwrite = arguments.overwrite;
   options.versions = versions();
-  options.stop = &stop_requested;
-  setShard(arguments.shard, &options);
+  readShard(arguments.shard, &options.shard, &options.shards);
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
     line.update(p.done == p.total, [&p] { return describe(p); });
@@ -147,8 +129,7 @@ int bench(const Arguments& arguments) {
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
   cv::setNumThreads(1);  // the jobs are the threads
-  std::signal(SIGINT, requestStop);
-  std::signal(SIGTERM, requestStop);
+  options.stop = stopOnSignals();
 
   options.report = benchmarkReportHtml;
   const BenchmarkOutcome outcome = runBenchmark(configuration, options);
@@ -161,7 +142,7 @@ int bench(const Arguments& arguments) {
                  outcome.results_found + outcome.results_tried, outcome.results_missing);
     return kInterrupted;
   }
-  printBenchmarkTables(outcome.record, format);
+  printBenchmarkTables(outcome.record, format, arguments.verbose);
   std::fprintf(stderr,
                "\n%zu results (%zu were there already); front end %s, windows %s\nwritten:\n",
                outcome.results_found + outcome.results_tried, outcome.results_found,
@@ -180,7 +161,7 @@ CLI::Validator within(T min, T max, const std::string& what) {
 }
 
 /** What is tried: initializers and windows. */
-void addProtocolOptions(CLI::App* command, Arguments* arguments) {
+void addProtocolOptions(CLI::App* command, BenchArguments* arguments) {
   command
       ->add_option("--initializers", arguments->initializers,
                    "Initializer plugins, separated by commas, or all")
@@ -216,13 +197,12 @@ void addProtocolOptions(CLI::App* command, Arguments* arguments) {
 }  // namespace
 
 void addBenchCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BenchArguments>();
   CLI::App* command = app.add_subcommand(
       "bench",
       "The exhaustive initialization test: every initializer on a window every few seconds of "
-      "every recording, without and with VI-BA. Prints the tables; writes windows.csv, summary.csv "
-      "and "
-      "report.html. An interrupted benchmark is resumed by the same command.");
+      "every recording, without and with VI-BA. Prints one table; writes windows.csv, summary.csv "
+      "and report.html. An interrupted benchmark is resumed by the same command.");
   command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
   addProtocolOptions(command, arguments.get());
   command
@@ -242,19 +222,19 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_option("--tracks", arguments->tracks,
                       "Folder for the cached tracks of the front end (default: OUT/tracks)");
-  command
-      ->add_option("--shard", arguments->shard,
-                   "Do part K of N only; `etalon merge` joins the parts")
-      ->type_name("K/N")
-      ->capture_default_str();
+  addShardOption(command, &arguments->shard);
   command->add_flag("--overwrite", arguments->overwrite,
                     "Begin anew: discard the results in the folder");
   command->add_option("--format", arguments->format, "How to print the tables")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
+  command->add_flag(
+      "-v,--verbose", arguments->verbose,
+      "As text: a table for each figure with a row for each recording, not one table");
   arguments->configuration.addConfig(command);
   arguments->configuration.addOverrides(command);
   command->footer(
+      glossary() +
       "Example: etalon bench /data/euroc/* --out results\n"
       "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "
       "are done), 4 an initializer crashed, ended the process or used up its time (said at which "

@@ -7,10 +7,10 @@
 #include "etalon/benchmark/calibration/flight_over_tracks.h"
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/benchmark/windows.h"
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/process/child_process.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/pipeline/flight_bias.h"
@@ -27,7 +27,7 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct CalibrateDeviceArguments {
   std::vector<std::string> sources, without;
   std::string name, base, out, tracks, format = "text";
   ConfigurationOptions configuration;
@@ -36,7 +36,7 @@ struct Arguments {
 };
 
 /** Tracks of a recording; with --tracks from that folder, where they fit. */
-SequenceTracks tracksOf(const std::string& source, const Arguments& arguments,
+SequenceTracks tracksOf(const std::string& source, const CalibrateDeviceArguments& arguments,
                         const PipelineOptions& pipeline) {
   const auto recording = openRecording(source);
   ProgressLine line;
@@ -82,13 +82,13 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
 }
 
 /** The number of windows that hold one instant. */
-double overlapOf(const WindowShape& shape, const Arguments& arguments) {
+double overlapOf(const WindowShape& shape, const CalibrateDeviceArguments& arguments) {
   return std::max(1.0, (shape.keyframes - 1) / (shape.rate_hz * arguments.every_s));
 }
 
 NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindow>& windows,
-                           const RunConfiguration& configuration, const Arguments& arguments,
-                           const WindowShape& shape) {
+                           const RunConfiguration& configuration,
+                           const CalibrateDeviceArguments& arguments, const WindowShape& shape) {
   NoiseCalibrationOptions options;
   options.window = configuration.pipeline.window;
   options.overlap = overlapOf(shape, arguments);
@@ -161,7 +161,7 @@ void setNoise(const NoiseCalibration& shorter, const NoiseCalibration& longer,
  */
 class Calibration {
  public:
-  Calibration(const Arguments& arguments, RunState* state)
+  Calibration(const CalibrateDeviceArguments& arguments, RunState* state)
       : arguments_(arguments),
         state_(*state),
         configuration_(loadRunConfiguration(arguments.configuration.ini(),
@@ -239,7 +239,7 @@ class Calibration {
   }
 
  private:
-  const Arguments& arguments_;
+  const CalibrateDeviceArguments& arguments_;
   RunState& state_;
   RunConfiguration configuration_;
   DeviceFile file_;
@@ -248,7 +248,7 @@ class Calibration {
   bool has_noise_ = false;
 };
 
-int calibrateDevice(const Arguments& arguments) {
+int calibrateDevice(const CalibrateDeviceArguments& arguments) {
   if (arguments.sources.empty() && arguments.base.empty())
     throw ConfigError("calibrate-device: expected recordings, or a device file (--base)");
   if (!arguments.without.empty() && arguments.base.empty())
@@ -269,7 +269,7 @@ int calibrateDevice(const Arguments& arguments) {
 }  // namespace
 
 void addCalibrateDeviceCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CalibrateDeviceArguments>();
   CLI::App* command = app.add_subcommand(
       "calibrate-device",
       "Fly recordings of one device and write what they tell of it, without ground truth: the "

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kContractBroken = 1;  // this command's own exit code
 
-struct Arguments {
+struct CheckPluginArguments {
   std::string plugin;
   std::vector<std::string> plugin_path, set;
   std::string config, output_format = "text";
@@ -37,7 +37,7 @@ struct Subject {
 
 /** The file's content and what --set adds. Refuses a file without the plugin's section, because the
  * defaults would be checked silently. */
-IniFile readIni(const Arguments& arguments, const std::string& name) {
+IniFile readIni(const CheckPluginArguments& arguments, const std::string& name) {
   IniFile ini;
   if (!arguments.config.empty()) {
     ini = IniFile::fromFile(arguments.config);
@@ -60,7 +60,7 @@ IniFile readIni(const Arguments& arguments, const std::string& name) {
   return ini;
 }
 
-Subject loadSubject(const Arguments& arguments) {
+Subject loadSubject(const CheckPluginArguments& arguments) {
   PluginLoader loader(PluginLoader::defaultSearchPath(arguments.plugin_path));
   Subject subject;
   subject.info = loader.info(arguments.plugin);
@@ -78,7 +78,7 @@ Subject loadSubject(const Arguments& arguments) {
 
 /** Loads the plugin in a process of its own first, because a library may crash while it is loaded.
  * The second try, in this process, reports ordinary errors. */
-std::string crashWhileLoading(const Arguments& arguments) {
+std::string crashWhileLoading(const CheckPluginArguments& arguments) {
   const IsolatedOutcome outcome = runIsolated(
       [&]() -> std::string {
         try {
@@ -110,7 +110,7 @@ void printCheck(const ContractCheck& check) {
   std::fflush(stdout);
 }
 
-void printSummary(const Subject& subject, const ContractReport& report) {
+void printContractSummary(const Subject& subject, const ContractReport& report) {
   using Verdict = ContractCheck::Verdict;
   std::printf("\n%s %s: %d passed, %d refused as it may, %d failed", subject.info.name.c_str(),
               subject.info.version.c_str(), report.count(Verdict::kPassed),
@@ -151,7 +151,7 @@ int listChecks() {
   return kOk;
 }
 
-int checkPlugin(const Arguments& arguments) {
+int checkPlugin(const CheckPluginArguments& arguments) {
   if (arguments.list) return listChecks();
   if (arguments.plugin.empty()) throw ConfigError("check-plugin: which plugin? (a name or a path)");
   const std::string crash = crashWhileLoading(arguments);
@@ -175,14 +175,14 @@ int checkPlugin(const Arguments& arguments) {
         if (text) printCheck(check);
       });
   if (text) {
-    printSummary(subject, report);
+    printContractSummary(subject, report);
   } else {
     printJson(subject, report);
   }
   return report.ok() ? kOk : kContractBroken;
 }
 
-void addSuiteOptions(CLI::App* command, Arguments* arguments) {
+void addSuiteOptions(CLI::App* command, CheckPluginArguments* arguments) {
   ContractOptions* o = &arguments->options;
   command
       ->add_option("--only", o->only,
@@ -214,7 +214,7 @@ void addSuiteOptions(CLI::App* command, Arguments* arguments) {
 }  // namespace
 
 void addCheckPluginCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CheckPluginArguments>();
   CLI::App* command = app.add_subcommand(
       "check-plugin",
       "Check that an initializer keeps the contract of the interface: exact on noise-free windows, "

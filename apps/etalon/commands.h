@@ -12,8 +12,8 @@ enum ExitCode : int {
   kUsageError = 2,      ///< usage or configuration
   kDataErrorExit = 3,   ///< data
   kCannotBeLoaded = 3,  ///< plugins, check-plugin: the plugin named cannot be found or loaded
-  kPluginDied = 4,      ///< replay, bench: a plugin crashed, ended the process or used up its time
-  kInterrupted = 130,   ///< Ctrl-C, as shells have it
+  kPluginDied = 4,  ///< replay, bench, trial: a run crashed, ended the process or used up its time
+  kInterrupted = 130,  ///< Ctrl-C, as shells have it
 };
 
 // One file a subcommand, <name>_command.cpp. Each function adds its subcommand to `app`; the
@@ -25,6 +25,7 @@ void addReplayCommand(CLI::App& app, int* exit_code);
 void addCompareCommand(CLI::App& app, int* exit_code);
 void addEvaluateCommand(CLI::App& app, int* exit_code);
 void addBenchCommand(CLI::App& app, int* exit_code);
+void addTrialCommand(CLI::App& app, int* exit_code);
 void addMergeCommand(CLI::App& app, int* exit_code);
 void addCalibrateDeviceCommand(CLI::App& app, int* exit_code);
 void addPluginsCommand(CLI::App& app, int* exit_code);

@@ -6,11 +6,17 @@
 #include <utility>
 
 #include "commands.h"
+#include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/benchmark/store.h"
+#include "etalon/benchmark/trial/trajectory_trial.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/datasets/sensor_source.h"
 #include "etalon/report/benchmark_comparison.h"
+#include "etalon/report/benchmark_overview.h"
 #include "etalon/report/comparison_table.h"
+#include "etalon/report/plot.h"
+#include "etalon/report/trial_tables.h"
 #include "etalon/runlog/run_log.h"
 #include "support/checks.h"
 #include "support/print_tables.h"
@@ -19,43 +25,70 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
-  std::vector<std::string> runs, initializers, metrics;
-  std::string format = "text";
+namespace fs = std::filesystem;
+
+struct CompareArguments {
+  std::vector<std::string> runs, initializers, metrics, recordings;
+  std::string format = "text", plot;
   std::uint64_t seed = BootstrapOptions().seed;
   double min_coverage = kMinCoverage;
-  bool bold = false, all = false;
+  bool bold = false, all = false, verbose = false;
 };
 
 bool isForPeople(TableFormat format) { return format != TableFormat::kCsv; }
 
+/** The folder of a run that is named by it or by its run.rawlog; empty for the working folder. */
+fs::path folderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).lexically_normal();
+  return folder.filename() == kRunLogName || !folder.has_filename() ? folder.parent_path() : folder;
+}
+
 /** The folders' names without their parents, if these differ; else the paths as they are. */
 std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
-  namespace fs = std::filesystem;
   std::vector<std::string> names;
   for (const std::string& path : paths) {
-    fs::path folder = fs::path(path).lexically_normal();
-    if (folder.filename() == kRunLogName || !folder.has_filename()) folder = folder.parent_path();
-    const std::string name = folder.filename().string();
+    const std::string name = folderOf(path).filename().string();
     if (name.empty() || std::count(names.begin(), names.end(), name) > 0) return paths;
     names.push_back(name);
   }
   return names;
 }
 
-void compareRunFolders(const Arguments& arguments, TableFormat format) {
+/** Draws the runs' trajectories, with the ground truth of their recording where it is still there. */
+void drawRuns(const CompareArguments& arguments,
+              const std::vector<std::pair<std::string, RunRecord>>& runs) {
+  std::vector<NamedTrajectory> trajectories;
+  for (size_t i = 0; i < runs.size(); ++i)
+    trajectories.push_back(
+        {runs[i].first, readTum((folderOf(arguments.runs[i]) / "trajectory.tum").string())});
+  GroundTruth truth;
+  SourceOptions options;
+  options.decode_images = false;
+  try {
+    truth = openSource(runs.front().second.source, options)->groundTruth();
+  } catch (const DataError& error) {
+    std::fprintf(stderr, "warning: drawn without ground truth: %s\n",
+                 printable(error.what()).c_str());
+  }
+  drawTrajectories(arguments.plot, trajectories, truth);
+}
+
+void compareRunFolders(const CompareArguments& arguments, TableFormat format) {
   const std::vector<std::string> names =
       isForPeople(format) ? shortNames(arguments.runs) : arguments.runs;
   std::vector<std::pair<std::string, RunRecord>> runs;
   for (size_t i = 0; i < names.size(); ++i)
     runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
   for (auto& [name, record] : runs) requireCoverage(&record, arguments.min_coverage);
-  std::fputs(compareRuns(runs).toString(format).c_str(), stdout);
+  const bool brief = format == TableFormat::kText && !arguments.verbose;
+  const Table table = brief ? compareRunsBriefly(runs) : compareRuns(runs);
+  std::fputs(table.toString(format).c_str(), stdout);
   for (const auto& [name, record] : runs) {
     if (!record.ground_truth) continue;
     const std::string partly = describeCoverage(*record.ground_truth, arguments.min_coverage);
     if (!partly.empty()) std::fprintf(stderr, "warning: %s: %s\n", name.c_str(), partly.c_str());
   }
+  if (!arguments.plot.empty()) drawRuns(arguments, runs);
   const std::vector<std::string> refusals = refusalsOf(runs);
   if ((format == TableFormat::kText || format == TableFormat::kMarkdown) && !refusals.empty()) {
     std::printf("\n");
@@ -83,6 +116,15 @@ std::vector<PairedComparison> comparisonsWithTheFirst(const BenchmarkRecord& rec
   return comparisons;
 }
 
+/** The comparisons of one shape of window. */
+std::vector<PairedComparison> ofShape(const std::vector<PairedComparison>& comparisons,
+                                      const WindowShape& shape) {
+  std::vector<PairedComparison> chosen;
+  for (const PairedComparison& c : comparisons)
+    if (c.keyframes == shape.keyframes && c.rate_hz == shape.rate_hz) chosen.push_back(c);
+  return chosen;
+}
+
 /** Prints a text table for each pair of initializers and window: with their names in every row it
  * would be wider than most terminals. The note, which is the same for all, comes last. */
 void printComparisons(const std::vector<PairedComparison>& comparisons,
@@ -98,6 +140,17 @@ void printComparisons(const std::vector<PairedComparison>& comparisons,
     first = last;
   }
   std::printf("%s\n", comparisonTable(comparisons, options).note.c_str());
+}
+
+/** Prints, for each shape of window, one table of all initializers and one of their verdicts. */
+void printOneScreen(const BenchmarkRecord& record, const std::vector<PairedComparison>& comparisons,
+                    const BootstrapOptions& options, const TextStyle& style) {
+  printOverview(record, style);
+  if (comparisons.empty()) return;
+  for (const WindowShape& shape : shapesOf(record))
+    std::printf("%s\n", toString(comparisonOverview(ofShape(comparisons, shape), options),
+                                 TableFormat::kText, style)
+                            .c_str());
 }
 
 /** Says what the benchmarks lack, on stdout above tables for people, else on stderr. Returns
@@ -117,7 +170,7 @@ bool printIncompleteness(const std::vector<std::pair<std::string, BenchmarkRecor
 }
 
 /** Compares benchmarks. Returns whether they are complete. */
-bool compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
+bool compareBenchmarkFolders(const CompareArguments& arguments, TableFormat format) {
   const std::vector<std::string> names = shortNames(arguments.runs);
   std::vector<std::pair<std::string, BenchmarkRecord>> benchmarks;
   for (size_t i = 0; i < names.size(); ++i)
@@ -136,11 +189,18 @@ bool compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
 
   BootstrapOptions options;
   options.seed = arguments.seed;
-  const std::vector<std::string> figures =
-      arguments.metrics.empty() ? comparedFigures() : arguments.metrics;
+  const bool one_screen = format == TableFormat::kText && !arguments.verbose && !arguments.all &&
+                          arguments.metrics.empty();
+  if (one_screen) options.resamples = 2000;  // enough for a verdict; intervals have 10000
+  std::vector<std::string> figures = arguments.metrics;
+  if (figures.empty()) figures = one_screen ? overviewFigures() : comparedFigures();
   const std::vector<PairedComparison> comparisons =
       comparisonsWithTheFirst(record, figures, options);
   const TextStyle style = textStyle(arguments.bold);
+  if (one_screen) {
+    printOneScreen(record, comparisons, options, style);
+    return complete;
+  }
   if (isForPeople(format))
     for (const TitledTable& table : benchmarkTables(record))
       if (isAskedFor(table, arguments.metrics, arguments.all))
@@ -155,8 +215,28 @@ bool compareBenchmarkFolders(const Arguments& arguments, TableFormat format) {
   return complete;
 }
 
-int compare(const Arguments& arguments) {
+/** Trajectories of any system, TUM files, judged as `etalon trial` judges them. */
+void compareTrajectories(const CompareArguments& arguments, TableFormat format) {
+  std::vector<NamedText> systems;
+  for (const std::string& run : arguments.runs) systems.push_back({recordingName(run), run});
+  for (NamedText& system : systems)
+    if (fs::path(system.text).extension() == ".tum") system.name = fs::path(system.text).stem();
+  const TrialRecord record = trialOfTrajectories(systems, arguments.recordings, TrialProtocol());
+  if (format == TableFormat::kText)
+    std::fputs(trialPage(record, textStyle(arguments.bold)).c_str(), stdout);
+  else if (format == TableFormat::kCsv)
+    std::fputs(runsCsv(record.results).c_str(), stdout);
+  else
+    for (const TitledTable& table : trialTables(record))
+      std::printf("%s\n", toString(table, format).c_str());
+}
+
+int compare(const CompareArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
+  if (!arguments.recordings.empty()) {
+    compareTrajectories(arguments, format);
+    return kOk;
+  }
   const auto benchmarks =
       std::count_if(arguments.runs.begin(), arguments.runs.end(), isBenchmarkFolder);
   if (benchmarks == static_cast<std::ptrdiff_t>(arguments.runs.size()))
@@ -172,15 +252,21 @@ int compare(const Arguments& arguments) {
 }  // namespace
 
 void addCompareCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command = app.add_subcommand(
       "compare",
       "Print a table of runs: errors before and after VI-BA, times, refusals; or the tables of "
       "benchmarks, and which differences between initializers are significant.");
   command
       ->add_option("RUN", arguments->runs,
-                   "Folder of a run, or its run.rawlog; or folders of benchmarks")
+                   "Folder of a run, or its run.rawlog; or folders of benchmarks; with "
+                   "--recording trajectories of any system: TUM files, or folders of them")
       ->required();
+  command
+      ->add_option("--recording", arguments->recordings,
+                   "RUN are trajectories of these recordings: RECORDING.tum or "
+                   "RECORDING-FROM-FAULT.tum; repeatable")
+      ->allow_extra_args(false);
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
@@ -201,17 +287,25 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
                    "ground truth; with less, errors are not given")
       ->check(checkShare())
       ->capture_default_str();
+  command->add_flag(
+      "-v,--verbose", arguments->verbose,
+      "Benchmarks, as text: a table for each figure with a row for each recording, and "
+      "the differences with their intervals");
   command->add_flag("--all", arguments->all,
                     "Benchmarks: print all tables, as `etalon bench --format markdown` does");
+  command
+      ->add_option("--save-plot", arguments->plot,
+                   "Runs: draw their trajectories into this .png or .svg file")
+      ->check(checkOutputPath());
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")
       ->check(checkWholeNumber())
       ->capture_default_str();
   command->add_flag("--bold", arguments->bold,
                     "Benchmarks, as text: the best of a row in bold, even if this is no terminal");
   command->footer(
+      glossary() +
       "Exit codes: 0 done, 1 done, but a benchmark is unfinished or lacks recordings (said above "
-      "the "
-      "tables), 2 usage or configuration, 3 data.");
+      "the tables), 2 usage or configuration, 3 data.");
   command->callback([arguments, exit_code] { *exit_code = compare(*arguments); });
 }
 

@@ -8,6 +8,8 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
+#include "source/fault_option.h"
+#include "source/recording_option.h"
 #include "support/progress_line.h"
 #include "support/read_summary.h"
 
@@ -15,30 +17,59 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string source, destination;
   bool embed = false;
+  FaultOption fault;
+  RecordingOptions recording;
 };
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void convert(const Arguments& arguments) {
-  const std::filesystem::path destination = arguments.destination;
-  if (destination.extension() != ".rawlog")
-    throw ConfigError("convert: expected a destination that ends in .rawlog, found '" +
-                      arguments.destination + "'");
+/** What is written, by the destination's name. */
+struct Target {
+  ConvertReport (*write)(SensorSource&, const std::string&, const ConvertOptions&);
+  bool decodes;  ///< it needs the pixels
+};
+
+Target targetOf(const std::string& destination) {
+  const std::string extension = std::filesystem::path(destination).extension().string();
+  if (extension == ".rawlog") return {convertToRawlog, false};
+  if (extension == ".bag") return {convertToRosBag, true};
+  if (extension.empty()) return {convertToEuroc, true};
+  throw ConfigError(
+      "convert: expected a destination that ends in .rawlog or .bag (ROS 1), or a folder (without "
+      "an extension) for EuRoC's layout, found '" +
+      destination + "'");
+}
+
+/** Of a file, or of all files of a folder. */
+double megabytes(const std::filesystem::path& path) {
+  if (!std::filesystem::is_directory(path))
+    return 1e-6 * static_cast<double>(std::filesystem::file_size(path));
+  double sum = 0.0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) sum += 1e-6 * static_cast<double>(entry.file_size());
+  return sum;
+}
+
+void convert(const ConvertArguments& arguments) {
+  const Target target = targetOf(arguments.destination);
+  const bool embed = arguments.embed || arguments.fault.given();
   SourceOptions source_options;
-  source_options.decode_images = arguments.embed;
+  source_options.decode_images = embed || target.decodes;
   source_options.check_images = true;
   source_options.imu_lead_s = std::numeric_limits<double>::infinity();
-  const auto source = openSource(arguments.source, source_options);
+  source_options.recording = arguments.recording;
+  const auto source =
+      arguments.fault.apply([&] { return openSource(arguments.source, source_options); }, 0.0);
 
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line;
   ConvertOptions options;
-  options.embed = arguments.embed;
+  options.embed = embed;
   options.progress = [&](const ConvertProgress& progress) {
     line.update(progress.frames == progress.frames_total, [&]() -> std::string {
       char text[100];
@@ -48,25 +79,36 @@ void convert(const Arguments& arguments) {
       return text;
     });
   };
-  const ConvertReport report = convertToRawlog(*source, arguments.destination, options);
+  const ConvertReport report = target.write(*source, arguments.destination, options);
   printReadProblems(source->statistics().unreadable_images, source->statistics().warnings);
   std::printf("%s: %d stereo frames (%s), %d IMU samples, %d ground-truth poses, %.1f MB\n",
               arguments.destination.c_str(), report.stereo_frames,
               report.embedded ? "embedded" : "external images", report.imu_samples,
-              report.ground_truth_poses,
-              1e-6 * static_cast<double>(std::filesystem::file_size(destination)));
+              report.ground_truth_poses, megabytes(arguments.destination));
 }
 
 }  // namespace
 
 void addConvertCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ConvertArguments>();
   CLI::App* command = app.add_subcommand(
-      "convert", "Write a recording as an MRPT rawlog (stock classes, external images).");
-  command->add_option("SRC", arguments->source, "EuRoC (ASL) folder or .rawlog")->required();
-  command->add_option("DST", arguments->destination, "the .rawlog to write")->required();
+      "convert",
+      "Write a recording as an MRPT rawlog (stock classes, external images), a EuRoC folder or a "
+      "ROS 1 bag.");
+  command->add_option("SRC", arguments->source, kSourceFormats)->required();
+  command
+      ->add_option(
+          "DST", arguments->destination,
+          "What to write: NAME.rawlog, NAME.bag (ROS 1; Kalibr's files beside it) or a folder")
+      ->required();
   command->add_flag("--embed", arguments->embed,
-                    "Store the pixels in the log instead of the paths of the image files.");
+                    "Rawlog: store the pixels instead of the paths of the image files.");
+  arguments->fault.add(command);
+  addRecordingOptions(command, &arguments->recording);
+  command->footer(
+      "With faults, the pixels are stored in the rawlog; of recordings without image files it "
+      "takes "
+      "--embed. Exit codes: 0 done, 2 usage or configuration, 3 data.");
   command->callback([arguments, exit_code] {
     convert(*arguments);
     *exit_code = kOk;

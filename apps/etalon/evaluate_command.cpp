@@ -20,7 +20,7 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct EvaluateArguments {
   std::string trajectory, ground_truth, align = "all", unit = "frames", format = "text", plot;
   std::optional<double> delta;
   double max_time_difference_s = 0.01, min_coverage = kMinCoverage;
@@ -48,7 +48,8 @@ bool hasCommas(const std::string& path) {
 
 GroundTruth readReference(const std::string& path) {
   const std::filesystem::path file(path);
-  if (std::filesystem::is_directory(file) || file.extension() == ".rawlog") {
+  if (std::filesystem::is_directory(file) || file.extension() == ".rawlog" ||
+      file.extension() == ".bag") {
     SourceOptions options;
     options.decode_images = false;
     const auto source = openSource(path, options);
@@ -66,7 +67,7 @@ GroundTruth readReference(const std::string& path) {
   return truth;
 }
 
-AssociatedTrajectories associated(const Arguments& arguments, const Trajectory& estimate,
+AssociatedTrajectories associated(const EvaluateArguments& arguments, const Trajectory& estimate,
                                   const GroundTruth& truth) {
   Trajectory reference;
   for (const StampedState& state : truth.states) reference.push_back({state.t, state.T_WB});
@@ -90,7 +91,7 @@ AssociatedTrajectories associated(const Arguments& arguments, const Trajectory& 
                       " s; expected stamps of the same clock (see --max-time-difference)");
 }
 
-std::vector<RelativeDelta> deltas(const Arguments& arguments) {
+std::vector<RelativeDelta> deltas(const EvaluateArguments& arguments) {
   const DeltaUnit unit = deltaUnitFromName(arguments.unit);
   if (arguments.delta) return {{*arguments.delta, unit}};
   return {{1, DeltaUnit::kFrames}, {10, DeltaUnit::kFrames}, {1, DeltaUnit::kMeters}};
@@ -141,7 +142,7 @@ std::string describe(const RelativeDelta& delta) {
   return text;
 }
 
-void evaluate(const Arguments& arguments) {
+void evaluate(const EvaluateArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const Trajectory estimate = readTum(arguments.trajectory);
   const GroundTruth truth = readReference(arguments.ground_truth);
@@ -171,7 +172,7 @@ void evaluate(const Arguments& arguments) {
 }  // namespace
 
 void addEvaluateCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand(
       "evaluate", "Print the errors of any trajectory (ATE, RPE), as evo computes them.");
   command->add_option("TRAJECTORY", arguments->trajectory, "TUM file: t x y z qx qy qz qw")
@@ -204,7 +205,8 @@ void addEvaluateCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
-  command->add_option("--plot", arguments->plot, "Draw the trajectory into this PNG file");
+  command->add_option("--save-plot,--plot", arguments->plot,
+                      "Draw the trajectory into this .png or .svg file");
   command->callback([arguments, exit_code] {
     evaluate(*arguments);
     *exit_code = kOk;

@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "etalon/core/printable.h"
 #include "etalon/frontend/recording_inspection.h"
+#include "source/recording_option.h"
 
 namespace etalon::app {
 
@@ -13,9 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct InfoArguments {
   std::string source;
   bool json = false;
+  RecordingOptions recording;
 };
 
 Json streamJson(const StreamSummary& stream) {
@@ -178,17 +180,20 @@ void print(const RecordingInspection& inspection) {
 }  // namespace
 
 void addInfoCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand(
       "info", "Describe a recording: streams, gaps, calibration, noise model, what looks wrong.");
-  command->add_option("SRC", arguments->source, "EuRoC (ASL) folder or .rawlog")->required();
+  command->add_option("SRC", arguments->source, kSourceFormats)->required();
+  addRecordingOptions(command, &arguments->recording);
   command->add_flag("--json", arguments->json, "Print JSON.");
   command->footer(
       "Exit codes: 0 done, 2 usage, 3 the recording cannot be read, or no result of it can be "
       "right "
       "(error: ...).");
   command->callback([arguments, exit_code] {
-    const auto source = openRecording(arguments->source);
+    SourceOptions options;
+    options.recording = arguments->recording;
+    const auto source = openRecording(arguments->source, options);
     const RecordingInspection inspection = inspectRecording(*source);
     if (arguments->json)
       std::printf("%s\n", toJson(inspection).dump(2).c_str());

@@ -60,6 +60,7 @@ int run(const std::vector<std::string>& arguments) {
   addCompareCommand(app, &exit_code);
   addEvaluateCommand(app, &exit_code);
   addBenchCommand(app, &exit_code);
+  addTrialCommand(app, &exit_code);
   addMergeCommand(app, &exit_code);
   addCalibrateDeviceCommand(app, &exit_code);
   addPluginsCommand(app, &exit_code);

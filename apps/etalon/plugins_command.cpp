@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "commands.h"
-#include "etalon/contract/isolated_run.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/process/isolated_run.h"
 #include "etalon/initialization/plugin_loader.h"
 
 namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct PluginsArguments {
   std::vector<std::string> plugin_path;
   std::string describe;
   bool ini = false;
@@ -161,7 +161,7 @@ int printList(PluginLoader* loader, const std::vector<std::string>& search_path,
   return rows.size() > 1 ? kOk : kUsageError;
 }
 
-int describe(PluginLoader* loader, const Arguments& arguments,
+int describe(PluginLoader* loader, const PluginsArguments& arguments,
              const std::vector<RejectedPlugin>& crashing) {
   const std::string& name = arguments.describe;
   const bool is_path = name.find('/') != std::string::npos;
@@ -183,7 +183,7 @@ int describe(PluginLoader* loader, const Arguments& arguments,
   }
 }
 
-int listPlugins(const Arguments& arguments) {
+int listPlugins(const PluginsArguments& arguments) {
   const auto search_path = PluginLoader::defaultSearchPath(arguments.plugin_path);
   const SearchPath safe = withoutCrashes(search_path);
   PluginLoader loader(safe.entries);
@@ -199,7 +199,7 @@ int listPlugins(const Arguments& arguments) {
 }  // namespace
 
 void addPluginsCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PluginsArguments>();
   CLI::App* command =
       app.add_subcommand("plugins", "List the initializers that can be loaded, and describe them.");
   command

@@ -4,10 +4,10 @@
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/process/child_process.h"
 #include "etalon/core/stopwatch.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
@@ -16,6 +16,8 @@
 #include "etalon/report/run_results.h"
 #include "gui/flight_window.h"
 #include "replay_output.h"
+#include "source/fault_option.h"
+#include "source/recording_option.h"
 #include "support/checks.h"
 #include "support/configuration_options.h"
 #include "support/progress_line.h"
@@ -26,9 +28,11 @@ namespace etalon::app {
 
 namespace {
 
-struct Arguments {
+struct ReplayArguments {
   std::string source, out = "out/replay", update_device;
   ConfigurationOptions configuration;
+  FaultOption fault;
+  RecordingOptions recording;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   bool final_ba = false, imu_states = false, gui = false;
@@ -148,7 +152,7 @@ void addLostAttempt(const RunEnd& died, RunRecord* record) {
 }
 
 /** Puts the biases that the odometry found into the device file, or says that it can be done. */
-void offerBiases(const Arguments& arguments, const RunConfiguration& configuration,
+void offerBiases(const ReplayArguments& arguments, const RunConfiguration& configuration,
                  const Pipeline& pipeline) {
   const Expected<FlightBias> bias =
       biasOfFlight(pipeline.estimates(), configuration.pipeline.window.priors);
@@ -167,7 +171,7 @@ void offerBiases(const Arguments& arguments, const RunConfiguration& configurati
 }
 
 /** The run itself, in a process of its own. @param died see Replay */
-int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) {
+int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* died) {
   const IniFile ini = arguments.configuration.ini();
   RunConfiguration configuration = loadRunConfiguration(ini, arguments.configuration.plugin_path);
   configuration.pipeline.final_ba = arguments.final_ba;
@@ -178,11 +182,13 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
   SourceOptions source_options;
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
-  const auto source = openSource(arguments.source, source_options);
+  source_options.recording = arguments.recording;
+  const auto source = arguments.fault.apply(
+      [&] { return openSource(arguments.source, source_options); }, arguments.from_s);
   const std::string device = deviceInWords(ini, configuration.pipeline.device);
   if (!died && !device.empty()) std::printf("%s\n", printable(device).c_str());
   if (!died)
-    for (const std::string& warning : requireSoundRecording(arguments.source))
+    for (const std::string& warning : requireSoundRecording(arguments.source, arguments.recording))
       std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
   // A folder that cannot be written should not be noticed after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
@@ -212,7 +218,7 @@ int replayHere(const Arguments& arguments, RunState* state, const RunEnd* died) 
 }
 
 /** A crash loses the results of its process, so the run is repeated, bit for bit, up to it. */
-int replay(const Arguments& arguments) {
+int replay(const ReplayArguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
   if (arguments.gui) FlightWindow::requireDisplay();
@@ -239,19 +245,20 @@ int replay(const Arguments& arguments) {
 }  // namespace
 
 void addReplayCommand(CLI::App& app, int* exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand(
       "replay",
       "Run the pipeline on a recording: initialise through a plugin, then odometry in the "
       "gravity-aligned frame. Writes trajectory, initialization.json, run.rawlog, a picture and "
       "the effective configuration.");
-  command->add_option("SRC", arguments->source, "EuRoC folder or .rawlog")->required();
+  command->add_option("SRC", arguments->source, kSourceFormats)->required();
   arguments->configuration.addConfig(command);
   arguments->configuration.addInitializer(command);
   command->add_option("--from", arguments->from_s, "Start, seconds after the first image")
       ->check(checkSeconds(true));
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
+  arguments->fault.add(command);
   arguments->configuration.addOverrides(command);
   command
       ->add_option("--min-coverage", arguments->min_coverage,
@@ -271,6 +278,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
                    "Device file to which the biases of this flight are added; made if need be. A "
                    "recording that it has is replaced")
       ->check(checkOutputPath());
+  addRecordingOptions(command, &arguments->recording);
   command->add_flag("--gui", arguments->gui,
                     "Show the flight in 3-D and the left image with its tracks while it runs");
   command->add_option("--out", arguments->out, "Folder for the results")

@@ -251,5 +251,21 @@ TEST_F(BenchmarkTest, SaysWhatIsWrongWithTheArguments) {
   EXPECT_THAT(error({"--set", "vi_ba.round=3"}), HasSubstr("did you mean 'rounds'"));
 }
 
+TEST_F(BenchmarkTest, PythonReadsEveryResultAsThePageSays) {
+  const std::string python = "/usr/bin/python3";
+  if (!fs::exists(python)) GTEST_SKIP() << python << " is missing";
+  const std::string page = readText(ETALON_SCRIPTS "/../docs/reading-results.md");
+  const size_t begin = page.find("```python\n") + 10;
+  std::ofstream(out("read.py")) << page.substr(begin, page.find("\n```", begin) - begin) << "\n";
+  ASSERT_EQ(runEtalon(arguments("bench")).exit_code, 0);
+  ASSERT_EQ(runEtalon({"replay", kFlight, "--from", kInMotion, "--out", out("run")}).exit_code, 0);
+
+  const CommandResult read = runProgram(python, {out("read.py"), out("run"), out("bench")});
+  EXPECT_EQ(read.exit_code, 0) << read.err;
+  for (const char* file : {"trajectory.tum", "trajectory_smoothed.tum", "states.csv",
+                           "attempt success", "windows.csv", "summary.csv eta success"})
+    EXPECT_THAT(read.out, HasSubstr(file));
+}
+
 }  // namespace
 }  // namespace etalon::testing

@@ -210,7 +210,7 @@ TEST(Chain, CompareTabulatesRuns) {
   };
   EXPECT_THAT(compare("text"), AllOf(HasSubstr("\none "), HasSubstr("\ntwo "), HasSubstr("eta "),
                                      HasSubstr("RRE [deg]"), HasSubstr("orbslam3_inertial_only "),
-                                     HasSubstr("vi_ba")));
+                                     HasSubstr("with VI-BA")));
   EXPECT_THAT(compare("markdown"), HasSubstr("| initializer"));
 
   const std::string csv = compare("csv");  // no field has a comma here

@@ -30,7 +30,7 @@ std::string writeExample(const TemporaryFolder& folder,
 
 TEST(CompareBenchmarks, PrintsTablesAndWhatIsSignificant) {
   const TemporaryFolder folder;
-  const CommandResult result = runEtalon({"compare", writeExample(folder)});
+  const CommandResult result = runEtalon({"compare", writeExample(folder), "--verbose"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("Success [%], 10 keyframes at 4 Hz"), HasSubstr("RRE [deg], median"),
@@ -40,6 +40,15 @@ TEST(CompareBenchmarks, PrintsTablesAndWhatIsSignificant) {
                     HasSubstr("gravity, corrected [deg], median"), HasSubstr("gyro bias"),
                     HasSubstr("A = good, B = bad"), Not(HasSubstr("\033"))));
   EXPECT_THAT(runEtalon({"compare", folder.path(), "--bold"}).out, HasSubstr("\033[1m"));
+}
+
+TEST(CompareBenchmarks, PrintsOneScreenUnlessToldOtherwise) {
+  const TemporaryFolder folder;
+  const CommandResult result = runEtalon({"compare", writeExample(folder)});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("2 recordings, 10 keyframes at 4 Hz"),
+                                HasSubstr("Compared with good"), HasSubstr("too few pairs")));
+  EXPECT_LE(std::count(result.out.begin(), result.out.end(), '\n'), 25);
 }
 
 TEST(CompareBenchmarks, CutsTablesThatAreWiderThanTheTerminal) {
@@ -136,7 +145,7 @@ TEST(CompareBenchmarks, SaysAtTheTopWhatIsMissing) {
   EXPECT_EQ(result.out.rfind("INCOMPLETE: ", 0), 0u);
   EXPECT_THAT(result.out, AllOf(HasSubstr("unfinished: " + count + " are missing"),
                                 HasSubstr("shard 2 of 8"), HasSubstr("V1: " + count + " missing\n"),
-                                HasSubstr("V9: not in it: no IMU"), HasSubstr("Success [%]")));
+                                HasSubstr("V9: not in it: no IMU"), HasSubstr("success [%]")));
   const CommandResult csv = runEtalon({"compare", folder.path(), "--format", "csv"});
   EXPECT_EQ(csv.exit_code, 1);
   EXPECT_THAT(csv.err, HasSubstr(count + " are missing"));

@@ -44,7 +44,7 @@ std::vector<std::vector<std::string>> readersOf(const std::string& source,
 TEST(DataCommands, RefuseASourceThatIsNotThere) {
   const TemporaryFolder folder;
   for (const auto& arguments : readersOf("/no/such/recording", folder))
-    expectFails(arguments, 3, {"/no/such/recording", "expected a EuRoC (ASL) folder"});
+    expectFails(arguments, 3, {"/no/such/recording", "a ROS bag", "a EuRoC (ASL) folder"});
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

@@ -152,6 +152,12 @@ TEST(ReplayUsage, RefusesAWindowWithoutADisplay) {
   expectRefused({{"--gui"}, {"--gui"}});
 }
 
+TEST(ReplayUsage, RefusesAFaultThatIsNone) {
+  expectRefused({{"--fault", "coverd from=8"}, {"--fault", "did you mean 'covered'?"}});
+  expectRefused({{"--fault", "covered form=8"}, {"--fault", "did you mean 'from'?"}});
+  expectRefused({{"--fault-seed", "-1"}, {"--fault-seed", "whole number"}});
+}
+
 TEST(ReplayUsage, RefusesARangeThatIsNone) {
   const std::vector<WrongWords> wrong = {
       {{"--from", "3", "--to", "2"}, {"--from", "less than --to"}},

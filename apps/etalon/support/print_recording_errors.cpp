@@ -6,7 +6,7 @@
 
 namespace etalon::app {
 
-bool printRecordingErrors(const BenchmarkRecord& record) {
+bool printRecordingErrors(const SuiteRecord& record) {
   bool any = false;
   for (const BenchmarkSequence& sequence : record.sequences) {
     if (sequence.error.empty()) continue;

@@ -5,6 +5,6 @@
 namespace etalon::app {
 
 /** Prints the recordings that could not be used to stderr. Returns whether there are any. */
-bool printRecordingErrors(const BenchmarkRecord& record);
+bool printRecordingErrors(const SuiteRecord& record);
 
 }  // namespace etalon::app

@@ -11,6 +11,7 @@
 
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/printable.h"
+#include "etalon/report/benchmark_overview.h"
 #include "support/read_summary.h"
 
 namespace etalon::app {
@@ -38,10 +39,19 @@ TextStyle textStyle(bool bold) {
   return {bold || terminal ? CellMark::kTerminalBold : CellMark::kStar, widthOfStdout()};
 }
 
-void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format) {
+void printOverview(const BenchmarkRecord& record, const TextStyle& style) {
+  const std::vector<SummaryRow> summary = summarize(record);
+  for (const WindowShape& shape : shapesOf(record))
+    std::printf("%s\n",
+                toString(overviewTable(record, summary, shape), TableFormat::kText, style).c_str());
+}
+
+void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format, bool verbose) {
   const bool text = format == TableFormat::kText;
   if (format == TableFormat::kCsv)
     std::fputs(benchmarkTablesCsv(record).c_str(), stdout);
+  else if (text && !verbose)
+    printOverview(record, textStyle());
   else
     for (const TitledTable& table : benchmarkTables(record))
       if (table.headline || !text)

@@ -13,8 +13,12 @@ namespace etalon::app {
  */
 TextStyle textStyle(bool bold = false);
 
-/** Prints a benchmark's tables to stdout: only the headlines as text, all in one table as CSV. */
-void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format);
+/** Prints overviewTable() of each shape of window to stdout. */
+void printOverview(const BenchmarkRecord& record, const TextStyle& style);
+
+/** Prints a benchmark's tables to stdout: as text one table for each shape of window, or with
+ * `verbose` all headlines; all in one table as CSV. */
+void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format, bool verbose);
 
 /** Says on stderr in how many windows an initializer crashed or used up its time. Returns whether
  * there are any. */

@@ -14,8 +14,8 @@
 #include <cstring>
 #include <new>
 
-#include "etalon/core/child_process.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/process/child_process.h"
 #include "support/guarded.h"
 
 namespace etalon::app {

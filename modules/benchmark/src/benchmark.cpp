@@ -14,10 +14,10 @@
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/frontend/recording_inspection.h"
-#include "isolated_work.h"
-#include "parallel.h"
-#include "progress_report.h"
+#include "suite/isolated_work.h"
+#include "suite/open_recordings.h"
+#include "suite/parallel.h"
+#include "suite/progress_report.h"
 #include "window_trial.h"
 
 namespace etalon {
@@ -75,45 +75,15 @@ class Benchmark {
     record_.shard = options_.shard;
     record_.shards = options_.shards;
     record_.config = configuration_.pipeline_ini;
-    for (const ConfiguredInitializer& initializer : configuration_.initializers)
-      record_.initializers.push_back({initializer.plugin.name, initializer.plugin.version,
-                                      initializer.plugin.description,
-                                      fileHash(initializer.plugin.path), initializer.ini});
+    record_.initializers = initializerRecords(configuration_.initializers);
   }
 
   void openRecordings() {
-    std::set<std::string> names;
-    for (const std::string& source : options_.sources) {
-      BenchmarkSequence sequence;
-      sequence.name = recordingName(source);
-      if (!names.insert(sequence.name).second)
-        throw ConfigError("two recordings are called '" + sequence.name +
-                          "'; their folders or files need different names (" + source + ")");
-      sequence.source = fs::absolute(source).lexically_normal().string();
-      std::unique_ptr<RecordedSource> recording;
-      try {
-        recording = openRecording(source);
-        sequence.source_kind = recording->kind();
-        const std::vector<TimeNs>& stamps = recording->imageStamps();
-        checkLength(source, stamps.front(), stamps.back());
-        sequence.first_image = stamps.front();
-        sequence.last_image = stamps.back();
-        sequence.duration_s = secondsBetween(sequence.first_image, sequence.last_image);
-        sequence.stereo_frames = recording->imageStamps().size();
-        sequence.has_ground_truth = !recording->groundTruth().empty();
-        sequence.warnings = recording->statistics().warnings;
-        for (std::string& warning : requireSoundRecording(source))
-          sequence.warnings.push_back(std::move(warning));
-      } catch (const DataError& e) {
-        sequence.error = e.what();
-        recording.reset();
-      }
-      if (recording)
-        checkKeyframeRates(options_.protocol.rates_hz, imageRate(recording->imageStamps()),
-                           sequence.name);
-      record_.sequences.push_back(std::move(sequence));
-      recordings_.push_back(std::move(recording));
-    }
+    recordings_ = etalon::openRecordings(options_.sources, &record_.sequences);
+    for (size_t s = 0; s < recordings_.size(); ++s)
+      if (recordings_[s])
+        checkKeyframeRates(options_.protocol.rates_hz, imageRate(recordings_[s]->imageStamps()),
+                           record_.sequences[s].name);
     tracks_.resize(recordings_.size());
   }
 
@@ -185,7 +155,7 @@ class Benchmark {
     });
     size_t pairs = 0;
     for (const size_t s : order) pairs += recordings_[s]->imageStamps().size();
-    ProgressReport progress(options_, BenchmarkProgress::Stage::kFrontEnd, pairs);
+    ProgressReport progress(options_.progress, BenchmarkProgress::Stage::kFrontEnd, pairs);
     inParallel(options_.jobs, order.size(), [&](size_t i) {
       if (!stopped()) prepare(order[i], &progress);
     });
@@ -250,7 +220,7 @@ class Benchmark {
     tasks_.erase(std::remove_if(tasks_.begin(), tasks_.end(),
                                 [this](const Task& task) { return !tracks_[task.sequence]; }),
                  tasks_.end());
-    ProgressReport progress(options_, BenchmarkProgress::Stage::kWindows, tasks_.size());
+    ProgressReport progress(options_.progress, BenchmarkProgress::Stage::kWindows, tasks_.size());
     IsolatedWork work;
     work.items = tasks_.size();
     work.parts = [this](size_t i) { return tasks_[i].initializers.size(); };

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <filesystem>
 #include <set>
-#include <sstream>
 #include <tuple>
 
 #include "etalon/benchmark/summary.h"
@@ -13,37 +12,17 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
 #include "record_json.h"
+#include "suite/suite_files.h"
 
 namespace etalon {
 namespace {
 
 namespace fs = std::filesystem;
-using ReplaceInvalid = nlohmann::ordered_json::error_handler_t;
 
 constexpr const char* kHeadName = "benchmark.json";
 constexpr const char* kWindowsName = "windows.csv";
 constexpr const char* kSummaryName = "summary.csv";
 constexpr const char* kReportName = "report.html";
-
-std::string pathIn(const std::string& folder, const std::string& name) {
-  return (fs::path(folder) / name).string();
-}
-
-std::string readText(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) throw DataError(path, 0, std::string("cannot be read: ") + std::strerror(errno));
-  return text.str();
-}
-
-nlohmann::json parseJson(const std::string& text, const std::string& path, int line) {
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::exception& e) {
-    throw DataError(path, line, std::string("expected JSON: ") + e.what());
-  }
-}
 
 template <typename Element>
 size_t placeOf(const std::vector<Element>& elements, const std::string& name) {
@@ -75,8 +54,7 @@ BenchmarkRecord readBenchmark(const std::string& folder) {
 void writeBenchmarkHead(const std::string& folder, const BenchmarkRecord& record) {
   makeFolder(pathIn(folder, "windows"));
   OutputFiles output(folder);
-  writeFile(output.path(kHeadName),
-            benchmarkHeadJson(record).dump(1, ' ', false, ReplaceInvalid::replace) + "\n");
+  writeFile(output.path(kHeadName), jsonText(benchmarkHeadJson(record), 1) + "\n");
   std::string config = record.config;
   for (const BenchmarkInitializer& initializer : record.initializers)
     config += initializer.config + "\n";
@@ -215,9 +193,7 @@ std::vector<std::string> incompleteness(const BenchmarkRecord& record) {
   return sentences;
 }
 
-std::string resultToText(const WindowResult& result) {
-  return resultJson(result).dump(-1, ' ', false, ReplaceInvalid::replace);
-}
+std::string resultToText(const WindowResult& result) { return jsonText(resultJson(result), -1); }
 
 WindowResult resultFromText(const std::string& text) {
   constexpr char kName[] = "a window";
@@ -225,16 +201,11 @@ WindowResult resultFromText(const std::string& text) {
   return resultFromJson(JsonReader(json, kName));
 }
 
-ResultStore::ResultStore(std::string folder) : folder_(std::move(folder)) {}
-
-std::string ResultStore::path(const std::string& sequence) const {
-  return pathIn(folder_, "windows/" + sequence + ".jsonl");
-}
-
-std::vector<WindowResult> ResultStore::read(const std::string& sequence) {
-  std::vector<WindowResult> results;
+void LineStore::read(
+    const std::string& sequence,
+    const std::function<void(const std::string& line, const std::string& place)>& use) {
   const std::string file = path(sequence);
-  if (!fs::exists(file)) return results;
+  if (!fs::exists(file)) return;
   const std::string text = readText(file);
   size_t begin = 0;
   for (int line = 1; begin < text.size(); ++line) {
@@ -243,10 +214,30 @@ std::vector<WindowResult> ResultStore::read(const std::string& sequence) {
       fs::resize_file(file, begin);
       break;
     }
-    const nlohmann::json json = parseJson(text.substr(begin, end - begin), file, line);
-    results.push_back(resultFromJson(JsonReader(json, file + ":" + std::to_string(line))));
+    use(text.substr(begin, end - begin), file + ":" + std::to_string(line));
     begin = end + 1;
   }
+}
+
+void LineStore::append(const std::string& sequence, const std::string& line) {
+  std::ofstream& file = files_[sequence];
+  if (!file.is_open()) file.open(path(sequence), std::ios::binary | std::ios::app);
+  file << line + "\n" << std::flush;
+  if (!file)
+    throw DataError(path(sequence), 0, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+std::string LineStore::path(const std::string& sequence) const {
+  return pathIn(folder_, sequence + ".jsonl");
+}
+
+ResultStore::ResultStore(const std::string& folder) : lines_(pathIn(folder, "windows")) {}
+
+std::vector<WindowResult> ResultStore::read(const std::string& sequence) {
+  std::vector<WindowResult> results;
+  lines_.read(sequence, [&results](const std::string& line, const std::string& place) {
+    results.push_back(resultFromJson(JsonReader(parseJson(line, place, 0), place)));
+  });
   return results;
 }
 
@@ -255,11 +246,7 @@ void ResultStore::append(const WindowResult& result) {
 }
 
 void ResultStore::append(const std::string& sequence, const std::string& result_text) {
-  std::ofstream& file = files_[sequence];
-  if (!file.is_open()) file.open(path(sequence), std::ios::binary | std::ios::app);
-  file << result_text + "\n" << std::flush;
-  if (!file)
-    throw DataError(path(sequence), 0, std::string("cannot be written: ") + std::strerror(errno));
+  lines_.append(sequence, result_text);
 }
 
 }  // namespace etalon

@@ -1,4 +1,4 @@
-#include "isolated_work.h"
+#include "suite/isolated_work.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "parallel.h"
+#include "suite/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "progress_report.h"
+#include "suite/progress_report.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ TEST(ProgressReport, CountsUpAndEstimatesWhatIsLeft) {
   std::vector<BenchmarkProgress> calls;
   BenchmarkOptions options;
   options.progress = [&calls](const BenchmarkProgress& progress) { calls.push_back(progress); };
-  ProgressReport report(options, BenchmarkProgress::Stage::kWindows, 10);
+  ProgressReport report(options.progress, BenchmarkProgress::Stage::kWindows, 10);
   report.add(0);  // there is no rate yet
   EXPECT_TRUE(calls.empty());
   report.add(4);
@@ -37,7 +37,7 @@ TEST(ProgressReport, IsCalledByOneThreadAtATime) {
     last = progress.done;
     --inside;
   };
-  ProgressReport report(options, BenchmarkProgress::Stage::kFrontEnd, 400);
+  ProgressReport report(options.progress, BenchmarkProgress::Stage::kFrontEnd, 400);
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t)
     threads.emplace_back([&report] {
@@ -49,7 +49,7 @@ TEST(ProgressReport, IsCalledByOneThreadAtATime) {
 }
 
 TEST(ProgressReport, NobodyNeedsToListen) {
-  ProgressReport report(BenchmarkOptions(), BenchmarkProgress::Stage::kWindows, 1);
+  ProgressReport report(nullptr, BenchmarkProgress::Stage::kWindows, 1);
   EXPECT_NO_THROW(report.add(1));
 }
 

@@ -40,12 +40,10 @@ IMPLEMENTS_MRPT_OBJECT(TestInitializer, etalon::Initializer, etalon::trial_test)
 namespace etalon {
 namespace {
 
-using trial_test::TestInitializer;
-
 ConfiguredInitializer named(const std::string& name, bool refuses = false) {
   ConfiguredInitializer configured;
   configured.plugin.name = name;
-  configured.initializer = std::make_shared<TestInitializer>(refuses);
+  configured.initializer = std::make_shared<trial_test::TestInitializer>(refuses);
   return configured;
 }
 

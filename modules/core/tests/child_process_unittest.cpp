@@ -1,4 +1,4 @@
-#include "etalon/core/child_process.h"
+#include "etalon/core/process/child_process.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,8 +9,8 @@
 namespace etalon {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 TEST(IniFile, OfTwoFilesTheLaterCounts) {
   IniFile ini = IniFile::fromText("[run]\na = 1\nb = 2\n", "run.ini");

@@ -14,9 +14,9 @@
 namespace etalon {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 /** What `action` throws as ConfigError, or a text that no expectation matches. */
 template <typename Action>

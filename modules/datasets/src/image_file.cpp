@@ -57,6 +57,26 @@ std::int64_t bigEndian(const Bytes& bytes, size_t at) {
 
 }  // namespace
 
+cv::Mat decodeGrayImage(const Bytes& bytes, std::string* problem) {
+  problem->clear();
+  if (bytes.empty()) {
+    *problem = kEmpty;
+    return {};
+  }
+  if (isPng(bytes) && isTruncated(bytes)) {
+    *problem = kTruncated;
+    return {};
+  }
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception& e) {
+    image.release();
+  }
+  if (image.empty()) *problem = kUndecodable;
+  return image;
+}
+
 cv::Mat readGrayImage(const std::string& path, std::string* problem) {
   problem->clear();
   std::error_code error;
@@ -75,22 +95,7 @@ cv::Mat readGrayImage(const std::string& path, std::string* problem) {
     *problem = unreadable();
     return {};
   }
-  if (bytes.empty()) {
-    *problem = kEmpty;
-    return {};
-  }
-  if (isPng(bytes) && isTruncated(bytes)) {
-    *problem = kTruncated;
-    return {};
-  }
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
-  } catch (const cv::Exception& e) {
-    image.release();
-  }
-  if (image.empty()) *problem = kUndecodable;
-  return image;
+  return decodeGrayImage(bytes, problem);
 }
 
 std::string checkImageFile(const std::string& path, const CameraModel& camera) {

@@ -2,10 +2,15 @@
 
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 #include "etalon/datasets/recording_reader.h"
 
 namespace etalon {
+
+/** Decodes the bytes of an image file as 8-bit gray. Empty if that fails, and then `problem` says
+ * why. */
+cv::Mat decodeGrayImage(const std::vector<unsigned char>& bytes, std::string* problem);
 
 /** Reads an image file as 8-bit gray. Empty if that fails, and then `problem` says why. */
 cv::Mat readGrayImage(const std::string& path, std::string* problem);

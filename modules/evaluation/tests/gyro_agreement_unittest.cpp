@@ -21,11 +21,11 @@ const double kDensity = ImuNoiseDensities().gyro_noise_density;
 
 /** Ten seconds of flight: a gyro with the data sheet's white noise, and the exact truth at 200 Hz.
  */
-struct Flight {
+struct TurningFlight {
   GroundTruth truth;
   std::vector<ImuSample> imu;
 
-  Flight() {
+  TurningFlight() {
     ProfileOptions options;
     options.profile = MotionProfile::kAggressive;
     options.duration_s = 10.0;
@@ -42,7 +42,7 @@ struct Flight {
 };
 
 TEST(GyroAgreement, AnIndependentTruthDiffersByTheGyrosNoise) {
-  Flight flight;
+  TurningFlight flight;
   const GyroAgreement exact = flight.agreement();
   // A midpoint step averages two samples: sqrt(1/2). 2000 steps of 3 components, neighbours with a
   // correlation of 0.5: 1.5 % and, for the median, 2 %.
@@ -59,7 +59,7 @@ TEST(GyroAgreement, AnIndependentTruthDiffersByTheGyrosNoise) {
 }
 
 /** The truth's rotations from now on as the gyro's. */
-void copyGyro(Flight* flight) {
+void copyGyro(TurningFlight* flight) {
   const ImuBuffer imu(flight->imu);
   std::vector<StampedState>& states = flight->truth.states;
   for (size_t k = 1; k < states.size(); ++k)
@@ -71,7 +71,7 @@ void copyGyro(Flight* flight) {
 }
 
 TEST(GyroAgreement, ATruthThatIsTheSmoothedGyroIsFound) {
-  Flight flight;
+  TurningFlight flight;
   copyGyro(&flight);
   EXPECT_LT(flight.agreement().median, 0.01);
   EXPECT_LT(flight.agreement().rms, 1.0);
@@ -84,7 +84,7 @@ TEST(GyroAgreement, ATruthThatIsTheSmoothedGyroIsFound) {
 }
 
 TEST(GyroAgreement, CorrectionsLargerThanTheNoiseAreTheTruthsOwn) {
-  Flight flight;
+  TurningFlight flight;
   std::mt19937 generator(4);
   std::normal_distribution<double> normal(0.0, 0.02 * M_PI / 180.0);
   copyGyro(&flight);
@@ -99,7 +99,7 @@ TEST(GyroAgreement, CorrectionsLargerThanTheNoiseAreTheTruthsOwn) {
 }
 
 TEST(GyroAgreement, WhatCannotBeToldIsNotSaid) {
-  Flight flight;
+  TurningFlight flight;
   EXPECT_TRUE(std::isnan(gyroAgreement(flight.truth, flight.imu, kBias, 0.0).median));
   EXPECT_TRUE(std::isnan(gyroAgreement({}, flight.imu, kBias, kDensity).rms));
   EXPECT_TRUE(std::isnan(gyroAgreement(flight.truth, {}, kBias, kDensity).rms));

@@ -34,14 +34,14 @@ std::vector<StampedState> square() {
   return states;
 }
 
-const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
+const ImuBias kTrueBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
 
 TEST(WindowMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
   const std::vector<StampedState> truth = square();
   std::vector<StampedState> states = truth;
   const SE3 T_WG(expSO3(Vector3d(0, 0, 2.0)), Vector3d(3, -4, 5));
   for (StampedState& s : states) s.T_WB = T_WG * s.T_WB;
-  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias));
   EXPECT_EQ(e.keyframes, 4);
   // Rounding: positions of size 5 and rotations, a few units in the last place.
   EXPECT_LT(e.rre_deg, 1e-12);
@@ -78,7 +78,7 @@ TEST(WindowMetrics, RelativeRotationByHand) {
   states[1].T_WB.R = expSO3(Vector3d(3 * kRadians, 0, 0));
   states[2].T_WB.R = states[1].T_WB.R * expSO3(Vector3d(0, 4 * kRadians, 0));
   states[3].T_WB.R = states[2].T_WB.R;
-  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias));
   EXPECT_NEAR(e.rre_deg, std::sqrt(25.0 / 3.0), 1e-12);
   EXPECT_EQ(e.gravity_deg, 0.0);  // the first keyframe's rotation was left alone
 }
@@ -88,7 +88,7 @@ TEST(WindowMetrics, PositionAndScaleByHand) {
   std::vector<StampedState> states = truth;
   // A square of 1.1 m: after SE(3) alignment each corner is 0.1 / sqrt(2) off; s = 1 / 1.1.
   for (StampedState& s : states) s.T_WB.t *= 1.1;
-  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias));
   EXPECT_NEAR(e.ate_m, 0.1 / std::sqrt(2.0), 1e-14);
   EXPECT_NEAR(e.scale_error, 1.0 - 1.0 / 1.1, 1e-14);
 }
@@ -97,14 +97,15 @@ TEST(WindowMetrics, ScaleNeedsAPathOfFiveCentimetres) {
   for (const double side_m : {0.0166, 0.0167}) {  // three sides: 4.98 cm, 5.01 cm
     std::vector<StampedState> states = square();
     for (StampedState& s : states) s.T_WB.t *= side_m;
-    const WindowErrors e = evaluateWindow(states, kBias, truthOf(states, kBias));
+    const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(states, kTrueBias));
     EXPECT_EQ(std::isnan(e.scale_error), side_m < 0.01667) << side_m;
     EXPECT_LT(e.ate_m, 1e-15);
   }
   // An estimate that did not move at all has no scale to compare.
   std::vector<StampedState> still = square();
   for (StampedState& s : still) s.T_WB.t.setZero();
-  EXPECT_TRUE(std::isnan(evaluateWindow(still, kBias, truthOf(square(), kBias)).scale_error));
+  EXPECT_TRUE(
+      std::isnan(evaluateWindow(still, kTrueBias, truthOf(square(), kTrueBias)).scale_error));
 }
 
 TEST(WindowMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
@@ -113,7 +114,7 @@ TEST(WindowMetrics, GravityIsComparedInTheBodyOfTheFirstKeyframe) {
   // The estimate's world leans by 3 degrees: every rotation is off, no relative one is.
   const Matrix3d lean = expSO3(Vector3d(3 * kRadians, 0, 0)) * expSO3(Vector3d(0, 0, 1.0));
   for (StampedState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
-  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias));
   EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);
   EXPECT_LT(e.rre_deg, 1e-12);
   EXPECT_EQ(e.success(), false);
@@ -126,15 +127,16 @@ TEST(WindowMetrics, CorrectedGravityIsComparedWithTheDirectionThatIsGiven) {
   for (StampedState& s : states) s.T_WB = SE3(lean, Vector3d::Zero()) * s.T_WB;
   // The estimate's gravity in the ground truth's world is lean^T (0, 0, -1).
   const Vector3d g_G = expSO3(Vector3d(-1 * kRadians, 0, 0)) * Vector3d(0, 0, -1);
-  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias), g_G);
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias), g_G);
   EXPECT_NEAR(e.gravity_deg, 3.0, 1e-12);  // stays raw
   EXPECT_NEAR(e.gravity_corrected_deg, 2.0, 1e-12);
   EXPECT_EQ(e.success(), false);
   const Vector3d same = lean.transpose() * Vector3d(0, 0, -1);
-  EXPECT_LT(evaluateWindow(states, kBias, truthOf(truth, kBias), same).gravity_corrected_deg,
-            1e-12);
-  EXPECT_TRUE(
-      std::isnan(evaluateWindow(states, kBias, truthOf(truth, kBias)).gravity_corrected_deg));
+  EXPECT_LT(
+      evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias), same).gravity_corrected_deg,
+      1e-12);
+  EXPECT_TRUE(std::isnan(
+      evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias)).gravity_corrected_deg));
 }
 
 TEST(WindowMetrics, AlignmentInYawKeepsATilt) {
@@ -145,7 +147,7 @@ TEST(WindowMetrics, AlignmentInYawKeepsATilt) {
     std::vector<StampedState> states = truth;
     const SE3 T_WG(expSO3(Vector3d(0, 0, yaw)) * expSO3(Vector3d(0.1, 0, 0)), Vector3d(1, 2, 3));
     for (StampedState& s : states) s.T_WB = T_WG * s.T_WB;
-    const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
+    const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias));
     EXPECT_NEAR(e.ate_yaw_m, std::sin(0.05), 1e-14);
     EXPECT_LT(e.ate_m, 1e-14);
   }
@@ -156,7 +158,7 @@ TEST(WindowMetrics, VelocityIsComparedAsAVectorInTheBody) {
   std::vector<StampedState> states = truth;
   states[0].v_WB = Vector3d(0.03, 0, 0);
   states[1].v_WB = Vector3d(0, 0.03, 0.04);
-  const WindowErrors e = evaluateWindow(states, kBias, truthOf(truth, kBias));
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truthOf(truth, kTrueBias));
   EXPECT_NEAR(e.velocity_mps, std::sqrt((9e-4 + 25e-4) / 4), 1e-15);
   EXPECT_EQ(e.success(), true);
 
@@ -168,19 +170,19 @@ TEST(WindowMetrics, VelocityIsComparedAsAVectorInTheBody) {
     turned[k].v_WB = R * moving[k].v_WB;
     turned[k].T_WB = SE3(R, Vector3d::Zero()) * turned[k].T_WB;
   }
-  EXPECT_LT(evaluateWindow(turned, kBias, truthOf(moving, kBias)).velocity_mps, 1e-14);
+  EXPECT_LT(evaluateWindow(turned, kTrueBias, truthOf(moving, kTrueBias)).velocity_mps, 1e-14);
   // Turned velocities with unturned rotations: an error of sqrt(2) times the horizontal speed.
   for (size_t k = 0; k < 4; ++k) turned[k].T_WB = truth[k].T_WB;
-  EXPECT_NEAR(evaluateWindow(turned, kBias, truthOf(moving, kBias)).velocity_mps,
+  EXPECT_NEAR(evaluateWindow(turned, kTrueBias, truthOf(moving, kTrueBias)).velocity_mps,
               std::sqrt(2.0 * 5.0), 1e-13);
 }
 
 TEST(WindowMetrics, BiasesAreComparedAsVectorsWithTheMeanTruth) {
   const std::vector<StampedState> states = square();
-  GroundTruth truth = truthOf(states, kBias);
+  GroundTruth truth = truthOf(states, kTrueBias);
   truth.states[0].bias.gyro.x() += 0.004;  // mean over four keyframes: 0.001
   truth.states[3].bias.accel.z() += 0.04;  // 0.01
-  ImuBias estimate = kBias;
+  ImuBias estimate = kTrueBias;
   estimate.gyro += Vector3d(0.001 + 0.003, 0, 0.004);
   estimate.accel -= Vector3d(0.03, 0.04, -0.01);
   const WindowErrors e = evaluateWindow(states, estimate, truth);
@@ -192,7 +194,7 @@ TEST(WindowMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
   const std::vector<StampedState> states = square();
   GroundTruth poses_only = truthOf(states, {});
   poses_only.has_velocity = poses_only.has_biases = false;
-  const WindowErrors e = evaluateWindow(states, kBias, poses_only);
+  const WindowErrors e = evaluateWindow(states, kTrueBias, poses_only);
   EXPECT_EQ(e.ate_m, 0.0);
   EXPECT_EQ(e.gravity_deg, 0.0);
   EXPECT_TRUE(std::isnan(e.velocity_mps));
@@ -200,7 +202,7 @@ TEST(WindowMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
   EXPECT_TRUE(std::isnan(e.accel_bias_mps2));
   EXPECT_FALSE(e.success().has_value());
 
-  const WindowErrors none = evaluateWindow(states, kBias, {});
+  const WindowErrors none = evaluateWindow(states, kTrueBias, {});
   EXPECT_EQ(none.keyframes, 0);
   for (const double value : {none.rre_deg, none.ate_m, none.gravity_deg, none.scale_error})
     EXPECT_TRUE(std::isnan(value));
@@ -208,11 +210,11 @@ TEST(WindowMetrics, WhatTheGroundTruthDoesNotAllowIsNaN) {
 
 TEST(WindowMetrics, KeyframesWithoutGroundTruthAreLeftOut) {
   std::vector<StampedState> states = square();
-  GroundTruth truth = truthOf(states, kBias);
+  GroundTruth truth = truthOf(states, kTrueBias);
   truth.states.erase(truth.states.begin());
   states[0].T_WB.t = Vector3d(100, 100, 100);
   states[0].T_WB.R = expSO3(Vector3d(1, 1, 1));
-  const WindowErrors e = evaluateWindow(states, kBias, truth);
+  const WindowErrors e = evaluateWindow(states, kTrueBias, truth);
   EXPECT_EQ(e.keyframes, 3);
   EXPECT_LT(e.ate_m, 1e-15);
   EXPECT_EQ(e.rre_deg, 0.0);

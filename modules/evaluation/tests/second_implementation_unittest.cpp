@@ -19,16 +19,16 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kRadians = M_PI / 180.0;
+constexpr double kRadiansPerDegree = M_PI / 180.0;
 
-GroundTruth truthOf(const std::vector<StampedState>& states, const ImuBias& bias) {
+GroundTruth groundTruthOf(const std::vector<StampedState>& states, const ImuBias& bias) {
   GroundTruth truth;
   truth.has_velocity = truth.has_biases = true;
   for (const StampedState& s : states) truth.states.push_back({s.t, s.T_WB, s.v_WB, bias});
   return truth;
 }
 
-const ImuBias kBias{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
+const ImuBias kTrueBiases{Vector3d(0.01, 0.02, 0.03), Vector3d(0.1, 0.2, 0.3)};
 
 /** Random keyframes and an estimate near them, for the comparison with a second implementation. */
 struct RandomWindow {
@@ -128,7 +128,7 @@ TEST(WindowMetrics, AgreesWithASecondImplementationOnRandomWindows) {
     const RandomWindow s(seed);
     const Quaterniond tilt(Eigen::AngleAxisd(0.01 * seed, Vector3d(0.6, 0.8, 0).normalized()));
     const Vector3d g_G = tilt * Vector3d(0, 0, -1);
-    GroundTruth ground_truth = truthOf(s.truth, {});
+    GroundTruth ground_truth = groundTruthOf(s.truth, {});
     Vector3d mean_gyro = Vector3d::Zero(), mean_accel = Vector3d::Zero();
     for (size_t k = 0; k < s.truth.size(); ++k) {  // biases that walk
       ground_truth.states[k].bias.gyro = s.gyro_bias[k];
@@ -136,7 +136,7 @@ TEST(WindowMetrics, AgreesWithASecondImplementationOnRandomWindows) {
       mean_gyro += 0.1 * s.gyro_bias[k];
       mean_accel += 0.1 * s.accel_bias[k];
     }
-    const WindowErrors e = evaluateWindow(s.estimate, kBias, ground_truth, g_G);
+    const WindowErrors e = evaluateWindow(s.estimate, kTrueBiases, ground_truth, g_G);
     double rotation = 0.0, velocity = 0.0;
     for (size_t k = 0; k < s.truth.size(); ++k) {
       const Quaterniond truth(s.truth[k].T_WB.R), estimate(s.estimate[k].T_WB.R);
@@ -146,7 +146,7 @@ TEST(WindowMetrics, AgreesWithASecondImplementationOnRandomWindows) {
       if (k == 0) continue;
       const Quaterniond dt = Quaterniond(s.truth[k - 1].T_WB.R).conjugate() * truth;
       const Quaterniond de = Quaterniond(s.estimate[k - 1].T_WB.R).conjugate() * estimate;
-      rotation += std::pow(dt.angularDistance(de) / kRadians, 2) / 9.0;
+      rotation += std::pow(dt.angularDistance(de) / kRadiansPerDegree, 2) / 9.0;
     }
     EXPECT_NEAR(e.rre_deg, std::sqrt(rotation), 1e-9) << seed;
     EXPECT_NEAR(e.velocity_mps, std::sqrt(velocity), 1e-12) << seed;
@@ -158,12 +158,13 @@ TEST(WindowMetrics, AgreesWithASecondImplementationOnRandomWindows) {
         << seed;
     const Vector3d corrected = Quaterniond(s.truth[0].T_WB.R).conjugate() * g_G;
     const Vector3d estimated = -(Quaterniond(s.estimate[0].T_WB.R).conjugate() * Vector3d::UnitZ());
-    EXPECT_NEAR(e.gravity_corrected_deg, std::acos(corrected.dot(estimated)) / kRadians,
+    EXPECT_NEAR(e.gravity_corrected_deg, std::acos(corrected.dot(estimated)) / kRadiansPerDegree,
                 1e-9);  // acos of an angle of 0.01 rad and more: 1e-16 / 0.01
     const Vector3d g_true = s.truth[0].T_WB.R.row(2), g_estimated = s.estimate[0].T_WB.R.row(2);
-    EXPECT_NEAR(e.gravity_deg, std::asin(g_true.cross(g_estimated).norm()) / kRadians, 1e-10);
-    EXPECT_NEAR(e.gyro_bias_rps, (kBias.gyro - mean_gyro).norm(), 1e-15) << seed;
-    EXPECT_NEAR(e.accel_bias_mps2, (kBias.accel - mean_accel).norm(), 1e-14) << seed;
+    EXPECT_NEAR(e.gravity_deg, std::asin(g_true.cross(g_estimated).norm()) / kRadiansPerDegree,
+                1e-10);
+    EXPECT_NEAR(e.gyro_bias_rps, (kTrueBiases.gyro - mean_gyro).norm(), 1e-15) << seed;
+    EXPECT_NEAR(e.accel_bias_mps2, (kTrueBiases.accel - mean_accel).norm(), 1e-14) << seed;
   }
 }
 

@@ -115,8 +115,8 @@ TEST(RelativeErrors, RefuseALengthThatCannotBe) {
   EXPECT_THROW(deltaUnitFromName("miles"), ConfigError);
 }
 
-/** Four states, 0.25 s apart, on the corners of a square of 1 m, level. */
-GroundTruth square() {
+/** Four states, 0.25 s apart, on the corners of a squareFlight of 1 m, level. */
+GroundTruth squareFlight() {
   GroundTruth truth;
   truth.states.resize(4);
   const Vector3d corners[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
@@ -128,9 +128,9 @@ GroundTruth square() {
 }
 
 TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {
-  // A square; the estimate 1.1 times as large and turned about z: each corner 0.1 / sqrt(2) off, no
+  // A squareFlight; the estimate 1.1 times as large and turned about z: each corner 0.1 / sqrt(2) off, no
   // rotation error.
-  const GroundTruth truth = square();
+  const GroundTruth truth = squareFlight();
   const SE3 T_WG(expSO3(Vector3d(0, 0, 0.7)), Vector3d(1, 2, 3));
   Trajectory estimate;
   for (const StampedState& s : truth.states)
@@ -149,7 +149,7 @@ TEST(TrajectoryMetrics, AbsoluteErrorsByHand) {
 }
 
 TEST(TrajectoryMetrics, RelativeErrorsByHand) {
-  const GroundTruth truth = square();
+  const GroundTruth truth = squareFlight();
   Trajectory estimate;
   for (const StampedState& s : truth.states) estimate.push_back({s.t, s.T_WB});
   estimate[3].T_WB.t.z() += 0.5;  // only the step 2 -> 3 is off

@@ -12,8 +12,21 @@ RecordingFindings checkRecording(RecordedSource& source) {
   return findings;
 }
 
-std::vector<std::string> requireSoundRecording(const std::string& path) {
-  const auto source = openRecording(path);
+namespace {
+
+/** The recording as a whole. */
+std::unique_ptr<RecordedSource> openWhole(const std::string& path,
+                                          const RecordingOptions& recording) {
+  SourceOptions options;
+  options.recording = recording;
+  return openRecording(path, options);
+}
+
+}  // namespace
+
+std::vector<std::string> requireSoundRecording(const std::string& path,
+                                               const RecordingOptions& options) {
+  const auto source = openWhole(path, options);
   const RecordingFindings findings = checkRecording(*source);
   if (findings.errors.empty()) return findings.warnings;
   std::string text = "no result can be right with this recording: ";
@@ -37,7 +50,7 @@ RecordingInspection inspectRecording(RecordedSource& source, const InspectionOpt
                               source.imuSamples(), options.max_offset_s);
   RecordingInfo& info = inspection.info;
   info = describeRecording(source, problems);
-  info.append(checkImages(*openRecording(source.name())));
+  info.append(checkImages(*openWhole(source.name(), source.options().recording)));
   info.append(checkMotion(offset, info.calibration, info.images.rate_hz));
   inspection.rotation_disagreement_deg = rotationDisagreementDeg(offset, info.calibration);
   return inspection;

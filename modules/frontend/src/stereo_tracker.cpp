@@ -14,25 +14,21 @@
 
 namespace etalon {
 
-namespace {
-
-/** In the image of the camera that is followed; the "other" image is of the other camera. */
-struct Track {
-  LandmarkId id = -1;
-  cv::Point2f pixel;
-  cv::Point2f pixel_before{};   ///< in the frame before
-  cv::Point2f matched{};        ///< in the other image of the last frame, if inverse_depth is known
-  double inverse_depth = -1.0;  ///< 1/m, in the camera that is followed; negative if not matched
-  AnchorPatch anchor{};         ///< what it looked like when it was found
-  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();        ///< of the anchor in the current image
-  Eigen::Matrix2d A_other = Eigen::Matrix2d::Identity();  ///< in the other one
-  int unanchored = 0;  ///< frames in a row in which the anchor did not fit
-};
-
-}  // namespace
-
 class StereoTracker::Impl {
  public:
+  /** In the image of the camera that is followed; the "other" image is of the other camera. */
+  struct Track {
+    LandmarkId id = -1;
+    cv::Point2f pixel;
+    cv::Point2f pixel_before{};  ///< in the frame before
+    cv::Point2f matched{};  ///< in the other image of the last frame, if inverse_depth is known
+    double inverse_depth = -1.0;  ///< 1/m, in the camera that is followed; negative if not matched
+    AnchorPatch anchor{};         ///< what it looked like when it was found
+    Eigen::Matrix2d A = Eigen::Matrix2d::Identity();        ///< of the anchor in the current image
+    Eigen::Matrix2d A_other = Eigen::Matrix2d::Identity();  ///< in the other one
+    int unanchored = 0;  ///< frames in a row in which the anchor did not fit
+  };
+
   Impl(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options)
       : rigs_{calibration, exchanged(calibration)},
         options_(options),

@@ -37,9 +37,9 @@ TEST(StereoTrackerInput, RefusesImagesOfAnotherSizeOrType) {
     tracker.track(kFrame, left, wide, I);
     ADD_FAILURE();
   } catch (const DataError& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("camera 1"));
-    EXPECT_THAT(e.what(), testing::HasSubstr("376 x 240"));
-    EXPECT_THAT(e.what(), testing::HasSubstr("377 x 240"));
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("camera 1"));
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("376 x 240"));
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("377 x 240"));
   }
   // The refused frames left no trace: all landmarks are still followed.
   tracker.track(kFrame, left, right, I);

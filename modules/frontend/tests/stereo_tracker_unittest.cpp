@@ -17,7 +17,7 @@
 namespace etalon {
 namespace {
 
-constexpr TimeNs kFrame = 50'000'000;  // 20 Hz
+constexpr TimeNs kFramePeriod = 50'000'000;  // 20 Hz
 
 /** Moves sideways, forwards and turns: poses of consecutive frames. */
 std::vector<SE3> flight(int frames) {
@@ -34,7 +34,8 @@ std::vector<TrackedFrame> run(StereoTracker* tracker, const TexturedWall& wall,
   for (size_t i = 0; i < T_WB.size(); ++i) {
     const auto [left, right] = wall.pair(T_WB[i]);
     const Eigen::Matrix3d R_prev_cur = T_WB[i == 0 ? 0 : i - 1].R.transpose() * T_WB[i].R;
-    frames.push_back(tracker->track(static_cast<TimeNs>(i) * kFrame, left, right, R_prev_cur));
+    frames.push_back(
+        tracker->track(static_cast<TimeNs>(i) * kFramePeriod, left, right, R_prev_cur));
   }
   return frames;
 }
@@ -97,7 +98,7 @@ TEST(StereoTracker, ATrackEndsWhereItsPatchShowsSomethingElse) {
       cv::addWeighted(wall.image(c, SE3()), 1.0 - share, other.image(c, SE3()), share, 0.0,
                       blend[c]);
     const TrackedFrame frame =
-        tracker.track(i * kFrame, blend[0], blend[1], Eigen::Matrix3d::Identity());
+        tracker.track(i * kFramePeriod, blend[0], blend[1], Eigen::Matrix3d::Identity());
     for (const Observation& o : frame.observations) (i == 0 ? first : last).insert(o.id);
     if (i + 1 < kFrames) last.clear();
   }
@@ -120,7 +121,7 @@ TEST(StereoTracker, TracksLiveOnInTheRightImageWhileTheLeftLensIsCovered) {
     auto [left, right] = wall.pair(T_WB[i]);
     if (i >= 3 && i < 6) left.setTo(20);
     const Eigen::Matrix3d R_prev_cur = T_WB[i == 0 ? 0 : i - 1].R.transpose() * T_WB[i].R;
-    frames.push_back(tracker.track(static_cast<TimeNs>(i) * kFrame, left, right, R_prev_cur));
+    frames.push_back(tracker.track(static_cast<TimeNs>(i) * kFramePeriod, left, right, R_prev_cur));
     if (i > 2) continue;
     for (const Observation& o : frames.back().observations)
       points.emplace(o.id, wall.pointBehind(o.left, T_WB[i]));
@@ -159,7 +160,7 @@ TEST(StereoTracker, GyroBridgesFastRotation) {
   for (const bool gyro : {false, true}) {
     StereoTracker tracker(rig, options);
     tracker.track(0, first.first, first.second, Eigen::Matrix3d::Identity());
-    tracker.track(kFrame, second.first, second.second,
+    tracker.track(kFramePeriod, second.first, second.second,
                   gyro ? T_WB.R : Eigen::Matrix3d::Identity().eval());
     followed[gyro] = tracker.statistics().tracked;
   }
@@ -178,9 +179,9 @@ TEST(StereoTracker, StatisticsAndIdsAreConsistent) {
   std::set<LandmarkId> seen, previous;
   for (size_t i = 0; i < T_WB.size(); ++i) {
     const auto [left, right] = wall.pair(T_WB[i]);
-    const TrackedFrame frame = tracker.track(static_cast<TimeNs>(i) * kFrame, left, right,
+    const TrackedFrame frame = tracker.track(static_cast<TimeNs>(i) * kFramePeriod, left, right,
                                              T_WB[i == 0 ? 0 : i - 1].R.transpose() * T_WB[i].R);
-    EXPECT_EQ(frame.t, static_cast<TimeNs>(i) * kFrame);
+    EXPECT_EQ(frame.t, static_cast<TimeNs>(i) * kFramePeriod);
     const TrackingStatistics& s = tracker.statistics();
     EXPECT_EQ(static_cast<size_t>(s.tracked + s.added), frame.observations.size());
     EXPECT_EQ(static_cast<size_t>(s.tracked + s.lost), previous.size());

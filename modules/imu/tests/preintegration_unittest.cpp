@@ -15,7 +15,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr TimeNs kMs = 1'000'000;
+constexpr TimeNs kMillisecond = 1'000'000;
 constexpr TimeNs kStart = 1'403'636'579'763'555'584;  // a EuRoC stamp: a double could not hold it
 
 struct DeltaErrors {
@@ -38,7 +38,8 @@ TEST(Preintegration, IsIdentityByDefault) {
 }
 
 TEST(Preintegration, RefusesBrokenSamples) {
-  const std::vector<ImuSample> good = AnalyticMotion().samples(evenStamps(kStart, 5 * kMs, 3));
+  const std::vector<ImuSample> good =
+      AnalyticMotion().samples(evenStamps(kStart, 5 * kMillisecond, 3));
   EXPECT_NO_THROW(integrate(good));
   EXPECT_THROW(integrate({}), DataError);
   EXPECT_THROW(integrate({good[0]}), DataError);
@@ -60,7 +61,7 @@ TEST(Preintegration, RefusesBrokenSamples) {
 TEST(Preintegration, ConstantRateIsExact) {
   const Vector3d rate(0.7, -1.9, 2.3), b_g(0.01, 0.02, -0.03);
   std::vector<ImuSample> samples;
-  for (TimeNs t : unevenStamps(kStart, 5 * kMs, 200, 1))
+  for (TimeNs t : unevenStamps(kStart, 5 * kMillisecond, 200, 1))
     samples.push_back({t, rate + b_g, Vector3d::Zero()});
   const Preintegration p = integrate(samples, {b_g, Vector3d::Zero()});
   // Rounding of 200 products only.
@@ -75,7 +76,7 @@ TEST(Preintegration, ConstantAccelerationIsExactWhileRotating) {
   // exact then.
   const Vector3d rate(1.1, 0.4, -2.0), accel_B0(0.5, -9.0, 3.0), b_a(0.1, -0.2, 0.05);
   std::vector<ImuSample> samples;
-  for (TimeNs t : unevenStamps(kStart, 5 * kMs, 200, 2))
+  for (TimeNs t : unevenStamps(kStart, 5 * kMillisecond, 200, 2))
     samples.push_back({t, rate, expSO3(-rate * secondsBetween(kStart, t)) * accel_B0 + b_a});
   const Preintegration p = integrate(samples, {Vector3d::Zero(), b_a});
   const double dt = p.dt();
@@ -85,16 +86,16 @@ TEST(Preintegration, ConstantAccelerationIsExactWhileRotating) {
 
 DeltaErrors integrationError(TimeNs step) {
   const AnalyticMotion motion;
-  const TimeNs start = 317 * kMs, end = start + 1000 * kMs;
+  const TimeNs start = 317 * kMillisecond, end = start + 1000 * kMillisecond;
   const Preintegration p =
       integrate(motion.samples(evenStamps(start, step, static_cast<int>((end - start) / step))));
   return difference(p.deltas(), motion.deltas(start, end));
 }
 
 TEST(Preintegration, ConvergesWithSecondOrder) {
-  const DeltaErrors at200 = integrationError(5 * kMs);
-  const DeltaErrors at400 = integrationError(5 * kMs / 2);
-  const DeltaErrors at1000 = integrationError(kMs);
+  const DeltaErrors at200 = integrationError(5 * kMillisecond);
+  const DeltaErrors at400 = integrationError(5 * kMillisecond / 2);
+  const DeltaErrors at1000 = integrationError(kMillisecond);
   // Local errors f'' h^3/12 with rates' and accelerations' second derivatives below 10 and 100 in
   // SI units, over 1 s.
   EXPECT_LT(at200.rotation, 2.5e-5);
@@ -109,7 +110,8 @@ TEST(Preintegration, ConvergesWithSecondOrder) {
 
 TEST(Preintegration, PredictsTheStateOfAnAnalyticFlight) {
   const AnalyticMotion motion;
-  const Preintegration p = integrate(motion.samples(evenStamps(200 * kMs, kMs, 500)));
+  const Preintegration p =
+      integrate(motion.samples(evenStamps(200 * kMillisecond, kMillisecond, 500)));
   const double dt = p.dt();
   const Matrix3d R = motion.R_WB(0.2) * p.deltas().dR;
   const Vector3d v = motion.position(0.2, 1) + motion.g_W * dt + motion.R_WB(0.2) * p.deltas().dv;
@@ -131,14 +133,14 @@ struct HardInterval {
 std::vector<HardInterval> hardIntervals() {
   const ImuBias none, ordinary{{0.02, -0.03, 0.01}, {0.1, 0.05, -0.2}};
   const ImuBias large{{0.8, -0.5, 0.6}, {2.0, -3.0, 1.0}};
-  return {{"zero bias", evenStamps(0, 5 * kMs, 50), 1.0, none},
-          {"ordinary", evenStamps(0, 5 * kMs, 50), 1.0, ordinary},
-          {"uneven", unevenStamps(0, 5 * kMs, 60, 3), 1.0, ordinary},
-          {"large bias", evenStamps(0, 5 * kMs, 50), 1.0, large},
+  return {{"zero bias", evenStamps(0, 5 * kMillisecond, 50), 1.0, none},
+          {"ordinary", evenStamps(0, 5 * kMillisecond, 50), 1.0, ordinary},
+          {"uneven", unevenStamps(0, 5 * kMillisecond, 60, 3), 1.0, ordinary},
+          {"large bias", evenStamps(0, 5 * kMillisecond, 50), 1.0, large},
           {"one tiny step", evenStamps(0, 1000, 1), 1.0, ordinary},
-          {"long", evenStamps(0, 5 * kMs, 1000), 1.0, ordinary},
-          {"at rest", evenStamps(0, 5 * kMs, 50), 0.0, none},
-          {"fast rotation", evenStamps(0, 5 * kMs, 50), 15.0, ordinary}};
+          {"long", evenStamps(0, 5 * kMillisecond, 1000), 1.0, ordinary},
+          {"at rest", evenStamps(0, 5 * kMillisecond, 50), 0.0, none},
+          {"fast rotation", evenStamps(0, 5 * kMillisecond, 50), 15.0, ordinary}};
 }
 
 /** Columns: derivative of a 3-vector function of the bias change, central differences. */
@@ -192,7 +194,7 @@ TEST(Preintegration, BiasJacobiansAgreeWithNumericalOnes) {
 TEST(Preintegration, CorrectionErrorIsOfSecondOrder) {
   const AnalyticMotion motion;
   const ImuBias bias{{0.02, -0.03, 0.01}, {0.1, 0.05, -0.2}};
-  const Preintegration p = integrate(motion.samples(evenStamps(0, 5 * kMs, 50)), bias);
+  const Preintegration p = integrate(motion.samples(evenStamps(0, 5 * kMillisecond, 50)), bias);
   const auto error = [&](double scale) {
     const ImuBias moved{bias.gyro + scale * Vector3d(0.02, 0.05, -0.03),
                         bias.accel + scale * Vector3d(0.3, -0.2, 0.1)};
@@ -211,7 +213,8 @@ TEST(Preintegration, CorrectionErrorIsOfSecondOrder) {
 }
 
 TEST(Preintegration, ReintegrationEqualsIntegrationAtThatBias) {
-  const std::vector<ImuSample> samples = AnalyticMotion().samples(evenStamps(0, 5 * kMs, 50));
+  const std::vector<ImuSample> samples =
+      AnalyticMotion().samples(evenStamps(0, 5 * kMillisecond, 50));
   const ImuBias bias{{0.1, 0.2, -0.1}, {0.3, -0.4, 0.5}};
   const Preintegration direct = integrate(samples, bias);
   const Preintegration moved = integrate(samples).reintegrated(bias);
@@ -224,7 +227,8 @@ TEST(Preintegration, ReintegrationEqualsIntegrationAtThatBias) {
 
 TEST(Preintegration, ComposesOverSplitIntervals) {
   const ImuBias bias{{0.02, -0.03, 0.01}, {0.1, 0.05, -0.2}};
-  const std::vector<ImuSample> all = AnalyticMotion().samples(unevenStamps(0, 5 * kMs, 60, 5));
+  const std::vector<ImuSample> all =
+      AnalyticMotion().samples(unevenStamps(0, 5 * kMillisecond, 60, 5));
   const Preintegration whole = integrate(all, bias);
   const Preintegration a = integrate({all.begin(), all.begin() + 24}, bias);
   const Preintegration b = integrate({all.begin() + 23, all.end()}, bias);

@@ -7,6 +7,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/text.h"
 #include "shared_library.h"
 
 #ifndef ETALON_INSTALLED_INITIALIZERS
@@ -79,10 +80,8 @@ const mrpt::rtti::TRuntimeClassId* registeredClass(const InitializerDescriptor& 
   return id;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text.empty() ? "none" : text;
+std::string joinedOrNone(const std::vector<std::string>& words) {
+  return words.empty() ? "none" : joined(words);
 }
 
 }  // namespace
@@ -201,7 +200,8 @@ void PluginLoader::failNotFound(const std::string& name) const {
   const std::string nearest = nearestWord(name, names);
   throw PluginError("no initializer is called '" + name + "'" +
                     (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)") +
-                    "; available: " + joined(names) + "; searched: " + joined(search_path_));
+                    "; available: " + joinedOrNone(names) +
+                    "; searched: " + joinedOrNone(search_path_));
 }
 
 PluginInfo PluginLoader::info(const std::string& name) { return find(name).info; }

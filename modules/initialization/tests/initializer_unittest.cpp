@@ -13,13 +13,13 @@ ETALON_TEST_INITIALIZER(Linked)
 namespace etalon {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using Data = InitializationProblem::Data;
 
 constexpr TimeNs kStep = 5'000'000;  // 200 Hz
 
 /** Three keyframes 0.1 s apart with two landmarks, IMU at 200 Hz from 0 to 0.2 s. */
-Data goodData() {
+Data goodWindow() {
   Data data;
   for (int k = 0; k < 3; ++k) {
     Observation a, b;
@@ -49,7 +49,7 @@ InitializationResult solveWith(const std::string& answer, const Data& data) {
 }
 
 InitializationResult solveAfter(const std::function<void(Data*)>& change) {
-  Data data = goodData();
+  Data data = goodWindow();
   change(&data);
   return solveWith("rest", data);
 }
@@ -61,7 +61,7 @@ std::vector<ImuSample> without(const std::vector<ImuSample>& samples, size_t fir
 }
 
 TEST(Initializer, PassesAGoodProblemAndAGoodAnswer) {
-  const InitializationResult result = solveWith("rest", goodData());
+  const InitializationResult result = solveWith("rest", goodWindow());
   EXPECT_TRUE(result) << result.error().reason;
   EXPECT_EQ(result->states.size(), 3U);
 }
@@ -122,30 +122,30 @@ TEST(Initializer, RefusesAGapLongerThanFiveNominalIntervals) {
 }
 
 TEST(Initializer, TurnsWhatSolveThrowsIntoARefusal) {
-  const auto error = solveWith("error", goodData());
+  const auto error = solveWith("error", goodWindow());
   EXPECT_EQ(error.error().status, RefusalStatus::kNotConverged);
   EXPECT_THAT(error.error().reason, HasSubstr("a refusal thrown by the plugin"));
-  const auto data_error = solveWith("data_error", goodData());
+  const auto data_error = solveWith("data_error", goodWindow());
   EXPECT_EQ(data_error.error().status, RefusalStatus::kInvalidInput);
   EXPECT_THAT(data_error.error().reason, HasSubstr("imu.csv:7"));
-  const auto exception = solveWith("exception", goodData());
+  const auto exception = solveWith("exception", goodWindow());
   EXPECT_EQ(exception.error().status, RefusalStatus::kNotConverged);
   EXPECT_THAT(exception.error().reason, HasSubstr("an exception of the plugin"));
-  EXPECT_EQ(solveWith("integer", goodData()).error().status, RefusalStatus::kNotConverged);
+  EXPECT_EQ(solveWith("integer", goodWindow()).error().status, RefusalStatus::kNotConverged);
 }
 
 TEST(Initializer, RefusesASuccessThatIsNone) {
-  const auto nan = solveWith("nan", goodData());
+  const auto nan = solveWith("nan", goodWindow());
   EXPECT_EQ(nan.error().status, RefusalStatus::kNotConverged);
   EXPECT_THAT(nan.error().reason, HasSubstr("v_WB not finite at keyframe 2"));
-  const auto few = solveWith("few_states", goodData());
+  const auto few = solveWith("few_states", goodWindow());
   EXPECT_EQ(few.error().status, RefusalStatus::kNotConverged);
   EXPECT_THAT(few.error().reason, HasSubstr("2 states for 3 keyframes"));
-  EXPECT_THAT(solveWith("skewed", goodData()).error().reason, HasSubstr("no rigid transform"));
+  EXPECT_THAT(solveWith("skewed", goodWindow()).error().reason, HasSubstr("no rigid transform"));
 }
 
 TEST(Initializer, GivesASilentRefusalAReason) {
-  const auto result = solveWith("silent", goodData());
+  const auto result = solveWith("silent", goodWindow());
   EXPECT_EQ(result.error().status, RefusalStatus::kTooLittleMotion);
   EXPECT_THAT(result.error().reason, HasSubstr("too_little_motion"));
 }

@@ -23,8 +23,8 @@ using Eigen::VectorXd;
 using Vector12 = Eigen::Matrix<double, 12, 1>;  // [v_0, b_g, b_a, g]
 
 /** Four keyframes at their true poses. What the tracks say of the poses, S and s, is drawn. */
-struct Case {
-  Case() : problem(contractProblem()), estimate(trueEstimate()) {
+struct JointCase {
+  JointCase() : problem(contractProblem()), estimate(trueEstimate()) {
     motion = composeMotion(problem.preintegrate(estimate.bias));
     const Index n = 6 * (problem.keyframeCount() - 1);
     std::mt19937 random(7);
@@ -114,7 +114,7 @@ Vector12 moved(const Vector12& x, const VectorXd& by) {
 }
 
 TEST(JointSystem, FindsTheMinimumOfItsCost) {
-  const Case c;
+  const JointCase c;
   JointEstimate solved = c.estimate;
   ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, {}).solve(&solved));
   const Vector12 x = unknowns(c.estimate, solved);
@@ -133,7 +133,7 @@ TEST(JointSystem, FindsTheMinimumOfItsCost) {
 
 /** n is what is most likely: the mean of the IMU's prediction and the tracks, each by its worth. */
 TEST(JointSystem, PosesLieBetweenTheImuAndTheTracks) {
-  const Case c;
+  const JointCase c;
   JointEstimate solved = c.estimate;
   ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, {}).solve(&solved));
   const VectorXd y = c.carried(unknowns(c.estimate, solved));
@@ -149,7 +149,7 @@ TEST(JointSystem, PosesLieBetweenTheImuAndTheTracks) {
 
 /** Half the second derivative of the cost is the information on [v_0, b_g, b_a, tilt]. */
 TEST(JointSystem, BiasCovarianceIsTheInverseOfTheCurvature) {
-  const Case c;
+  const JointCase c;
   const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
   JointEstimate solved = c.estimate;
   ASSERT_TRUE(system.solve(&solved));
@@ -175,7 +175,7 @@ TEST(JointSystem, BiasCovarianceIsTheInverseOfTheCurvature) {
 
 /** Of unknowns x and poses y, y = J x + n, the poses' part of the inverse information. */
 TEST(JointSystem, PoseCovarianceIsThatOfUnknownsAndPosesTogether) {
-  const Case c;
+  const JointCase c;
   const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
   JointEstimate solved = c.estimate;
   ASSERT_TRUE(system.solve(&solved));
@@ -214,7 +214,7 @@ TEST(JointSystem, PoseCovarianceIsThatOfUnknownsAndPosesTogether) {
 }
 
 TEST(JointSystem, TakesForExactWhatTheModelSays) {
-  const Case c;
+  const JointCase c;
   JointModel model;
   model.estimate_accel_bias = false;
   JointEstimate fixed = c.estimate;

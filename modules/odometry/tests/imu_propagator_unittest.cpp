@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr TimeNs kPeriod = 5'000'000;  // 200 Hz
-constexpr double kGravity = 9.81;
+constexpr double kGravityNorm = 9.81;
 
 /** A body that turns about z at 0.5 rad/s and is accelerated along x of W at 2 m/s^2 for ever; both
  * sensors have a bias. */
@@ -29,7 +29,7 @@ struct Motion {
     ImuSample sample;
     sample.t = t;
     sample.gyro = Vector3d(0.0, 0.0, 0.5) + bias.gyro;
-    sample.accel = at(t).T_WB.R.transpose() * Vector3d(2.0, 0.0, kGravity) + bias.accel;
+    sample.accel = at(t).T_WB.R.transpose() * Vector3d(2.0, 0.0, kGravityNorm) + bias.accel;
     return sample;
   }
 };
@@ -53,7 +53,7 @@ class ImuPropagatorTest : public ::testing::Test {
   }
 
   Motion motion_;
-  ImuPropagator propagator_{ImuNoiseDensities(), kGravity};
+  ImuPropagator propagator_{ImuNoiseDensities(), kGravityNorm};
   TimeNs next_ = 0;
 };
 

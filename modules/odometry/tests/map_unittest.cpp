@@ -16,7 +16,7 @@ namespace {
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 
-FixedLagOptions optionsFor(const SimulatedFlight& flight) {
+FixedLagOptions mapOptionsFor(const SimulatedFlight& flight) {
   FixedLagOptions options;
   options.imu_noise = flight.imu_noise;
   return options;
@@ -33,7 +33,7 @@ SimulatedFlight flight(std::uint64_t seed, double duration_s = 30.0) {
 
 std::vector<OdometryOutput> fly(const SimulatedFlight& flown, const MapOptions& map,
                                 std::shared_ptr<ViewMatcher> views) {
-  FixedLagOdometry odometry(flown.calibration, optionsFor(flown), map, std::move(views));
+  FixedLagOdometry odometry(flown.calibration, mapOptionsFor(flown), map, std::move(views));
   std::vector<OdometryOutput> outputs;
   for (size_t i = 0; i < flown.frames.size(); ++i)
     outputs.push_back(i == 0 ? odometry.start(flown.startAt(0, startSigma(), 7), flown.frames[0])

@@ -15,14 +15,14 @@ namespace {
 using Eigen::Vector3d;
 
 /** What camera and IMU of a body see that moves by `px_per_s` in the image, and shakes. */
-struct Scene {
+struct RestScene {
   double px_per_s = 0.0, shake_mps2 = 0.0, turn_rps = 0.0;
   bool frozen = false;  ///< the camera repeats its image
   int tracks = 50;
 };
 
 /** At how many of 40 frames in two seconds the body is said to stand still. */
-int framesAtRest(const Scene& scene, double speed = 0.0) {
+int framesAtRest(const RestScene& scene, double speed = 0.0) {
   RestDetector detector;
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-const Vector3d kGravity(0, 0, -9.81);
+const Vector3d kGravityInWorld(0, 0, -9.81);
 
 /** A varied motion: rates and specific forces of a flying MAV, `scale` on the rates. */
 std::vector<ImuSample> imuSamples(double duration_s, int steps, double scale) {
@@ -40,7 +40,7 @@ struct Point {
   std::string name;
   Preintegration preintegration;
   SE3 T_WBi, T_WBj;
-  Vector3d v_i, v_j, g_W = kGravity;
+  Vector3d v_i, v_j, g_W = kGravityInWorld;
   ImuBias bias;
 
   Vector9d residual(PreintegrationJacobians* J = nullptr) const {

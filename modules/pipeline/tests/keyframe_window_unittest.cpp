@@ -13,7 +13,7 @@ using testing::SyntheticWindow;
 
 constexpr TimeNs kFrameStep = 50'000'000;  // 20 Hz
 
-TrackedFrame frameAt(TimeNs t) {
+TrackedFrame trackedAt(TimeNs t) {
   TrackedFrame frame;
   frame.t = t;
   return frame;
@@ -21,13 +21,13 @@ TrackedFrame frameAt(TimeNs t) {
 
 TEST(KeyframeWindow, KeepsTheLastKeyframesAndTheFramesBetweenThem) {
   KeyframeWindow window(3, 4.0);
-  window.add(frameAt(-kFrameStep), false);  // before the first keyframe: nobody asks for it
+  window.add(trackedAt(-kFrameStep), false);  // before the first keyframe: nobody asks for it
   std::vector<TimeNs> keyframes;
   for (int i = 0; i < 23; ++i) {
     const TimeNs t = i * kFrameStep;
     const bool keyframe = window.isKeyframe(t);
     if (keyframe) keyframes.push_back(t);
-    window.add(frameAt(t), keyframe);
+    window.add(trackedAt(t), keyframe);
     EXPECT_EQ(window.complete(), keyframes.size() >= 3);
   }
   // 4 Hz of 20 Hz: every fifth frame, 0.0 s to 1.0 s.
@@ -38,7 +38,7 @@ TEST(KeyframeWindow, KeepsTheLastKeyframesAndTheFramesBetweenThem) {
 TEST(KeyframeWindow, ClearForgetsTheFramesAndRestartTheRateAsWell) {
   KeyframeWindow window(2, 4.0);
   ASSERT_TRUE(window.isKeyframe(0));
-  window.add(frameAt(0), true);
+  window.add(trackedAt(0), true);
   window.clear();
   EXPECT_FALSE(window.complete());
   EXPECT_TRUE(window.stamps().empty());

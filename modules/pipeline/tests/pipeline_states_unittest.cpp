@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
-constexpr size_t kWindow = 3;  // keyframes
+constexpr size_t kStateWindow = 3;  // keyframes
 
 /** A pipeline whose initializer says the truth, in flight, and the fixed-lag odometry after it. */
 class PipelineStates : public ::testing::Test {
@@ -25,7 +25,7 @@ class PipelineStates : public ::testing::Test {
   static Pipeline pipeline(double max_dead_reckoning_s = 5.0, double sigma_px = 0.35) {
     PipelineOptions options;
     options.window.odometry.sigma_px = sigma_px;
-    options.keyframes = kWindow;
+    options.keyframes = kStateWindow;
     options.keyframe_rate_hz = kFrameRateHz;
     options.window.refine = false;  // what the script says counts as it is
     options.max_dead_reckoning_s = max_dead_reckoning_s;
@@ -66,16 +66,17 @@ TEST_F(PipelineStates, StereoOdometryRunsUntilTheStartAndTheFixedLagOdometryFrom
   EXPECT_EQ(pipeline.events()[0].state, PipelineState::kVisual);
   EXPECT_EQ(pipeline.events()[0].t, flight().frames[0].t);
   EXPECT_EQ(pipeline.events()[1].state, PipelineState::kInertial);
-  EXPECT_EQ(pipeline.events()[1].t, flight().frames[kWindow - 1].t);
-  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kWindow - 1].t);
+  EXPECT_EQ(pipeline.events()[1].t, flight().frames[kStateWindow - 1].t);
+  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kStateWindow - 1].t);
   for (size_t k = 0; k < pipeline.estimates().size(); ++k) {
     const FrameEstimate& estimate = pipeline.estimates()[k];
     EXPECT_EQ(estimate.t, flight().frames[k].t);
     EXPECT_EQ(pipeline.trajectory()[k].T_WB.t, estimate.nav.T_WB.t);
-    EXPECT_EQ(estimate.state, k + 1 < kWindow ? PipelineState::kVisual : PipelineState::kInertial);
-    EXPECT_EQ(estimate.sigma().allFinite(), k + 1 >= kWindow);
+    EXPECT_EQ(estimate.state,
+              k + 1 < kStateWindow ? PipelineState::kVisual : PipelineState::kInertial);
+    EXPECT_EQ(estimate.sigma().allFinite(), k + 1 >= kStateWindow);
     EXPECT_LT(positionError(estimate), 0.01);  // 1 % of a path of about 1 m
-    if (k + 1 < kWindow) continue;
+    if (k + 1 < kStateWindow) continue;
     EXPECT_LT((estimate.nav.v_WB - flight().trajectory.at(estimate.t).v_WB).norm(), 0.03);
   }
 }
@@ -98,15 +99,15 @@ TEST_F(PipelineStates, WhatTheFlightSaysOfTheCalibrationIsThereFromTheStartOn) {
 
 TEST_F(PipelineStates, AWindowGrowsUntilTheOneBeforeAgrees) {
   PipelineOptions options;
-  options.min_keyframes = kWindow;
-  options.keyframes = kWindow + 3;
+  options.min_keyframes = kStateWindow;
+  options.keyframes = kStateWindow + 3;
   options.keyframe_rate_hz = kFrameRateHz;
   options.window.refine = false;
   PipelineInitializers initializers;
   initializers.name = "truth but for the fourth keyframe";
   initializers.initializer = std::make_shared<Scripted>([](const InitializationProblem& problem) {
     InitializationResult result = trueInitialization(problem);
-    if (problem.keyframeCount() == kWindow + 1) result->bias.gyro.x() = 1.0;
+    if (problem.keyframeCount() == kStateWindow + 1) result->bias.gyro.x() = 1.0;
     return result;
   });
   Pipeline pipeline(flight().calibration, options, initializers);
@@ -114,14 +115,14 @@ TEST_F(PipelineStates, AWindowGrowsUntilTheOneBeforeAgrees) {
   // Three keyframes have nothing to compare with, four contradict them, five contradict the four.
   ASSERT_EQ(pipeline.attempts().size(), 4U);
   for (size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(pipeline.attempts()[i].keyframes.size(), kWindow + i);
+    EXPECT_EQ(pipeline.attempts()[i].keyframes.size(), kStateWindow + i);
     EXPECT_EQ(pipeline.attempts()[i].keyframes.front(), flight().frames[0].t);
     EXPECT_EQ(pipeline.attempts()[i].accepted(), i == 3);
   }
   EXPECT_EQ(pipeline.attempts()[0].decision.error().status, RefusalStatus::kTooFewKeyframes);
   EXPECT_EQ(pipeline.attempts()[1].decision.error().status, RefusalStatus::kImplausible);
   EXPECT_EQ(pipeline.attempts()[2].decision.error().status, RefusalStatus::kImplausible);
-  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kWindow + 2].t);
+  EXPECT_EQ(pipeline.initializedAt(), flight().frames[kStateWindow + 2].t);
 }
 
 TEST_F(PipelineStates, TheFixedLagOdometryBelievesThePixelsAsConfigured) {
@@ -172,14 +173,14 @@ TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
   EXPECT_EQ(pipeline.events()[3].t, flight().frames[4].t);
   EXPECT_THAT(pipeline.events()[3].reason, HasSubstr("0.2 s"));
   const PipelineEvent& again = pipeline.events().back();
-  EXPECT_EQ(again.t, flight().frames[4 + kWindow - 1].t);
+  EXPECT_EQ(again.t, flight().frames[4 + kStateWindow - 1].t);
   ASSERT_TRUE(again.jump);
   // The position continues, but for what the frames of the window add to the start.
   EXPECT_LT(again.jump->T_before_after.t.norm(), 0.01);
   EXPECT_GT(again.jump->covariance.trace(), 0.0);
   ASSERT_EQ(pipeline.estimates().size(), flight().frames.size());
   EXPECT_LT(positionError(pipeline.estimates().back()), 0.05);
-  const FrameEstimate& estimate = pipeline.estimates()[4 + kWindow - 1];
+  const FrameEstimate& estimate = pipeline.estimates()[4 + kStateWindow - 1];
   EXPECT_LT(angleBetween(estimate.nav.T_WB.R.row(2), flight().truth(again.t).R.row(2)),
             1e-3);  // roll and pitch are the initializer's
 }
@@ -216,8 +217,7 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 
 TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndPosition) {
   InitializationAttempt attempt;
-  attempt.init = Initialization();
-  Initialization& init = *attempt.init;
+  Initialization& init = attempt.init.emplace();
   init.states = {
       {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)},
       {8, SE3(), Vector3d::Zero()}};

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr int kWindow = 3;  // keyframes
+constexpr int kWindowKeyframes = 3;  // keyframes
 
 class PipelineWithAuto : public ::testing::Test {
  protected:
@@ -25,7 +25,7 @@ class PipelineWithAuto : public ::testing::Test {
 
   static PipelineOptions options() {
     PipelineOptions o;
-    o.keyframes = kWindow;
+    o.keyframes = kWindowKeyframes;
     o.keyframe_rate_hz = kFrameRateHz;
     o.odometry_kind = kStereoVisual;
     o.window.refine = false;  // what the scripts say counts as it is
@@ -157,15 +157,15 @@ TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
                      [&reported, &T_AW, &shift](const InitializationProblem& problem) {
                        return reported = visualSolutionIn(problem, T_AW, biasInMotion(), shift);
                      });
-  add(&pipeline, 0, kWindow);
+  add(&pipeline, 0, kWindowKeyframes);
   ASSERT_TRUE(pipeline.initializedAt());
   EXPECT_TRUE(pipeline.waitsForMotion());
   EXPECT_EQ(pipeline.bias().gyro, biasAtRest().gyro);
   EXPECT_FALSE(pipeline.handedOverAt());
   const Trajectory before = pipeline.trajectory();
 
-  add(&pipeline, kWindow, kWindow + 1);
-  const TimeNs now = flight().frames[kWindow].t;
+  add(&pipeline, kWindowKeyframes, kWindowKeyframes + 1);
+  const TimeNs now = flight().frames[kWindowKeyframes].t;
   ASSERT_EQ(pipeline.handedOverAt(), now);
   EXPECT_FALSE(pipeline.waitsForMotion());
   EXPECT_EQ(pipeline.initializedAt(), before.back().t);
@@ -195,8 +195,9 @@ TEST_F(PipelineWithAuto, HandoverKeepsYawAndPositionAndTakesTheRest) {
   expectLandmarks(pipeline.odometry().landmarks(), T_WA, reported->landmarks);
 
   // And the next frame follows from there.
-  add(&pipeline, kWindow + 1, kWindow + 2);
-  const SE3 moved = flight().truth(now).inverse() * flight().truth(flight().frames[kWindow + 1].t);
+  add(&pipeline, kWindowKeyframes + 1, kWindowKeyframes + 2);
+  const SE3 moved =
+      flight().truth(now).inverse() * flight().truth(flight().frames[kWindowKeyframes + 1].t);
   const SE3 expected = T_WB * moved;
   const SE3 next = pipeline.trajectory().back().T_WB;
   EXPECT_LT((next.t - expected.t).norm(), 0.01);
@@ -210,19 +211,19 @@ TEST_F(PipelineWithAuto, OnlyMotionEndsTheWaitForMotion) {
                      [](const InitializationProblem& problem) {
                        return visualSolutionIn(problem, SE3(), biasInMotion());
                      });
-  add(&pipeline, 0, kWindow + 1);
+  add(&pipeline, 0, kWindowKeyframes + 1);
   EXPECT_TRUE(pipeline.waitsForMotion());
   ASSERT_EQ(pipeline.attempts().size(), 2U);  // why it waits is on record
   EXPECT_EQ(pipeline.attempts()[1].initializer, "at_rest");
   EXPECT_EQ(pipeline.attempts()[1].decision.error().status, RefusalStatus::kImuGap);
   EXPECT_EQ(pipeline.attempts()[1].decision.error().reason, "a gap in the IMU");
-  EXPECT_EQ(pipeline.attempts()[1].t, flight().frames[kWindow].t);
-  EXPECT_EQ(pipeline.attempts()[1].keyframes.size(), static_cast<size_t>(kWindow));
+  EXPECT_EQ(pipeline.attempts()[1].t, flight().frames[kWindowKeyframes].t);
+  EXPECT_EQ(pipeline.attempts()[1].keyframes.size(), static_cast<size_t>(kWindowKeyframes));
   EXPECT_FALSE(pipeline.attempts()[1].accepted());
-  add(&pipeline, kWindow + 1, kWindow + 2);  // at rest: nothing to tell
+  add(&pipeline, kWindowKeyframes + 1, kWindowKeyframes + 2);  // at rest: nothing to tell
   EXPECT_TRUE(pipeline.waitsForMotion());
   EXPECT_EQ(pipeline.attempts().size(), 2U);
-  add(&pipeline, kWindow + 2, kWindow + 3);
+  add(&pipeline, kWindowKeyframes + 2, kWindowKeyframes + 3);
   EXPECT_FALSE(pipeline.waitsForMotion());
   ASSERT_EQ(pipeline.attempts().size(), 3U);
   EXPECT_EQ(pipeline.attempts()[2].initializer, "moving");
@@ -233,7 +234,7 @@ TEST_F(PipelineWithAuto, SaysWhyItDidNotStartAtRest) {
       this->pipeline(options(), says(moves()), [](const InitializationProblem& problem) {
         return visualSolutionIn(problem, SE3(), biasInMotion());
       });
-  add(&pipeline, 0, kWindow);
+  add(&pipeline, 0, kWindowKeyframes);
   ASSERT_EQ(pipeline.attempts().size(), 2U);
   EXPECT_EQ(pipeline.attempts()[0].initializer, "at_rest");
   EXPECT_EQ(pipeline.attempts()[0].decision.error().reason, "it moves");
@@ -250,11 +251,12 @@ TEST_F(PipelineWithAuto, WaitsUntilEnoughOfTheWindowMoves) {
                                      [](const InitializationProblem& problem) {
                                        return visualSolutionIn(problem, SE3(), biasInMotion());
                                      });
-  add(&pipeline, 0, kWindow + 2);  // at rest until frame kWindow, the next one moves
+  add(&pipeline, 0,
+      kWindowKeyframes + 2);  // at rest until frame kWindowKeyframes, the next one moves
   EXPECT_TRUE(pipeline.waitsForMotion());
   EXPECT_EQ(pipeline.attempts().size(), 1U);
-  add(&pipeline, kWindow + 2, kWindow + 3);
-  EXPECT_EQ(pipeline.handedOverAt(), flight().frames[kWindow + 2].t);
+  add(&pipeline, kWindowKeyframes + 2, kWindowKeyframes + 3);
+  EXPECT_EQ(pipeline.handedOverAt(), flight().frames[kWindowKeyframes + 2].t);
 }
 
 TEST_F(PipelineWithAuto, TheGyroBiasOfTheStartIsThePriorUnlessMeasurementsWouldCountTwice) {
@@ -264,7 +266,7 @@ TEST_F(PipelineWithAuto, TheGyroBiasOfTheStartIsThePriorUnlessMeasurementsWouldC
                                        priors.push_back(problem.priors());
                                        return refuse(RefusalStatus::kTooLittleMotion, "later");
                                      });
-  add(&pipeline, 0, kWindow + 2);
+  add(&pipeline, 0, kWindowKeyframes + 2);
   const BiasPriors configured = options().window.priors;
   ASSERT_EQ(priors.size(), 2U);
   // One keyframe on, the windows have an interval in common.
@@ -272,8 +274,8 @@ TEST_F(PipelineWithAuto, TheGyroBiasOfTheStartIsThePriorUnlessMeasurementsWouldC
   EXPECT_EQ(priors[0].sigma_gyro_rps, configured.sigma_gyro_rps);
   // Two keyframes on, no more: from the end of the first window its covariance grows.
   EXPECT_EQ(priors[1].mean.gyro, biasAtRest().gyro);
-  const double walk =
-      flight().calibration.imu.noise.gyro_random_walk * std::sqrt((kWindow - 1) / kFrameRateHz);
+  const double walk = flight().calibration.imu.noise.gyro_random_walk *
+                      std::sqrt((kWindowKeyframes - 1) / kFrameRateHz);
   EXPECT_NEAR(priors[1].sigma_gyro_rps, std::hypot(kSigmaBias, walk), 1e-9);
   EXPECT_EQ(priors[1].mean.accel, configured.mean.accel);
   EXPECT_EQ(priors[1].sigma_accel_mps2, configured.sigma_accel_mps2);

@@ -1,5 +1,5 @@
 // Opens the reports in headless Chromium: browser_test.mjs CHROMIUM FOLDER
-// FOLDER holds benchmark.html and run.html (tests/write_report_examples.cpp); screenshots and a PDF go there, too.
+// FOLDER holds benchmark.html, run.html and trial.html (tests/write_report_examples.cpp); screenshots and a PDF go there, too.
 import assert from "node:assert/strict";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -184,11 +184,27 @@ async function testRun(context) {
   await page.close();
 }
 
+async function testTrial(context) {
+  const page = await open(context, "trial.html", { width: 1280, height: 900 });
+  await expectCharts(page, ["faults", "after-start", "trajectories", "errors"]);
+  const parts = await page.locator("#part option").allInnerTexts();
+  assert.equal(parts.length, 4);
+  await page.selectOption("#part", "3");
+  await page.selectOption("#fault", "1");
+  assert.ok((await page.locator("#flight-note").innerText()).includes("silent: off by 0.62 m"), "why the run failed");
+  const names = await page.evaluate(() => window.etalonReport.charts.get("trajectories").getOption().series.map((s) => s.name));
+  assert.deepEqual(names, ["ground truth", "one", "two"]);
+  assert.ok((await page.locator("table.etalon tbody tr").count()) > 10, "tables");
+  await shot(page, "trial", { fullPage: true });
+  await page.close();
+}
+
 const context = await chromium.launchPersistentContext(profile, { executablePath, headless: true, args, offline: true });
 try {
   await testBenchmark(context);
   await testNarrow(context);
   await testRun(context);
+  await testTrial(context);
 } finally {
   await context.close();
   rmSync(profile, { recursive: true, force: true });

@@ -22,6 +22,10 @@ inline std::string groupOf(const std::string& stage) {
 std::string nameOf(SummaryStatistic statistic);
 double valueOf(const FigureSummary& figure, SummaryStatistic statistic);
 
+/** Whether an initializer's figures can be the best: a method that answers only where it is easy is
+ * not. It has an estimate in three quarters of the windows. */
+inline bool canBeBest(const SummaryRow& row) { return row.estimates >= 0.75 * row.count; }
+
 std::string shapeText(const WindowShape& shape);
 /** For TitledTable::id. */
 std::string shapeId(const WindowShape& shape);

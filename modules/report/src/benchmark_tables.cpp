@@ -21,9 +21,6 @@ const SummaryRow& rowOf(const std::vector<SummaryRow>& summary, const SummaryRow
   });
 }
 
-/** Least share of windows with an estimate for an initializer's figures to count as best. */
-constexpr double kShareForBest = 0.75;
-
 /** How a table of the papers' layout is filled. */
 struct Layout {
   int decimals = 0;
@@ -68,8 +65,7 @@ Table papersLayout(const BenchmarkRecord& record, const std::vector<SummaryRow>&
         const SummaryRow& row = rowOf(summary, key);
         table.setNumber(cellKey(initializer, stage), value(row));
         // A method that answers only where it is easy is not the best.
-        if (row.estimates >= kShareForBest * row.count)
-          cells.push_back(cellKey(initializer, stage));
+        if (canBeBest(row)) cells.push_back(cellKey(initializer, stage));
         more(&table, row);
       }
       if (layout.mark_best) table.markBest(cells, layout.least_is_best);
@@ -309,7 +305,8 @@ std::vector<TitledTable> benchmarkTables(const BenchmarkRecord& record) {
 
 std::string noteOf(const TitledTable& table, const std::string& mark) {
   if (!table.marks_best) return table.note;
-  return table.note + " Best " + mark +
+  const bool new_line = table.note.empty() || table.note.back() == '\n';
+  return table.note + (new_line ? "Best " : " Best ") + mark +
          ", of the initializers with an estimate in three quarters of the windows.";
 }
 

@@ -1,5 +1,9 @@
 #include "etalon/report/comparison_table.h"
 
+#include <algorithm>
+
+#include "benchmark_side_tables.h"
+
 namespace etalon {
 namespace {
 
@@ -84,6 +88,49 @@ Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs) {
     for (const StageRecord& stage : attempt->stages) {
       addRunCells(&table, name, record, attempt);
       addStageCells(&table, *attempt, stage);
+    }
+  }
+  return table;
+}
+
+Table compareRunsBriefly(const std::vector<std::pair<std::string, RunRecord>>& runs) {
+  std::vector<Table::Column> columns = {
+      {"run", "run"}, {"initializer", "initializer"}, {"initialized_at_s", "start [s]", true, 2}};
+  const auto named = [](const auto& run) { return run.first == run.second.initializer; };
+  if (std::all_of(runs.begin(), runs.end(), named)) columns.erase(columns.begin() + 1);
+  const auto add = [&columns](const std::string& key, const std::string& title, int decimals,
+                              const std::string& stage, double factor = 1.0) {
+    columns.push_back(
+        {key + stage, title, true, decimals, factor, false, stage.empty() ? "" : groupOf(stage)});
+  };
+  add("rre_deg", "RRE [deg]", 4, kStageInit);
+  for (const std::string stage : {kStageInit, kStageViBa}) {
+    add("gravity_deg", "gravity", 2, stage);
+    add("velocity_mps", "v [m/s]", 4, stage);
+    add("ms", "ms", 2, stage);
+  }
+  add("trajectory_ate_m", "ATE [mm]", 1, "", 1e3);
+  Table table(columns);
+  for (const auto& [name, record] : runs) {
+    table.addRow();
+    table.setText("run", name);
+    if (table.hasColumn("initializer")) table.setText("initializer", record.initializer);
+    if (record.initialized_at)
+      table.setNumber("initialized_at_s",
+                      secondsBetween(record.first_image, *record.initialized_at));
+    if (record.trajectory_errors)
+      table.setNumber("trajectory_ate_m", record.trajectory_errors->position_m.rmse);
+    const AttemptRecord* attempt = attemptToShow(record);
+    if (!attempt) continue;
+    for (const StageRecord& stage : attempt->stages) {
+      table.setNumber(
+          "ms" + stage.stage,
+          attempt->milliseconds(stage.stage == kStageInit ? kTimingInitialize : stage.stage));
+      if (!stage.errors) continue;
+      if (stage.stage == kStageInit)
+        table.setNumber("rre_deg" + stage.stage, stage.errors->rre_deg);
+      table.setNumber("gravity_deg" + stage.stage, stage.errors->gravity_deg);
+      table.setNumber("velocity_mps" + stage.stage, stage.errors->velocity_mps);
     }
   }
   return table;

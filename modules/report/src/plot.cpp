@@ -59,7 +59,7 @@ class TrajectoryPlot {
     drawSeries(kLowerBox, with_truth ? rotationError() : speed());
   }
 
-  void writePng(const std::string& path) const { canvas_.writePng(path); }
+  void write(const std::string& path) const { canvas_.write(path); }
 
  private:
   double secondsAt(TimeNs t) const { return secondsBetween(estimate_.front().t, t); }
@@ -230,7 +230,7 @@ void drawTrajectoryPlot(const std::string& path, const Trajectory& estimate,
                         const GroundTruth& ground_truth, const TrajectoryPlotOptions& options) {
   TrajectoryPlot plot(estimate, ground_truth, options);
   plot.draw();
-  plot.writePng(path);
+  plot.write(path);
 }
 
 }  // namespace etalon

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -10,6 +11,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
@@ -39,13 +41,59 @@ double fontScale(double size) { return size * kOversampling / kFontCapitalHeight
 /** Strokes of a tenth of the letters' height. */
 int strokeWidth(double size) { return toThickness(0.11 * size); }
 
+/** A colour of SVG, e.g. "#1469b4". */
+std::string hex(const Color& color) {
+  char text[32];
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", static_cast<int>(color[2]),
+                static_cast<int>(color[1]), static_cast<int>(color[0]));
+  return text;
+}
+
+std::string stroke(const Color& color, double width) {
+  char text[80];
+  std::snprintf(text, sizeof text, "fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\"",
+                hex(color).c_str(), width);
+  return text;
+}
+
+std::string filled(const Color& color) { return "fill=\"" + hex(color) + "\""; }
+
+std::vector<cv::Point2d> cornersOf(const cv::Rect2d& box) {
+  return {box.tl(), {box.x + box.width, box.y}, box.br(), {box.x, box.y + box.height}};
+}
+
 }  // namespace
+
+void PlotCanvas::element(const char* format, ...) {
+  char text[256];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  svg_ += text;
+}
+
+void PlotCanvas::shape(const char* kind, const std::vector<cv::Point2d>& points,
+                       const std::string& style) {
+  svg_ += std::string("<") + kind + " points=\"";
+  for (const cv::Point2d& p : points) element("%.1f,%.1f ", p.x, p.y);
+  svg_ += "\" " + style + "/>\n";
+}
+
+void PlotCanvas::letters(cv::Point2d at, const std::string& text, double size, const Color& color,
+                         const char* anchor, const char* turn) {
+  constexpr double kCapitalHeight = 0.72;  // of a sans-serif font's size
+  element("<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"%s\"%s ", at.x, at.y,
+          size / kCapitalHeight, anchor, turn);
+  svg_ += filled(color) + ">" + htmlText(text) + "</text>\n";
+}
 
 PlotCanvas::PlotCanvas(int width, int height)
     : image_(height * kOversampling, width * kOversampling, CV_8UC3, cv::Scalar::all(255)) {}
 
 void PlotCanvas::line(cv::Point2d a, cv::Point2d b, const Color& color, double width) {
   cv::line(image_, toFixed(a), toFixed(b), color, toThickness(width), cv::LINE_AA, kShift);
+  shape("polyline", {a, b}, stroke(color, width));
 }
 
 void PlotCanvas::dashedLine(cv::Point2d a, cv::Point2d b, const Color& color, double width) {
@@ -62,27 +110,33 @@ void PlotCanvas::polyline(const std::vector<cv::Point2d>& points, const Color& c
   std::vector<cv::Point> fixed;
   for (const cv::Point2d& p : points) fixed.push_back(toFixed(p));
   cv::polylines(image_, fixed, false, color, toThickness(width), cv::LINE_AA, kShift);
+  shape("polyline", points, stroke(color, width));
 }
 
 void PlotCanvas::disc(cv::Point2d centre, double radius, const Color& color) {
   const int r = static_cast<int>(std::lround(radius * kOversampling * (1 << kShift)));
   cv::circle(image_, toFixed(centre), r, color, cv::FILLED, cv::LINE_AA, kShift);
+  element("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" %s/>\n", centre.x, centre.y, radius,
+          filled(color).c_str());
 }
 
 void PlotCanvas::diamond(cv::Point2d c, double r, const Color& color) {
   const std::vector<cv::Point> corners = {toFixed({c.x - r, c.y}), toFixed({c.x, c.y - r}),
                                           toFixed({c.x + r, c.y}), toFixed({c.x, c.y + r})};
   cv::fillConvexPoly(image_, corners, color, cv::LINE_AA, kShift);
+  shape("polygon", {{c.x - r, c.y}, {c.x, c.y - r}, {c.x + r, c.y}, {c.x, c.y + r}}, filled(color));
 }
 
 void PlotCanvas::frame(const cv::Rect2d& box, const Color& color, double width) {
   cv::rectangle(image_, toFixed(box.tl()), toFixed(box.br()), color, toThickness(width),
                 cv::LINE_AA, kShift);
+  shape("polygon", cornersOf(box), stroke(color, width));
 }
 
 void PlotCanvas::fill(const cv::Rect2d& box, const Color& color) {
   cv::rectangle(image_, toFixed(box.tl()), toFixed(box.br()), color, cv::FILLED, cv::LINE_AA,
                 kShift);
+  shape("polygon", cornersOf(box), filled(color));
 }
 
 double PlotCanvas::textWidth(const std::string& text, double size) {
@@ -93,6 +147,11 @@ double PlotCanvas::textWidth(const std::string& text, double size) {
 
 void PlotCanvas::text(cv::Point2d at, const std::string& text, double size, const Color& color,
                       TextAlign align) {
+  letters(at, text, size, color,
+          align == TextAlign::kLeft     ? "start"
+          : align == TextAlign::kCentre ? "middle"
+                                        : "end",
+          "");
   if (align != TextAlign::kLeft)
     at.x -= textWidth(text, size) * (align == TextAlign::kCentre ? 0.5 : 1.0);
   const cv::Point origin(static_cast<int>(std::lround(at.x * kOversampling)),
@@ -102,6 +161,9 @@ void PlotCanvas::text(cv::Point2d at, const std::string& text, double size, cons
 
 void PlotCanvas::verticalText(cv::Point2d at, const std::string& text, double size,
                               const Color& color) {
+  char turn[80];
+  std::snprintf(turn, sizeof turn, " transform=\"rotate(-90 %.1f %.1f)\"", at.x, at.y);
+  letters({at.x, at.y + 0.5 * size}, text, size, color, "middle", turn);
   int below = 0;
   const cv::Size extent = cv::getTextSize(text, kFont, fontScale(size), strokeWidth(size), &below);
   const int margin = strokeWidth(size) + 1;
@@ -119,6 +181,18 @@ void PlotCanvas::verticalText(cv::Point2d at, const std::string& text, double si
   cv::min(target, letters(inside - wanted.tl()), target);
 }
 
+void PlotCanvas::write(const std::string& path) const {
+  if (std::filesystem::path(path).extension() != ".svg") return writePng(path);
+  const cv::Size size = image_.size() / kOversampling;
+  char head[240];
+  std::snprintf(head, sizeof head,
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" "
+                "viewBox=\"0 0 %d %d\" font-family=\"sans-serif\">\n"
+                "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
+                size.width, size.height, size.width, size.height);
+  writeFile(path, head + svg_ + "</svg>\n");
+}
+
 void PlotCanvas::writePng(const std::string& path) const {
   cv::Mat small;
   cv::resize(image_, small, image_.size() / kOversampling, 0, 0, cv::INTER_AREA);
@@ -128,7 +202,8 @@ void PlotCanvas::writePng(const std::string& path) const {
     encoded = cv::imencode(std::filesystem::path(path).extension().string(), small, png);
   } catch (const cv::Exception&) {  // an extension that OpenCV does not know
   }
-  if (!encoded) throw DataError(path, 0, "cannot be written; expected the path of a new .png file");
+  if (!encoded)
+    throw DataError(path, 0, "cannot be written; expected the path of a new .png or .svg file");
   writeFile(path, std::string(png.begin(), png.end()));
 }
 

@@ -13,7 +13,7 @@ enum class TextAlign { kLeft, kCentre, kRight };
 
 /**
  * A white picture to draw on, in pixels from the top left corner. Drawn at three times its size and
- * averaged down, which smooths lines and letters alike.
+ * averaged down, which smooths lines and letters alike; and as SVG beside it.
  */
 class PlotCanvas {
  public:
@@ -35,11 +35,19 @@ class PlotCanvas {
   /** Width of a text, px. */
   static double textWidth(const std::string& text, double size);
 
-  /** @throws DataError if the file cannot be written. */
-  void writePng(const std::string& path) const;
+  /** Writes a .png or .svg file. @throws DataError if it cannot be written. */
+  void write(const std::string& path) const;
 
  private:
+  void writePng(const std::string& path) const;
+  /** Appends an element to the SVG. */
+  void element(const char* format, ...) __attribute__((format(printf, 2, 3)));
+  void shape(const char* kind, const std::vector<cv::Point2d>& points, const std::string& style);
+  void letters(cv::Point2d at, const std::string& text, double size, const Color& color,
+               const char* anchor, const char* turn);
+
   cv::Mat image_;
+  std::string svg_;  ///< the elements
 };
 
 /** Round values between `low` and `high`, at distances of 1, 2 or 5 times a power of ten. */

@@ -70,16 +70,39 @@ std::string Table::textAt(size_t row, const std::string& key) const {
   return cell.empty ? "" : cell.text;
 }
 
-void Table::markBest(const std::vector<std::string>& keys, bool least_is_best) {
+void Table::mark(const std::vector<Cell*>& cells, const std::vector<size_t>& columns,
+                 bool least_is_best) {
   std::vector<size_t> filled;
-  for (const std::string& key : keys)
-    if (const size_t c = indexOf(key); !rows_.back()[c].empty) filled.push_back(c);
+  for (size_t i = 0; i < cells.size(); ++i)
+    if (!cells[i]->empty) filled.push_back(i);
   if (filled.size() < 2) return;
-  std::vector<Cell>& row = rows_.back();
   const size_t best = *std::min_element(filled.begin(), filled.end(), [&](size_t a, size_t b) {
-    return least_is_best ? row[a].value < row[b].value : row[a].value > row[b].value;
+    return least_is_best ? cells[a]->value < cells[b]->value : cells[a]->value > cells[b]->value;
   });
-  for (const size_t c : filled) row[c].bold = rounded(c, row[c]) == rounded(best, row[best]);
+  for (const size_t i : filled) {
+    const Column& column = columns_[columns[i]];
+    const double difference = column.factor * std::abs(cells[i]->value - cells[best]->value);
+    const double alike = column.decimals > 0 ? std::pow(10.0, 1 - column.decimals) : 0.5;
+    cells[i]->bold = i == best || difference < alike;
+  }
+}
+
+void Table::markBest(const std::vector<std::string>& keys, bool least_is_best) {
+  std::vector<Cell*> cells;
+  std::vector<size_t> columns;
+  for (const std::string& key : keys) {
+    columns.push_back(indexOf(key));
+    cells.push_back(&rows_.back()[columns.back()]);
+  }
+  mark(cells, columns, least_is_best);
+}
+
+void Table::markBestOfColumn(const std::string& key, const std::vector<size_t>& rows,
+                             bool least_is_best) {
+  const size_t column = indexOf(key);
+  std::vector<Cell*> cells;
+  for (const size_t row : rows) cells.push_back(&rows_.at(row)[column]);
+  mark(cells, std::vector<size_t>(cells.size(), column), least_is_best);
 }
 
 std::vector<size_t> Table::shownColumns() const {

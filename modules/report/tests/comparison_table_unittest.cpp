@@ -96,5 +96,18 @@ TEST(Comparison, AStageWithoutGroundTruthHasItsTimeAlone) {
     EXPECT_EQ(table.textAt(0, key), "") << key;
 }
 
+TEST(Comparison, BrieflyARowARunWithTheStagesBesideEachOther) {
+  const Table table = compareRunsBriefly({{"out/a", exampleRecord()}});
+  ASSERT_EQ(table.rowCount(), 1u);
+  EXPECT_EQ(table.textAt(0, "initializer"), exampleRecord().initializer);
+  EXPECT_NEAR(table.numberAt(0, "rre_deginit"), 0.0123 * 1.1, 1e-12);
+  EXPECT_EQ(table.numberAt(0, "msinit"), 3.25);
+  EXPECT_NEAR(table.numberAt(0, "gravity_degvi_ba"), 0.789 * 0.7, 1e-9);
+  EXPECT_EQ(table.numberAt(0, "trajectory_ate_m"), 0.01);
+  // A run of its initializer's name needs no other.
+  EXPECT_FALSE(compareRunsBriefly({{exampleRecord().initializer, exampleRecord()}})
+                   .hasColumn("initializer"));
+}
+
 }  // namespace
 }  // namespace etalon

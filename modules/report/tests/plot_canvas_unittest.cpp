@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
 #include "etalon/core/errors.h"
@@ -19,7 +21,7 @@ const Color kBlack(0, 0, 0);
 cv::Mat pictureOf(const PlotCanvas& canvas) {
   const testing::TemporaryFolder folder;
   const std::string path = folder / "picture.png";
-  canvas.writePng(path);
+  canvas.write(path);
   return cv::imread(path, cv::IMREAD_GRAYSCALE);
 }
 
@@ -134,8 +136,8 @@ TEST(PlotCanvas, VerticalTextReadsUpwardsAndMayBeCutByTheEdge) {
 TEST(PlotCanvas, OnlyPicturesAreWritten) {
   const testing::TemporaryFolder folder;
   const PlotCanvas canvas(10, 10);
-  EXPECT_THROW(canvas.writePng(folder / "picture.txt"), DataError);
-  EXPECT_THROW(canvas.writePng(folder / "no/such/folder/picture.png"), DataError);
+  EXPECT_THROW(canvas.write(folder / "picture.txt"), DataError);
+  EXPECT_THROW(canvas.write(folder / "no/such/folder/picture.png"), DataError);
 }
 
 TEST(PlotArea, MapsItsCornersAndTurnsYUp) {
@@ -173,6 +175,35 @@ TEST(Ticks, ZeroHasNoSignAndNothingHasNoTicks) {
   EXPECT_EQ(Ticks(0.0, INFINITY, 5).count, 0);
   EXPECT_EQ(Ticks(2.0, 2.0, 5).count, 1);  // one value: itself
   EXPECT_EQ(Ticks(2.0, 2.0, 5).value(0), 2.0);
+}
+
+TEST(PlotCanvas, WritesTheSameAsSvg) {
+  PlotCanvas canvas(200, 100);
+  canvas.line({20, 30}, {120, 30}, Color(255, 0, 0), 4.0);
+  canvas.fill({50, 10, 60, 40}, kBlack);
+  canvas.frame({50, 10, 60, 40}, kBlack, 2.0);
+  canvas.disc({100, 50}, 12.0, kBlack);
+  canvas.diamond({100, 50}, 12.0, kBlack);
+  canvas.text({10, 20}, "a < b & c", 10.0, kBlack, TextAlign::kRight);
+  canvas.verticalText({30, 50}, "up", 10.0, kBlack);
+  const testing::TemporaryFolder folder;
+  canvas.write(folder / "picture.svg");
+  std::ifstream file(folder / "picture.svg");
+  const std::string svg((std::istreambuf_iterator<char>(file)), {});
+  for (const char* element :
+       {"width=\"200\" height=\"100\"",
+        "<polyline points=\"20.0,30.0 120.0,30.0 \" fill=\"none\" stroke=\"#0000ff\"",
+        "<polygon points=\"50.0,10.0 110.0,10.0 110.0,50.0 50.0,50.0 \" fill=\"#000000\"",
+        "<circle cx=\"100.0\" cy=\"50.0\" r=\"12.0\"",
+        "<polygon points=\"88.0,50.0 100.0,38.0 112.0,50.0 100.0,62.0 \"",
+        "text-anchor=\"end\" fill=\"#000000\">a &lt; b &amp; c</text>", "rotate(-90 30.0 50.0)"})
+    EXPECT_NE(svg.find(element), std::string::npos) << element << "\n" << svg;
+}
+
+TEST(PlotCanvas, RefusesAFileOfAnotherKind) {
+  const testing::TemporaryFolder folder;
+  EXPECT_THROW(PlotCanvas(20, 10).write(folder / "picture.xyz"), DataError);
+  EXPECT_THROW(PlotCanvas(20, 10).write(folder / "no/such.svg"), DataError);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -17,11 +19,11 @@ namespace etalon {
 namespace {
 
 /** A figure of eight over 20 s, and an estimate that drifts away from it in another frame. */
-struct Flight {
+struct DrawnFlight {
   Trajectory estimate;
   GroundTruth truth;
 
-  Flight() {
+  DrawnFlight() {
     const SE3 T_WG(expSO3(Eigen::Vector3d(0, 0, 1.0)), Eigen::Vector3d(-3, 2, 1));
     truth.has_velocity = false;
     for (int i = 0; i <= 400; ++i) {
@@ -61,7 +63,7 @@ class Plot : public ::testing::Test {
     return image;
   }
   testing::TemporaryFolder folder_;
-  Flight flight_;
+  DrawnFlight flight_;
 };
 
 TEST_F(Plot, WithGroundTruthShowsBothCurvesTheErrorsAndTheInitialisation) {
@@ -142,6 +144,33 @@ TEST(PlotTicks, AreRoundAndInside) {
     EXPECT_GE(t.value(0), -0.3 * width - 1e-9 * width);
     EXPECT_LE(t.value(t.count - 1), 0.7 * width + 1e-9 * width);
   }
+}
+
+TEST_F(Plot, SeveralTrajectoriesAreDrawnInOnePicture) {
+  Trajectory half(flight_.estimate.begin(), flight_.estimate.begin() + 200);
+  const std::string png = folder_ / "runs.png", svg = folder_ / "runs.svg";
+  for (const std::string& path : {png, svg})
+    drawTrajectories(path, {{"whole", flight_.estimate}, {"half & more", half}}, flight_.truth);
+  const cv::Mat image = cv::imread(png);
+  ASSERT_EQ(image.size(), cv::Size(1800, 900));
+  const cv::Rect top(95, 115, 550, 710), last_yaw(1600, 645, 160, 180);
+  const cv::Scalar first_run(178, 114, 0), second_run(0, 94, 213);
+  EXPECT_GT(share(image, top, first_run), 1.0);
+  EXPECT_GT(share(image, top, second_run), 1.0);
+  EXPECT_GT(share(image, last_yaw, first_run), 1.0);
+  EXPECT_LT(share(image, last_yaw, second_run), 0.1);  // it ended before
+
+  std::ifstream file(svg);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_EQ(text.rfind("<svg xmlns", 0), 0u);
+  EXPECT_NE(text.find(">half &amp; more</text>"), std::string::npos);
+  EXPECT_NE(text.find("stroke=\"#0072b2\""), std::string::npos);
+  EXPECT_EQ(text.substr(text.size() - 7), "</svg>\n");
+}
+
+TEST_F(Plot, NothingToDrawIsAnEmptyPicture) {
+  drawTrajectories(folder_ / "none.png", {{"none", {}}}, {});
+  EXPECT_EQ(cv::imread(folder_ / "none.png").size(), cv::Size(1800, 900));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace etalon::testing {
 namespace {
 
-constexpr TimeNs kFirstImage = 1403636579763555584;
+constexpr TimeNs kExampleStart = 1403636579763555584;
 
 TimeNs nanoseconds(double seconds) { return static_cast<TimeNs>(std::llround(1e9 * seconds)); }
 
@@ -18,7 +18,7 @@ TimeNs nanoseconds(double seconds) { return static_cast<TimeNs>(std::llround(1e9
 StampedState truthAt(double t_s, int sequence) {
   const double s = std::max(0.0, t_s - 3.0), turn = 0.25 + 0.05 * sequence;
   StampedState state;
-  state.t = kFirstImage + nanoseconds(t_s);
+  state.t = kExampleStart + nanoseconds(t_s);
   state.T_WB.t = Eigen::Vector3d(3.0 * std::sin(turn * s), 2.0 * std::sin(1.7 * turn * s),
                                  1.0 + 0.4 * std::sin(2.3 * turn * s));
   state.T_WB.R = expSO3(Eigen::Vector3d(0, 0, turn * s));
@@ -118,9 +118,9 @@ BenchmarkSequence sequenceOf(int s, const ReportExampleSize& size) {
   sequence.name = kSequences[s % kSequences.size()];
   sequence.source = "/recordings/" + sequence.name;
   sequence.source_kind = "euroc";
-  sequence.first_image = kFirstImage;
+  sequence.first_image = kExampleStart;
   sequence.duration_s = 2.5 * size.windows;
-  sequence.last_image = kFirstImage + nanoseconds(sequence.duration_s);
+  sequence.last_image = kExampleStart + nanoseconds(sequence.duration_s);
   sequence.stereo_frames = 50 * size.windows;
   sequence.has_ground_truth = s % 7 < 5;
   if (sequence.has_ground_truth) {
@@ -191,7 +191,7 @@ RunExample runExample() {
   record.initializer_version = "1.0";
   record.versions = {{"etalon", "0.1.0"}};
   record.config = "[pipeline]\ninitializer = eta\n";
-  record.first_image = kFirstImage;
+  record.first_image = kExampleStart;
   record.statistics.duration_s = 40.0;
   record.statistics.stereo_frames = 801;
   for (int a = 0; a < 12; ++a) {
@@ -205,7 +205,7 @@ RunExample runExample() {
   }
   run.ground_truth.has_velocity = run.ground_truth.has_biases = true;
   for (int i = 0; i <= 8000; ++i) run.ground_truth.states.push_back(truthAt(0.005 * i, 0));
-  const auto at = [](double seconds) { return kFirstImage + durationNs(seconds); };
+  const auto at = [](double seconds) { return kExampleStart + durationNs(seconds); };
   record.events = {{at(0.0), "visual", "images have come", false, {}},
                    {*record.initialized_at, "inertial", "'eta' was accepted", false, {}},
                    {at(20.0), "dead_reckoning", "no image <came>", false, {}},

@@ -13,7 +13,6 @@ namespace etalon {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kStandardGravity = 9.81;  // m/s^2, for the tilt only
 constexpr int kSinusoidsPerAxis = 3;
 constexpr double kHeightAtRest = 0.4;  // m above the world's origin
@@ -74,15 +73,15 @@ ProfileTrajectory::ProfileTrajectory(const ProfileOptions& options) : options_(o
   height_ = shape.height;
   tilt_ = shape.horizontal.rate > 0.0 ? 1.0 : 0.0;
   Random random(options.seed, kMotionStream);
-  heading_ = random.uniform(-kPi, kPi);
+  heading_ = random.uniform(-M_PI, M_PI);
   for (size_t axis = 0; axis < shapes.size(); ++axis) {
     const AxisShape& s = shapes[axis];
     for (int i = 0; i < kSinusoidsPerAxis; ++i) {
       // One frequency in each third of the range (in octaves), so that slow and fast motion are
       // both there.
       const double share = (i + random.uniform()) / kSinusoidsPerAxis;
-      const double omega = 2.0 * kPi * s.min_hz * std::pow(s.max_hz / s.min_hz, share);
-      const double phase = random.uniform(-kPi, kPi);
+      const double omega = 2.0 * M_PI * s.min_hz * std::pow(s.max_hz / s.min_hz, share);
+      const double phase = random.uniform(-M_PI, M_PI);
       if (s.rate > 0.0) axes_[axis].push_back({s.rate / omega, omega, phase});
     }
   }

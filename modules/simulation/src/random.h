@@ -14,6 +14,17 @@ inline std::uint64_t mixBits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
+/** Nearly normal (sum of four uniform numbers), mean 0, variance 1; a function of its argument
+ * only. */
+inline float nearlyNormal(std::uint64_t key) {
+  const std::uint64_t bits = mixBits(key);
+  const int sum = static_cast<int>((bits & 0xffff) + ((bits >> 16) & 0xffff) +
+                                   ((bits >> 32) & 0xffff) + (bits >> 48));
+  constexpr float kMean = 2.0f * 65535.0f;
+  constexpr float kSigma = 37837.2f;  // sqrt(4 / 12) 2^16
+  return (static_cast<float>(sum) - kMean) / kSigma;
+}
+
 /** Seeded random numbers (SplitMix64), the same on every platform up to libm's rounding. */
 class Random {
  public:
@@ -54,6 +65,7 @@ enum RandomStream : std::uint64_t {
   kRoomStream,
   kTextureStream,
   kImageNoiseStream,
+  kFaultStream,
 };
 
 }  // namespace etalon

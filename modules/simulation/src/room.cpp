@@ -13,8 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 Vector3d toBox(const RoomBox& box, const Vector3d& v) {
   const double c = std::cos(box.yaw), s = std::sin(box.yaw);
   return {c * v.x() + s * v.y(), -s * v.x() + c * v.y(), v.z()};
@@ -43,7 +41,7 @@ RoomBox randomBox(const Room& room, Random* random) {
   RoomBox box;
   box.half_size = {random->uniform(0.15, 0.6), random->uniform(0.15, 0.6),
                    0.5 * size.z() * std::min(0.9, random->uniform(0.1, 0.75))};
-  box.yaw = random->uniform(0.0, kPi);
+  box.yaw = random->uniform(0.0, M_PI);
   for (int k = 0; k < 2; ++k) box.centre[k] = random->uniform(room.low[k], room.high[k]);
   box.centre.z() = room.low.z() + box.half_size.z();
   if (random->uniform() < 0.4) {  // on a wall

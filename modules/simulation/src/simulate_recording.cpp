@@ -12,11 +12,11 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/euroc_files.h"
+#include "etalon/datasets/euroc_folder.h"
 #include "etalon/simulation/imu_synthesis.h"
 #include "etalon/simulation/integrated_trajectory.h"
 #include "etalon/simulation/recorded_trajectory.h"
 #include "etalon/simulation/room.h"
-#include "euroc_folder.h"
 
 namespace etalon {
 

@@ -179,21 +179,6 @@ StereoRenderer::~StereoRenderer() = default;
 StereoRenderer::StereoRenderer(StereoRenderer&&) noexcept = default;
 StereoRenderer& StereoRenderer::operator=(StereoRenderer&&) noexcept = default;
 
-namespace {
-
-/** Nearly normal (sum of four uniform numbers), mean 0, variance 1; a function of its argument
- * only. */
-float noiseOf(std::uint64_t key) {
-  const std::uint64_t bits = mixBits(key);
-  const int sum = static_cast<int>((bits & 0xffff) + ((bits >> 16) & 0xffff) +
-                                   ((bits >> 32) & 0xffff) + (bits >> 48));
-  constexpr float kMean = 2.0f * 65535.0f;
-  constexpr float kSigma = 37837.2f;  // sqrt(4 / 12) 2^16
-  return (static_cast<float>(sum) - kMean) / kSigma;
-}
-
-}  // namespace
-
 cv::Mat StereoRenderer::render(size_t camera_index, const SimulatedTrajectory& trajectory,
                                TimeNs t) const {
   const Impl::Camera& camera = impl_->cameras.at(camera_index);
@@ -214,7 +199,7 @@ cv::Mat StereoRenderer::render(size_t camera_index, const SimulatedTrajectory& t
   const float shot = static_cast<float>(options.shot_noise);
   for (size_t i = 0; i < sum.size(); ++i) {
     const float gray = sum[i] / static_cast<float>(samples) * camera.gain[i];
-    const float noisy = gray + std::sqrt(dark + shot * gray) * noiseOf(key + i);
+    const float noisy = gray + std::sqrt(dark + shot * gray) * nearlyNormal(key + i);
     image.data[i] = cv::saturate_cast<std::uint8_t>(noisy);
   }
   return image;

@@ -12,11 +12,9 @@ namespace etalon {
 namespace {
 
 constexpr int kSize = Texture::kSize;
-constexpr double kPi = 3.14159265358979323846;
-
 /** Corners of one shape around the origin, in texels. */
 std::vector<cv::Point2d> randomShape(double radius, Random* random) {
-  const double angle = random->uniform(0.0, 2.0 * kPi);
+  const double angle = random->uniform(0.0, 2.0 * M_PI);
   const int kind = random->uniformInt(4);
   std::vector<cv::Point2d> corners;
   if (kind <= 1) {  // rectangle
@@ -25,13 +23,13 @@ std::vector<cv::Point2d> randomShape(double radius, Random* random) {
   } else if (kind == 2) {  // triangle or quadrangle with uneven sides
     const int count = 3 + random->uniformInt(2);
     for (int i = 0; i < count; ++i) {
-      const double a = 2.0 * kPi * (i + random->uniform(-0.25, 0.25)) / count;
+      const double a = 2.0 * M_PI * (i + random->uniform(-0.25, 0.25)) / count;
       corners.emplace_back(std::cos(a), std::sin(a));
     }
   } else {  // disk
     const double aspect = random->uniform(0.6, 1.0);
     for (int i = 0; i < 24; ++i) {
-      const double a = 2.0 * kPi * i / 24;
+      const double a = 2.0 * M_PI * i / 24;
       corners.emplace_back(std::cos(a), aspect * std::sin(a));
     }
   }

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-ProfileTrajectory flight(MotionProfile profile, double duration_s) {
+ProfileTrajectory flightOf(MotionProfile profile, double duration_s) {
   ProfileOptions options;
   options.profile = profile;
   options.duration_s = duration_s;
@@ -21,7 +21,7 @@ ProfileTrajectory flight(MotionProfile profile, double duration_s) {
 }
 
 TEST(ImuSynthesis, AtRestItMeasuresGravityAlone) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kStatic, 2.0);
+  const ProfileTrajectory trajectory = flightOf(MotionProfile::kStatic, 2.0);
   const SyntheticImu imu = synthesizeImu(trajectory, trajectory.start(), trajectory.end(),
                                          ImuSynthesisOptions::noiseFree());
   ASSERT_EQ(imu.samples.size(), 401u);
@@ -33,7 +33,7 @@ TEST(ImuSynthesis, AtRestItMeasuresGravityAlone) {
 }
 
 TEST(ImuSynthesis, WhiteNoiseHasTheDensitysVariance) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kStatic, 200.0);
+  const ProfileTrajectory trajectory = flightOf(MotionProfile::kStatic, 200.0);
   ImuSynthesisOptions options;
   options.bias_walk = false;
   options.initial_bias.gyro = {0.01, -0.02, 0.03};
@@ -70,7 +70,7 @@ TEST(ImuSynthesis, WhiteNoiseHasTheDensitysVariance) {
 }
 
 TEST(ImuSynthesis, BiasesWalkAsTheirDensitySays) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kStatic, 4.0);
+  const ProfileTrajectory trajectory = flightOf(MotionProfile::kStatic, 4.0);
   constexpr int kRuns = 400;
   double gyro2 = 0.0, accel2 = 0.0;
   for (int run = 0; run < kRuns; ++run) {
@@ -91,7 +91,7 @@ TEST(ImuSynthesis, BiasesWalkAsTheirDensitySays) {
 }
 
 TEST(ImuSynthesis, ReproducesAnIntegratedTrajectorysSamples) {
-  const IntegratedTrajectory trajectory(flight(MotionProfile::kAggressive, 6.0), 200.0);
+  const IntegratedTrajectory trajectory(flightOf(MotionProfile::kAggressive, 6.0), 200.0);
   const SyntheticImu imu = synthesizeImu(trajectory, trajectory.start(), trajectory.end(),
                                          ImuSynthesisOptions::noiseFree());
   ASSERT_EQ(imu.samples.size(), trajectory.samples().size());
@@ -102,7 +102,7 @@ TEST(ImuSynthesis, ReproducesAnIntegratedTrajectorysSamples) {
 }
 
 TEST(ImuSynthesis, SeededAndRealistic) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kGentle, 1.0);
+  const ProfileTrajectory trajectory = flightOf(MotionProfile::kGentle, 1.0);
   ImuSynthesisOptions options;
   const auto run = [&] {
     return synthesizeImu(trajectory, trajectory.start(), trajectory.end(), options).samples.back();
@@ -120,7 +120,7 @@ TEST(ImuSynthesis, SeededAndRealistic) {
 }
 
 TEST(ImuSynthesis, RecordedBiasesReplaceTheWalk) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kStatic, 1.0);
+  const ProfileTrajectory trajectory = flightOf(MotionProfile::kStatic, 1.0);
   ImuSynthesisOptions options;
   options.white_noise = false;
   options.recorded_bias = [&](TimeNs t) {
@@ -133,7 +133,7 @@ TEST(ImuSynthesis, RecordedBiasesReplaceTheWalk) {
 }
 
 TEST(ImuSynthesis, RefusesWhatCannotBe) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kStatic, 1.0);
+  const ProfileTrajectory trajectory = flightOf(MotionProfile::kStatic, 1.0);
   ImuSynthesisOptions options;
   options.rate_hz = 0.0;
   EXPECT_THROW(synthesizeImu(trajectory, 0, 1, options), ConfigError);

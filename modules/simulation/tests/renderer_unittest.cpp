@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-class Renderer : public testing::Test {
+class Renderer : public ::testing::Test {
  protected:
   Renderer() : trajectory_(options()), rig_(eurocCalibration()), room_(makeRoom(trajectory_)) {}
 

@@ -31,7 +31,7 @@ double distanceToWalls(const Room& room, const Vector3d& p) {
   return std::min((p - room.low).minCoeff(), (room.high - p).minCoeff());
 }
 
-class RoomOfAFlight : public testing::Test {
+class RoomOfAFlight : public ::testing::Test {
  protected:
   const ProfileTrajectory trajectory = flight();
   const Room room = makeRoom(trajectory);

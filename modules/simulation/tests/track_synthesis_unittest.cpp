@@ -11,7 +11,7 @@
 namespace etalon {
 namespace {
 
-class TrackSynthesis : public testing::Test {
+class TrackSynthesis : public ::testing::Test {
  protected:
   TrackSynthesis() : trajectory_(options()), rig_(eurocCalibration()) {
     landmarks_ = scatterLandmarks(trajectory_, 3000, 7);

@@ -16,7 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-ProfileTrajectory flight(MotionProfile profile, std::uint64_t seed = 3, double duration_s = 20.0) {
+ProfileTrajectory profileFlight(MotionProfile profile, std::uint64_t seed = 3,
+                                double duration_s = 20.0) {
   ProfileOptions options;
   options.profile = profile;
   options.seed = seed;
@@ -55,12 +56,12 @@ GroundTruth recordingOf(const SimulatedTrajectory& trajectory, double rate_hz) {
 TEST(ProfileTrajectory, DerivativesAgreeWithDifferences) {
   for (MotionProfile profile :
        {MotionProfile::kGentle, MotionProfile::kAggressive, MotionProfile::kPureRotation}) {
-    expectConsistentDerivatives(flight(profile));
+    expectConsistentDerivatives(profileFlight(profile));
   }
 }
 
 TEST(ProfileTrajectory, ImuValuesAreSmooth) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kAggressive);
+  const ProfileTrajectory trajectory = profileFlight(MotionProfile::kAggressive);
   // Second differences of a function whose second derivative exists and is bounded shrink with the
   // square of the step; a kink would make the quotient grow as 1 / step.
   for (TimeNs step : {TimeNs{10'000'000}, TimeNs{1'000'000}}) {
@@ -78,7 +79,7 @@ TEST(ProfileTrajectory, ImuValuesAreSmooth) {
 
 TEST(ProfileTrajectory, StartsAtRestAndTakesOff) {
   for (MotionProfile profile : {MotionProfile::kGentle, MotionProfile::kAggressive}) {
-    const ProfileTrajectory trajectory = flight(profile);
+    const ProfileTrajectory trajectory = profileFlight(profile);
     const TrajectoryState first = trajectory.at(trajectory.start());
     const TrajectoryState resting = trajectory.at(trajectory.start() + durationNs(1.0));
     EXPECT_EQ(resting.v_WB, Vector3d::Zero());
@@ -92,7 +93,7 @@ TEST(ProfileTrajectory, StartsAtRestAndTakesOff) {
 TEST(ProfileTrajectory, ExcitesEveryAxis) {
   for (MotionProfile profile : {MotionProfile::kGentle, MotionProfile::kAggressive}) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-      const ProfileTrajectory trajectory = flight(profile, seed);
+      const ProfileTrajectory trajectory = profileFlight(profile, seed);
       Eigen::Array3d a2 = Eigen::Array3d::Zero(), w2 = Eigen::Array3d::Zero();
       int count = 0;
       for (TimeNs t = trajectory.start() + durationNs(4.0); t < trajectory.end();
@@ -110,7 +111,7 @@ TEST(ProfileTrajectory, ExcitesEveryAxis) {
 }
 
 TEST(ProfileTrajectory, StaticIsStatic) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kStatic);
+  const ProfileTrajectory trajectory = profileFlight(MotionProfile::kStatic);
   const TrajectoryState first = trajectory.at(trajectory.start());
   for (TimeNs t = trajectory.start(); t <= trajectory.end(); t += durationNs(0.37)) {
     const TrajectoryState state = trajectory.at(t);
@@ -123,7 +124,7 @@ TEST(ProfileTrajectory, StaticIsStatic) {
 }
 
 TEST(ProfileTrajectory, PureRotationStaysInPlace) {
-  const ProfileTrajectory trajectory = flight(MotionProfile::kPureRotation);
+  const ProfileTrajectory trajectory = profileFlight(MotionProfile::kPureRotation);
   double fastest = 0.0;
   for (TimeNs t = trajectory.start(); t <= trajectory.end(); t += durationNs(0.1)) {
     const TrajectoryState state = trajectory.at(t);
@@ -136,20 +137,20 @@ TEST(ProfileTrajectory, PureRotationStaysInPlace) {
 
 TEST(ProfileTrajectory, SeedDecides) {
   const TimeNs t = ProfileOptions().start + durationNs(10.0);
-  EXPECT_EQ(flight(MotionProfile::kGentle, 5).at(t).T_WB.t,
-            flight(MotionProfile::kGentle, 5).at(t).T_WB.t);
-  EXPECT_NE(flight(MotionProfile::kGentle, 5).at(t).T_WB.t,
-            flight(MotionProfile::kGentle, 6).at(t).T_WB.t);
+  EXPECT_EQ(profileFlight(MotionProfile::kGentle, 5).at(t).T_WB.t,
+            profileFlight(MotionProfile::kGentle, 5).at(t).T_WB.t);
+  EXPECT_NE(profileFlight(MotionProfile::kGentle, 5).at(t).T_WB.t,
+            profileFlight(MotionProfile::kGentle, 6).at(t).T_WB.t);
 }
 
 TEST(ProfileTrajectory, RefusesWhatCannotBe) {
-  EXPECT_THROW(flight(MotionProfile::kGentle, 1, -1.0), ConfigError);
+  EXPECT_THROW(profileFlight(MotionProfile::kGentle, 1, -1.0), ConfigError);
   EXPECT_THROW(motionProfileFromName("agressive"), ConfigError);
   EXPECT_EQ(motionProfileFromName("pure-rotation"), MotionProfile::kPureRotation);
 }
 
 TEST(IntegratedTrajectory, PreintegrationGivesItBack) {
-  const IntegratedTrajectory trajectory(flight(MotionProfile::kAggressive), 200.0);
+  const IntegratedTrajectory trajectory(profileFlight(MotionProfile::kAggressive), 200.0);
   const Vector3d g_W(0.0, 0.0, -9.81);
   const ImuBuffer buffer(trajectory.samples());
   for (double window_s : {0.25, 2.25}) {
@@ -169,7 +170,7 @@ TEST(IntegratedTrajectory, PreintegrationGivesItBack) {
 }
 
 TEST(IntegratedTrajectory, StaysNearTheSmoothOne) {
-  const ProfileTrajectory smooth = flight(MotionProfile::kAggressive);
+  const ProfileTrajectory smooth = profileFlight(MotionProfile::kAggressive);
   const IntegratedTrajectory integrated(smooth, 200.0);
   for (TimeNs t = smooth.start(); t < integrated.end(); t += durationNs(0.3333)) {
     const TrajectoryState a = smooth.at(t), b = integrated.at(t);
@@ -181,7 +182,7 @@ TEST(IntegratedTrajectory, StaysNearTheSmoothOne) {
 }
 
 TEST(SplineTrajectory, DerivativesAgreeWithDifferencesAndRowsAreMet) {
-  const ProfileTrajectory original = flight(MotionProfile::kAggressive, 4, 8.0);
+  const ProfileTrajectory original = profileFlight(MotionProfile::kAggressive, 4, 8.0);
   const GroundTruth recording = recordingOf(original, 200.0);
   const SplineTrajectory spline(recording);
   expectConsistentDerivatives(spline);
@@ -194,7 +195,7 @@ TEST(SplineTrajectory, DerivativesAgreeWithDifferencesAndRowsAreMet) {
 }
 
 TEST(SplineTrajectory, ToleratesAGapAndRefusesTooLittle) {
-  GroundTruth recording = recordingOf(flight(MotionProfile::kGentle, 4, 6.0), 200.0);
+  GroundTruth recording = recordingOf(profileFlight(MotionProfile::kGentle, 4, 6.0), 200.0);
   recording.states.erase(recording.states.begin() + 600, recording.states.begin() + 640);
   const SplineTrajectory spline(recording);
   EXPECT_TRUE(spline.at(spline.start() + durationNs(3.1)).T_WB.t.allFinite());
@@ -203,7 +204,7 @@ TEST(SplineTrajectory, ToleratesAGapAndRefusesTooLittle) {
 }
 
 TEST(InterpolatedTrajectory, GivesTheRowsThemselves) {
-  const ProfileTrajectory original = flight(MotionProfile::kAggressive, 4, 8.0);
+  const ProfileTrajectory original = profileFlight(MotionProfile::kAggressive, 4, 8.0);
   GroundTruth recording = recordingOf(original, 200.0);
   for (bool has_velocity : {true, false}) {
     recording.has_velocity = has_velocity;

@@ -1,6 +1,7 @@
 #include "calibration/kalibr_camchain.h"
 
 #include <cmath>
+#include <sstream>
 
 #include "calibration/yaml_map.h"
 #include "etalon/core/so3.h"
@@ -41,6 +42,7 @@ KalibrCamchain readKalibrCamchain(const std::string& path) {
                                                   "kalibr_calibrate_imu_camera writes it",
                                               &chain.warnings)
                            : rightPose(camera, chain.T_CI[0], &chain);
+    if (camera.has("rostopic")) chain.topics[c] = camera.word("rostopic", "a topic");
     if (!camera.has("timeshift_cam_imu")) continue;
     const std::string expected = "at most 10 seconds, IMU less camera clock";
     chain.timeshift_s[c] = camera.number("timeshift_cam_imu", expected);
@@ -49,6 +51,23 @@ KalibrCamchain readKalibrCamchain(const std::string& path) {
                   "expected 'timeshift_cam_imu' to be " + expected);
   }
   return chain;
+}
+
+double imageTimeShift(const KalibrCamchain& chain, const std::string& path,
+                      std::vector<std::string>* warnings) {
+  const auto [shift_s, other_s] = chain.timeshift_s;
+  constexpr double kSameShift = 5e-4;  // s
+  if (std::abs(shift_s - other_s) > kSameShift)
+    warnings->push_back(path + ": timeshift_cam_imu of cam0 and cam1 differ by " +
+                        std::to_string(1e3 * std::abs(shift_s - other_s)) +
+                        " ms; that of cam0 is used for both");
+  if (shift_s != 0.0) {
+    std::ostringstream shift_ms;
+    shift_ms << 1e3 * shift_s;
+    warnings->push_back(path + ": image stamps are moved by " + shift_ms.str() +
+                        " ms to the IMU's clock (timeshift_cam_imu)");
+  }
+  return shift_s;
 }
 
 }  // namespace etalon

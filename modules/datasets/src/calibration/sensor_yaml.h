@@ -8,6 +8,8 @@
 
 namespace etalon {
 
+class YamlMap;
+
 /** A camera's `sensor.yaml`. */
 struct CameraYaml {
   CameraModel model;
@@ -30,5 +32,11 @@ CameraYaml readCameraYaml(const std::string& path);
 ImuYaml readImuYaml(const std::string& path);
 /** `T_BS` alone, of a `sensor.yaml` of whatever sensor; the identity where the file has none. */
 SE3 readPoseYaml(const std::string& path);
+
+/** gyroscope_noise_density, gyroscope_random_walk, accelerometer_noise_density and
+ * accelerometer_random_walk. @throws DataError as above */
+ImuNoiseDensities readNoiseDensities(const YamlMap& yaml);
+/** A rate in Hz; nothing without the key. @throws DataError as above */
+std::optional<double> readRate(const YamlMap& yaml, const std::string& key);
 
 }  // namespace etalon

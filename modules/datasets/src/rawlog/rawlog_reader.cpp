@@ -5,6 +5,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/datasets/observation_conversion.h"
 #include "image_file.h"
+#include "recording_options.h"
 
 namespace etalon {
 
@@ -16,7 +17,11 @@ bool RawlogReader::accepts(const std::string& path) {
   return fs::is_regular_file(path, error);
 }
 
-RawlogReader::RawlogReader(std::string path) : path_(std::move(path)) {}
+RawlogReader::RawlogReader(std::string path, const RecordingOptions& options)
+    : path_(std::move(path)) {
+  refuseCalibrationOptions(options, path_, "a rawlog");
+  refuseTopicOptions(options, path_, "a rawlog");
+}
 
 Recording RawlogReader::read() {
   RawlogScan scan = scanRawlog(path_);

@@ -26,7 +26,8 @@ class RawlogReader : public RecordingReader {
   /** Whether it is a file. */
   static bool accepts(const std::string& path);
 
-  explicit RawlogReader(std::string path);
+  /** @throws ConfigError if the options have anything set: a log says all of it */
+  RawlogReader(std::string path, const RecordingOptions& options);
 
   /** Reads through the whole log once, so that a truncated one is found before a run starts. */
   Recording read() override;

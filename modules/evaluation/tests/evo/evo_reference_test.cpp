@@ -13,7 +13,7 @@ namespace etalon {
 namespace {
 
 /** A TUM case with evo's figures; counts those that were compared. */
-class EvoReference : public testing::TestWithParam<std::string> {
+class EvoReference : public ::testing::TestWithParam<std::string> {
  protected:
   EvoReference() {
     const std::string folder = std::string(EVO_REFERENCE) + "/" + GetParam() + "/";
@@ -77,7 +77,7 @@ TEST_P(EvoReference, EveryFigureAgrees) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Recordings, EvoReference,
-                         testing::Values("MH_01_easy_real", "V1_02_medium"));
+                         ::testing::Values("MH_01_easy_real", "V1_02_medium"));
 
 }  // namespace
 }  // namespace etalon

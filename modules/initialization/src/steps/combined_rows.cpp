@@ -35,7 +35,7 @@ namespace {
 
 /** Unknowns of the second solution: gravity along its sphere (rad), change of b_a; then what is
  * wanted of v_0, the change of the scale and x. */
-enum Unknown : Index { kTilt = 0, kAccel = 2, kOthers = 5 };
+enum CommonUnknown : Index { kTilt = 0, kAccel = 2, kOthers = 5 };
 
 /** dz/dy of the least-squares solution of M z = y, by singular values. */
 struct LeastSquares {

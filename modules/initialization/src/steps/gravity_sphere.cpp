@@ -132,7 +132,7 @@ std::optional<SphereMinimum> minimizeOnSphere(const Matrix3d& A, const Vector3d&
 
 namespace {
 
-NormConstrainedSolution notDetermined() {
+NormConstrainedSolution solutionNotDetermined() {
   NormConstrainedSolution result;
   result.summary.stop(Termination::kSingular, "the unknowns besides gravity are not determined");
   return result;
@@ -142,9 +142,9 @@ NormConstrainedSolution notDetermined() {
 
 NormConstrainedSolution solveNormConstrained(const MatrixXd& A, const VectorXd& b, double radius) {
   const Reduced reduced(A, b);
-  if (!reduced.ok) return notDetermined();
+  if (!reduced.ok) return solutionNotDetermined();
   const std::optional<SphereMinimum> minimum = minimizeOnSphere(reduced.A_g, reduced.b_g, radius);
-  if (!minimum) return notDetermined();
+  if (!minimum) return solutionNotDetermined();
   NormConstrainedSolution result = reduced.solution(minimum->g);
   result.ambiguous = minimum->ambiguous;
   return result;
@@ -153,7 +153,7 @@ NormConstrainedSolution solveNormConstrained(const MatrixXd& A, const VectorXd& 
 NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& b, double radius,
                                              const Vector3d& g_seed, int iterations) {
   const Reduced reduced(A, b);
-  if (!reduced.ok) return notDetermined();
+  if (!reduced.ok) return solutionNotDetermined();
   Vector3d g = radius * g_seed.normalized();
   const double initial_cost = reduced.cost(g);
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -161,7 +161,7 @@ NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& 
     const Eigen::Matrix2d H = B.transpose() * reduced.A_g * B;
     const Eigen::LDLT<Eigen::Matrix2d> factor(H);
     const Eigen::Vector2d w = factor.solve(B.transpose() * (reduced.b_g - reduced.A_g * g));
-    if (!factor.isPositive() || !w.allFinite()) return notDetermined();
+    if (!factor.isPositive() || !w.allFinite()) return solutionNotDetermined();
     g = radius * (g + B * w).normalized();
   }
   NormConstrainedSolution result = reduced.solution(g);

@@ -133,7 +133,7 @@ bool fill(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& prein
   return true;
 }
 
-LinearAlignmentResult notDetermined() {
+LinearAlignmentResult alignmentNotDetermined() {
   LinearAlignmentResult result;
   result.summary.stop(Termination::kSingular, "velocities and gravity are not determined");
   return result;
@@ -188,10 +188,11 @@ LinearAlignmentResult alignLinearly(const std::vector<SE3>& T_VB,
                                     const std::vector<Preintegration>& preintegrations,
                                     const ImuBias& bias, const LinearAlignmentOptions& options) {
   NormalEquations equations(T_VB.size());
-  if (!fill(T_VB, preintegrations, bias, options, &equations)) return notDetermined();
+  if (!fill(T_VB, preintegrations, bias, options, &equations)) return alignmentNotDetermined();
   const Eigen::LDLT<MatrixXd> factor(equations.H);
   const Vector3d free = factor.solve(equations.b).tail<3>();
-  if (!factor.isPositive() || !(free.norm() > 0.0) || !free.allFinite()) return notDetermined();
+  if (!factor.isPositive() || !(free.norm() > 0.0) || !free.allFinite())
+    return alignmentNotDetermined();
   LinearAlignmentResult result =
       unpack(options.tangent_iterations > 0
                  ? refineOnTangentPlane(equations.H, equations.b, options.gravity_mps2, free,
@@ -207,7 +208,7 @@ LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
                                                 const ImuBias& bias, double gravity_mps2,
                                                 const Vector3d& g_seed) {
   NormalEquations equations(T_VB.size());
-  if (!fill(T_VB, preintegrations, bias, {}, &equations)) return notDetermined();
+  if (!fill(T_VB, preintegrations, bias, {}, &equations)) return alignmentNotDetermined();
   return unpack(refineOnTangentPlane(equations.H, equations.b, gravity_mps2, g_seed), equations);
 }
 

@@ -23,7 +23,7 @@ using testing::SyntheticWindowOptions;
 
 const ImuBias kBias{{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
 
-SyntheticWindowOptions biased(double sigma_px = 0.0) {
+SyntheticWindowOptions biasedWindow(double sigma_px = 0.0) {
   SyntheticWindowOptions options;
   options.motion = Motion::kAggressive;
   options.keyframes = 6;
@@ -33,8 +33,8 @@ SyntheticWindowOptions biased(double sigma_px = 0.0) {
 }
 
 /** A window without noise whose visual solution is the truth; the estimate has the true biases. */
-struct Case {
-  explicit Case(const SyntheticWindowOptions& options = biased())
+struct RowsCase {
+  explicit RowsCase(const SyntheticWindowOptions& options = biasedWindow())
       : window(testing::makeSyntheticWindow(options)),
         problem(testing::makeProblem(window, options)),
         pairs(problem.preintegrate(kBias)) {
@@ -60,7 +60,7 @@ struct Case {
 };
 
 TEST(CombinedRows, TriplesHaveNoVelocityAndTheTruthSolvesThem) {
-  const Case c;
+  const RowsCase c;
   const CombinedRows triples(c.problem, c.pairs, c.estimate,
                              triplesOfPairs(c.estimate.T_VB, c.pairs));
   ASSERT_EQ(triples.y.size(), 12);
@@ -70,7 +70,7 @@ TEST(CombinedRows, TriplesHaveNoVelocityAndTheTruthSolvesThem) {
 }
 
 TEST(CombinedRows, ColumnsAreTheDerivativesByAccelerometerBiasAndScale) {
-  const Case c;
+  const RowsCase c;
   const MatrixXd T = triplesOfPairs(c.estimate.T_VB, c.pairs);
   const CombinedRows triples(c.problem, c.pairs, c.estimate, T);
   const auto by_accel = [&](const Vector3d& b_a) {
@@ -91,7 +91,7 @@ TEST(CombinedRows, FindsGravityBiasScaleAndVelocitiesOfExactPoses) {
   for (const bool first_velocity : {false, true})
     for (const bool free_scale : {false, true}) {
       SCOPED_TRACE(std::to_string(first_velocity) + std::to_string(free_scale));
-      Case c;
+      RowsCase c;
       c.estimate.bias.accel.setZero();
       if (free_scale) {  // seen a tenth too small
         const CombinedRows as_it_is(c.problem, c.pairs, c.estimate,
@@ -116,7 +116,7 @@ TEST(CombinedRows, FindsGravityBiasScaleAndVelocitiesOfExactPoses) {
 
 /** x is where in the body the path was seen. */
 TEST(CombinedRows, FindsTheMethodsOwnUnknown) {
-  Case c;
+  RowsCase c;
   const Vector3d lever(0.05, -0.1, 0.02);
   std::vector<SE3>& T_VB = c.estimate.T_VB;
   MatrixXd extra = MatrixXd::Zero(6 * c.pairs.size(), 3);
@@ -134,7 +134,7 @@ TEST(CombinedRows, FindsTheMethodsOwnUnknown) {
 }
 
 TEST(CombinedRows, RefusesWhatIsNotDeterminedAndWhatIsNotGravity) {
-  Case c;
+  RowsCase c;
   CombinedRowsOptions options;
   options.max_condition = 1.5;
   const CombinedRows triples(c.problem, c.pairs, c.estimate,
@@ -148,7 +148,7 @@ TEST(CombinedRows, RefusesWhatIsNotDeterminedAndWhatIsNotGravity) {
 }
 
 TEST(RescaledPath, MovesTheCameraAndWhatItSeesAndTurnsNothing) {
-  Case c;
+  RowsCase c;
   c.estimate.landmarks[7] = {1.0, 2.0, 3.0};
   const CombinedRows rows(c.problem, c.pairs, c.estimate, triplesOfPairs(c.estimate.T_VB, c.pairs));
   VisualFrameEstimate moved = c.estimate;
@@ -166,7 +166,7 @@ TEST(RescaledPath, MovesTheCameraAndWhatItSeesAndTurnsNothing) {
 }
 
 TEST(GyroBiasOfRotations, IsExactWithEveryWeightAndOffToSecondOrderAfterOnePass) {
-  const Case c;
+  const RowsCase c;
   VisualSolution visual;
   visual.T_VB = c.estimate.T_VB;
   const Index n = 6 * c.pairs.size();
@@ -186,7 +186,7 @@ TEST(GyroBiasOfRotations, IsExactWithEveryWeightAndOffToSecondOrderAfterOnePass)
 
 /** db_g/dr: the bias answers to rotations that are moved as its response says. */
 TEST(GyroBiasOfRotations, RespondsToRotationsAsItSays) {
-  const SyntheticWindowOptions options = biased(0.5);
+  const SyntheticWindowOptions options = biasedWindow(0.5);
   const testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationProblem problem = testing::makeProblem(window, options);
   ASSERT_TRUE(problem.visualSolution());
@@ -201,7 +201,7 @@ TEST(GyroBiasOfRotations, RespondsToRotationsAsItSays) {
 }
 
 TEST(GyroBiasOfRotations, TheEstimateHasErrorsWhereVisionHasACovariance) {
-  const SyntheticWindowOptions options = biased(0.5);
+  const SyntheticWindowOptions options = biasedWindow(0.5);
   const testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
   const InitializationProblem problem = testing::makeProblem(window, options);
   ASSERT_TRUE(problem.visualSolution());

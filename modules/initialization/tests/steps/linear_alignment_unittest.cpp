@@ -16,15 +16,15 @@ namespace {
 using Eigen::Vector3d;
 using testing::SyntheticWindowOptions;
 
-constexpr double kGravity = 9.81;
+constexpr double kGravityNorm = 9.81;
 
 /** Exact poses in V, the frame of the first body, with the IMU between them. */
-struct Case {
-  explicit Case(const SyntheticWindowOptions& options)
+struct AlignmentCase {
+  explicit AlignmentCase(const SyntheticWindowOptions& options)
       : window(testing::makeSyntheticWindow(options)), bias(options.bias) {
     T_VW = window.truth[0].T_WB.inverse();
     for (const StampedState& s : window.truth) T_VB.push_back(T_VW * s.T_WB);
-    g_V = T_VW.R * Vector3d(0, 0, -kGravity);
+    g_V = T_VW.R * Vector3d(0, 0, -kGravityNorm);
     for (size_t k = 1; k < window.truth.size(); ++k)
       preintegrations.emplace_back(window.imu.between(window.truth[k - 1].t, window.truth[k].t),
                                    bias, window.calibration.imu.noise);
@@ -43,17 +43,17 @@ struct Case {
   std::vector<Preintegration> preintegrations;
 };
 
-SyntheticWindowOptions biased() {
+SyntheticWindowOptions withBias() {
   SyntheticWindowOptions options;
   options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
   return options;
 }
 
 TEST(LinearAlignment, IsExactOnExactPosesFromASeed) {
-  const Case c(biased());
+  const AlignmentCase c(withBias());
   const Vector3d seed = expSO3(Vector3d(0.2, 0.1, 0.0)) * c.g_V;  // 13 degrees off
   const LinearAlignmentResult result =
-      alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravity, seed);
+      alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravityNorm, seed);
   ASSERT_TRUE(result.summary.usable());
   EXPECT_LT(angleBetween(result.g_V, c.g_V), 1e-8);
   EXPECT_LT(c.velocityError(result), 1e-8);
@@ -62,9 +62,9 @@ TEST(LinearAlignment, IsExactOnExactPosesFromASeed) {
 TEST(LinearAlignment, IsExactOnExactPosesWithEveryWeightAndConstraint) {
   for (const testing::Motion motion : testing::kAllMotions) {
     SCOPED_TRACE(testing::toString(motion));
-    SyntheticWindowOptions window = biased();
+    SyntheticWindowOptions window = withBias();
     window.motion = motion;
-    const Case c(window);
+    const AlignmentCase c(window);
     const Eigen::Index n = 6 * c.preintegrations.size();
     for (int variant = 0; variant < 4; ++variant) {
       LinearAlignmentOptions options;
@@ -76,7 +76,7 @@ TEST(LinearAlignment, IsExactOnExactPosesWithEveryWeightAndConstraint) {
       ASSERT_TRUE(result.summary.usable());
       EXPECT_LT(angleBetween(result.g_V, c.g_V), 1e-8);
       EXPECT_LT(c.velocityError(result), 1e-8);
-      EXPECT_NEAR(result.free_gravity_mps2, kGravity, 1e-7);
+      EXPECT_NEAR(result.free_gravity_mps2, kGravityNorm, 1e-7);
       EXPECT_NEAR(result.summary.final_cost, 0.0, 1e-6);
     }
   }
@@ -85,7 +85,7 @@ TEST(LinearAlignment, IsExactOnExactPosesWithEveryWeightAndConstraint) {
 TEST(LinearAlignment, WeightsByThePosesCovariancePayWhereOnePoseIsBad) {
   SyntheticWindowOptions window;
   window.motion = testing::Motion::kAggressive;
-  const Case c(window);
+  const AlignmentCase c(window);
   const Eigen::Index n = 6 * c.preintegrations.size();
   Eigen::MatrixXd covariance = 1e-8 * Eigen::MatrixXd::Identity(n, n);
   constexpr Eigen::Index kBad = 4;  // keyframe kBad + 1: 0.1 m and 0.05 rad
@@ -103,17 +103,17 @@ TEST(LinearAlignment, WeightsByThePosesCovariancePayWhereOnePoseIsBad) {
 }
 
 /** A window whose accelerometer has a bias that the alignment does not know of. */
-Case misled() {
-  SyntheticWindowOptions window = biased();
+AlignmentCase misled() {
+  SyntheticWindowOptions window = withBias();
   window.motion = testing::Motion::kAggressive;
-  Case c(window);
+  AlignmentCase c(window);
   c.bias.accel.setZero();
   for (Preintegration& p : c.preintegrations) p = p.reintegrated(c.bias);
   return c;
 }
 
 /** Half the sum of squares of the preintegration residual's position and velocity rows. */
-double inertialCost(const Case& c, const LinearAlignmentResult& at) {
+double inertialCost(const AlignmentCase& c, const LinearAlignmentResult& at) {
   double sum = 0.0;
   for (size_t k = 0; k < c.preintegrations.size(); ++k) {
     const Preintegration& p = c.preintegrations[k];
@@ -128,7 +128,7 @@ double inertialCost(const Case& c, const LinearAlignmentResult& at) {
 }
 
 TEST(LinearAlignment, ItsCostIsThatOfThePreintegrationResidualAndLeast) {
-  const Case c = misled();
+  const AlignmentCase c = misled();
   LinearAlignmentOptions options;
   options.tangent_iterations = 0;
   const LinearAlignmentResult best = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
@@ -146,14 +146,14 @@ TEST(LinearAlignment, ItsCostIsThatOfThePreintegrationResidualAndLeast) {
 }
 
 TEST(LinearAlignment, AgreesWithTheInertialOnlyMapThatHoldsTheBiases) {
-  const Case c = misled();
+  const AlignmentCase c = misled();
   InertialOnlyOptions held;
   held.prior_mean = c.bias;
   held.prior_gyro_information = held.prior_accel_information = 1e12;
   const InertialOnlyResult map = solveInertialOnlyMap(c.T_VB, c.preintegrations, held);
   ASSERT_TRUE(map.summary.converged());
   const LinearAlignmentResult result =
-      alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravity, map.g_V);
+      alignVelocitiesAndGravity(c.T_VB, c.preintegrations, c.bias, kGravityNorm, map.g_V);
   ASSERT_TRUE(result.summary.usable());
   // They differ by the rotation rows alone, which the MAP has and exact rotations leave at zero.
   EXPECT_LT(angleBetween(result.g_V, map.g_V), 1e-4);
@@ -163,7 +163,7 @@ TEST(LinearAlignment, AgreesWithTheInertialOnlyMapThatHoldsTheBiases) {
 
 /** The joint whitening with poses all but exact is the whitening pair by pair. */
 TEST(LinearAlignment, ExactPosesHaveNoPartInTheWeights) {
-  const Case c = misled();
+  const AlignmentCase c = misled();
   const Eigen::Index n = 6 * c.preintegrations.size();
   LinearAlignmentOptions options;
   const LinearAlignmentResult pairs = alignLinearly(c.T_VB, c.preintegrations, c.bias, options);
@@ -178,7 +178,7 @@ TEST(LinearAlignment, ExactPosesHaveNoPartInTheWeights) {
 TEST(LinearAlignment, RefusesAWindowThatDoesNotDetermineGravity) {
   SyntheticWindowOptions window;
   window.keyframes = 2;  // 6 rows for 9 unknowns
-  const Case c(window);
+  const AlignmentCase c(window);
   EXPECT_EQ(alignLinearly(c.T_VB, c.preintegrations, c.bias, {}).summary.termination,
             Termination::kSingular);
 }

@@ -27,7 +27,7 @@ NormalEpipolarBias estimate(const SyntheticWindowOptions& window_options,
   return estimateGyroBias(window.calibration, keyframes, preintegrations, seed, options);
 }
 
-const Vector3d kBias(0.02, -0.06, 0.04);
+const Vector3d kGyroBias(0.02, -0.06, 0.04);
 
 TEST(NormalEpipolarBias, IsExactOnNoiseFreeDataWhateverTheMotionAndTheOptions) {
   for (const Motion motion : testing::kAllMotions)
@@ -37,13 +37,13 @@ TEST(NormalEpipolarBias, IsExactOnNoiseFreeDataWhateverTheMotionAndTheOptions) {
                      (noise_weighted ? " weighted" : " published"));
         SyntheticWindowOptions window;
         window.motion = motion;
-        window.bias.gyro = kBias;  // the sign, too
+        window.bias.gyro = kGyroBias;  // the sign, too
         NormalEpipolarBiasOptions options;
         options.all_pairs = options.both_cameras = all_pairs;
         options.noise_weighted = noise_weighted;
         const NormalEpipolarBias found = estimate(window, options);
         ASSERT_TRUE(found.summary.usable()) << found.summary.message;
-        EXPECT_LT((found.gyro - kBias).norm(), 1e-6) << found.gyro.transpose();
+        EXPECT_LT((found.gyro - kGyroBias).norm(), 1e-6) << found.gyro.transpose();
         EXPECT_EQ(found.rotation_only, motion == Motion::kStandstill);
         EXPECT_EQ(found.inlier_share, 1.0);
       }
@@ -57,17 +57,18 @@ TEST(NormalEpipolarBias, KeepsItsAccuracyWithNoiseAndThirtyPercentOutliers) {
       SyntheticWindowOptions window;
       window.motion = motion;
       window.seed = seed;
-      window.bias.gyro = kBias;
+      window.bias.gyro = kGyroBias;
       window.sigma_px = window.assumed_sigma_px = 0.5;
       window.gyro_noise_factor = 1.5;
       // Of observations: of matches it makes 30 % (1 - 0.84^2).
       window.outlier_share = 0.16;
       const NormalEpipolarBias found = estimate(window);
       ASSERT_TRUE(found.summary.usable()) << found.summary.message;
-      EXPECT_LT((found.gyro - kBias).norm(), 3e-3);
+      EXPECT_LT((found.gyro - kGyroBias).norm(), 3e-3);
       EXPECT_NEAR(found.noise, 1.0, 0.5);
       // Three degrees of freedom, one draw: 99.9 % is 16.3; the covariance is approximate.
-      EXPECT_LT((found.gyro - kBias).dot(found.covariance.ldlt().solve(found.gyro - kBias)), 30.0);
+      EXPECT_LT((found.gyro - kGyroBias).dot(found.covariance.ldlt().solve(found.gyro - kGyroBias)),
+                30.0);
     }
 }
 

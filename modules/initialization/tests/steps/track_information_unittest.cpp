@@ -22,14 +22,14 @@ using Eigen::VectorXd;
 using testing::Motion;
 using testing::SyntheticWindowOptions;
 
-constexpr double kMaxChi2 = 16.0;
+constexpr double kLargestChi2 = 16.0;
 constexpr double kNotRobust = 1e6;  // sigmas: every weight is one
 
-struct Case {
-  explicit Case(const SyntheticWindowOptions& options)
+struct InformationCase {
+  explicit InformationCase(const SyntheticWindowOptions& options)
       : synthetic(testing::makeSyntheticWindow(options)),
         window(buildVisualWindow(synthetic.calibration, synthetic.keyframes(), 0.5)),
-        points(stereoPoints(window, kMaxChi2)) {
+        points(stereoPoints(window, kLargestChi2)) {
     const SE3 T_VW = synthetic.truth[0].T_WB.inverse();
     for (const StampedState& s : synthetic.truth) T_VB.push_back(T_VW * s.T_WB);
     for (const LandmarkId id : window.landmark_ids)
@@ -68,7 +68,7 @@ double farthest(const std::vector<SE3>& a, const std::vector<SE3>& b) {
 }
 
 TEST(StereoPoints, AreTheLandmarksWithoutNoise) {
-  const Case c(small());
+  const InformationCase c(small());
   size_t count = 0;
   for (size_t l = 0; l < c.points.of_landmark.size(); ++l)
     for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
@@ -79,27 +79,28 @@ TEST(StereoPoints, AreTheLandmarksWithoutNoise) {
 }
 
 TEST(StereoPoints, RaysThatMissEachOtherGiveNone) {
-  Case c(small());
+  InformationCase c(small());
   size_t before = 0, after = 0;
   for (const auto& of_one : c.points.of_landmark) before += of_one.size();
   // Every right pixel across its epipolar line (the cameras are side by side) by 10 sigmas.
   for (VisualMeasurement& m : c.window.measurements)
     if (m.camera == 1)
       m.measurement.xy += m.measurement.sqrt_information.inverse() * Vector2d(0.0, 10.0);
-  for (const auto& of_one : stereoPoints(c.window, kMaxChi2).of_landmark) after += of_one.size();
+  for (const auto& of_one : stereoPoints(c.window, kLargestChi2).of_landmark)
+    after += of_one.size();
   EXPECT_GT(before, 30U);
   EXPECT_EQ(after, 0U);
 }
 
 TEST(MedianPositions, AreExactWithoutNoiseAndNotMovedByOutliers) {
   std::vector<Matrix3d> R_VB;
-  const Case exact(small());
+  const InformationCase exact(small());
   for (const SE3& T : exact.T_VB) R_VB.push_back(T.R);
   EXPECT_LT(farthest(medianPositions(exact.points, R_VB), exact.T_VB), 1e-6);
 
   SyntheticWindowOptions options = small(0.1);
   options.landmarks = 150;
-  const Case outliers(options);
+  const InformationCase outliers(options);
   R_VB.clear();
   for (const SE3& T : outliers.T_VB) R_VB.push_back(T.R);
   EXPECT_LT(farthest(medianPositions(outliers.points, R_VB), outliers.T_VB), 0.05);
@@ -112,7 +113,7 @@ TEST(GyroBiasOfPoints, IsNearTheTruthInSpiteOfNoiseAndOutliers) {
     options.landmarks = 150;
     options.sigma_px = 0.5;
     options.bias.gyro = {0.2, -0.2, 0.15};
-    const Case c(options);
+    const InformationCase c(options);
     std::vector<Preintegration> preintegrations;
     for (size_t k = 1; k < c.synthetic.truth.size(); ++k)
       preintegrations.emplace_back(
@@ -129,8 +130,8 @@ TEST(GyroBiasOfPoints, IsNearTheTruthInSpiteOfNoiseAndOutliers) {
 }
 
 /** Reprojection residuals of all measurements of valid landmarks. */
-VectorXd residuals(const Case& c, const TrackInformation& tracks, const std::vector<SE3>& T,
-                   const std::vector<Vector3d>& l) {
+VectorXd residuals(const InformationCase& c, const TrackInformation& tracks,
+                   const std::vector<SE3>& T, const std::vector<Vector3d>& l) {
   std::vector<double> r;
   for (const VisualMeasurement& m : c.window.measurements) {
     const size_t i = m.landmark, k = m.keyframe;
@@ -144,7 +145,7 @@ VectorXd residuals(const Case& c, const TrackInformation& tracks, const std::vec
 }
 
 TEST(TrackInformation, IsTheSchurComplementOfTheRowsByNumericalDerivatives) {
-  const Case c(small());
+  const InformationCase c(small());
   const std::vector<SE3> T = disturbed(c.T_VB);
   TrackInformation tracks(c.window, kNotRobust);
   tracks.start(c.points, T);
@@ -203,7 +204,7 @@ TEST(TrackInformation, ItsGradientAtTheTruthHasTheMeanZero) {
     options.sigma_px = kSigmaPx;
     options.frames_per_keyframe = 1;
     options.seed = seed;
-    Case c(options);
+    InformationCase c(options);
     c.window = buildVisualWindow(c.synthetic.calibration, c.synthetic.keyframes(), kSigmaPx);
     StereoPoints truth = stereoPoints(c.window, 1e9);
     for (size_t l = 0; l < truth.of_landmark.size(); ++l)
@@ -225,7 +226,7 @@ TEST(TrackInformation, ItsGradientAtTheTruthHasTheMeanZero) {
 
 TEST(TrackInformation, ItsStepsLeadToTheTruthWithoutNoise) {
   for (const double scale : {std::sqrt(kChi2Pixel), kNotRobust}) {
-    const Case c(small());
+    const InformationCase c(small());
     std::vector<SE3> T = disturbed(c.T_VB);
     TrackInformation tracks(c.window, scale);
     tracks.start(c.points, T);
@@ -242,7 +243,7 @@ TEST(TrackInformation, ItsStepsLeadToTheTruthWithoutNoise) {
     tracks.triangulate(T);
     EXPECT_LT(farthest(T, c.T_VB), 1e-6);
     EXPECT_TRUE(tracks.nearFinalScale());
-    EXPECT_EQ(tracks.inlierShare(kMaxChi2), 1.0);
+    EXPECT_EQ(tracks.inlierShare(kLargestChi2), 1.0);
     for (size_t l = 0; l < c.landmarks.size(); ++l)
       if (tracks.valid()[l]) {
         EXPECT_LT((tracks.landmarks()[l] - c.landmarks[l]).norm(), 1e-5);
@@ -256,7 +257,7 @@ TEST(TrackInformation, KeepsItsLandmarksBeforeTheCameras) {
     options.sigma_px = 1.0;
     options.landmarks = 100;
     options.seed = seed;
-    const Case c(options);
+    const InformationCase c(options);
     TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
     tracks.start(c.points, c.T_VB);
     // Poses that the landmarks do not fit: steps are large.
@@ -272,7 +273,7 @@ TEST(TrackInformation, KeepsItsLandmarksBeforeTheCameras) {
 }
 
 TEST(TrackInformation, SaysLessFarFromTheSolution) {
-  const Case c(small());
+  const InformationCase c(small());
   const auto information = [&](const std::vector<SE3>& T) {
     TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
     tracks.start(c.points, T);
@@ -290,12 +291,12 @@ TEST(TrackInformation, SaysLessFarFromTheSolution) {
 TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
   SyntheticWindowOptions options = small(0.1);
   options.landmarks = 150;
-  const Case c(options);
+  const InformationCase c(options);
   TrackInformation tracks(c.window, std::sqrt(kChi2Pixel));
   tracks.start(c.points, c.T_VB);
   for (int i = 0; i < 5; ++i) tracks.triangulate(c.T_VB);
   // Of landmarks that have a stereo point; fewer of their pixels are wrong than of all.
-  EXPECT_NEAR(tracks.inlierShare(kMaxChi2), 0.92, 0.05);
+  EXPECT_NEAR(tracks.inlierShare(kLargestChi2), 0.92, 0.05);
   int with_point = 0;
   for (const auto& of_one : c.points.of_landmark) with_point += of_one.empty() ? 0 : 1;
   EXPECT_EQ(tracks.validCount(), with_point);
@@ -305,7 +306,7 @@ TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
   for (auto& of_one : none.of_landmark) of_one.clear();
   tracks.start(none, c.T_VB);
   EXPECT_EQ(tracks.validCount(), 0);
-  EXPECT_EQ(tracks.inlierShare(kMaxChi2), 0.0);
+  EXPECT_EQ(tracks.inlierShare(kLargestChi2), 0.0);
 }
 
 }  // namespace

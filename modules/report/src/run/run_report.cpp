@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "etalon/core/statistics.h"
+#include "etalon/evaluation/flight_errors.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/comparison_table.h"
 #include "etalon/report/report.h"
 #include "report_assets.h"
 #include "report_page.h"
-#include "run/flight_errors.h"
 
 namespace etalon {
 namespace {
@@ -20,14 +20,14 @@ using Json = nlohmann::json;
 
 constexpr size_t kRows = 3000;  ///< at most so many frames are drawn
 /** Positions farther away are not drawn, m. */
-constexpr double kLargestPosition = 1e9;
+constexpr double kFarthestDrawn = 1e9;
 
 constexpr PipelineState kStates[] = {PipelineState::kWaiting, PipelineState::kVisual,
                                      PipelineState::kInertial, PipelineState::kDeadReckoning,
                                      PipelineState::kLost};
 
 bool canBeDrawn(const FrameEstimate& e) {
-  return e.nav.T_WB.t.allFinite() && e.nav.T_WB.t.norm() < kLargestPosition;
+  return e.nav.T_WB.t.allFinite() && e.nav.T_WB.t.norm() < kFarthestDrawn;
 }
 
 /** A row for each frame that is drawn; its columns stand in page/run.js. */

@@ -23,8 +23,8 @@ using testing::SyntheticWindowOptions;
 
 constexpr double kMinParallax = 0.01, kSigmaPx = 0.5;
 
-struct Case {
-  explicit Case(const SyntheticWindowOptions& window_options) : options(window_options) {
+struct ConstraintCase {
+  explicit ConstraintCase(const SyntheticWindowOptions& window_options) : options(window_options) {
     window = testing::makeSyntheticWindow(options);
     const SE3 T_VW = window.truth[0].T_WB.inverse();
     for (const StampedState& state : window.truth) {
@@ -75,7 +75,7 @@ struct Ray {
   Vector3d direction, offset;  ///< in V; of the camera's centre from p_k
 };
 
-std::map<LandmarkId, std::vector<Ray>> raysOf(const Case& c) {
+std::map<LandmarkId, std::vector<Ray>> raysOf(const ConstraintCase& c) {
   std::map<LandmarkId, std::vector<Ray>> rays;
   const std::vector<const TrackedFrame*> keyframes = c.window.keyframes();
   for (size_t k = 0; k < keyframes.size(); ++k)
@@ -95,7 +95,8 @@ std::map<LandmarkId, std::vector<Ray>> raysOf(const Case& c) {
  * the two rays of widest angle. The depth brings a point of the first ray nearest to the second: it
  * is the vertex of a parabola through three points.
  */
-double cost(const Case& c, const std::vector<Vector3d>& p, const std::vector<Vector3d>& at) {
+double cost(const ConstraintCase& c, const std::vector<Vector3d>& p,
+            const std::vector<Vector3d>& at) {
   const double sigma_rad =
       kSigmaPx / std::sqrt(c.window.calibration.cameras[0].model.focal().prod());
   double sum = 0.0;
@@ -141,7 +142,7 @@ double cost(const Case& c, const std::vector<Vector3d>& p, const std::vector<Vec
 }
 
 TEST(DrtTranslationConstraint, HessianAndGradientAreThoseOfTheRowsByNumericalDerivatives) {
-  const Case c(small());
+  const ConstraintCase c(small());
   TranslationConstraint constraint = c.constraint();
   constraint.reweight(c.p, false);
   constraint.chooseWidestBases();
@@ -178,7 +179,7 @@ TEST(DrtTranslationConstraint, OneLinearSolutionIsExactWithoutNoiseFromAnywhere)
     SCOPED_TRACE(testing::toString(motion));
     SyntheticWindowOptions options;
     options.motion = motion;
-    const Case c(options);
+    const ConstraintCase c(options);
     TranslationConstraint constraint = c.constraint();
     const std::vector<Vector3d> nowhere(c.p.size(), Vector3d::Zero());
     constraint.reweight(nowhere, false);
@@ -198,7 +199,7 @@ std::pair<double, double> noiseAtTheTruth(double sigma_px) {
   SyntheticWindowOptions options;
   options.motion = Motion::kAggressive;
   options.sigma_px = sigma_px;
-  const Case c(options);
+  const ConstraintCase c(options);
   TranslationConstraint constraint = c.constraint();
   constraint.reweight(c.p, false);
   const double stereo = constraint.noise();
@@ -226,7 +227,7 @@ TEST(DrtTranslationConstraint, RobustWeightsKeepOutliersOut) {
   SyntheticWindowOptions options;
   options.motion = Motion::kAggressive;
   options.outlier_share = 0.1;
-  const Case c(options);
+  const ConstraintCase c(options);
   const auto error = [&](bool robust) {
     TranslationConstraint constraint = c.constraint();
     std::vector<Vector3d> p(c.p.size(), Vector3d::Zero());
@@ -247,7 +248,7 @@ TEST(DrtTranslationConstraint, RobustWeightsKeepOutliersOut) {
 }
 
 TEST(DrtTranslationConstraint, CountsLandmarksWithParallaxAndTheirViews) {
-  const Case c(small());
+  const ConstraintCase c(small());
   const TranslationConstraint constraint = c.constraint();
   EXPECT_GT(constraint.landmarks(), 10);
   EXPECT_GT(constraint.fewestViews(), 10);
@@ -258,7 +259,7 @@ TEST(DrtTranslationConstraint, CountsLandmarksWithParallaxAndTheirViews) {
 }
 
 TEST(DrtTranslationConstraint, LandmarksSeenFromOneKeyframeAloneDoNotCount) {
-  Case c(small());
+  ConstraintCase c(small());
   LandmarkId id = 0;
   for (TrackedFrame& frame : c.window.frames)
     for (Observation& o : frame.observations) o.id = id++;
@@ -266,7 +267,7 @@ TEST(DrtTranslationConstraint, LandmarksSeenFromOneKeyframeAloneDoNotCount) {
 }
 
 TEST(DrtTranslationConstraint, ALandmarkWithoutStereoPairGetsABaseInTime) {
-  Case c(small());
+  ConstraintCase c(small());
   for (TrackedFrame& frame : c.window.frames)
     for (Observation& o : frame.observations) o.has_right = false;
   TranslationConstraint constraint = c.constraint();

@@ -9,16 +9,16 @@
 #include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/benchmark/record.h"
 #include "etalon/benchmark/store.h"
-#include "etalon/core/child_process.h"
+#include "etalon/core/process/child_process.h"
 #include "etalon/pipeline/run_configuration.h"
 
 namespace etalon {
 
-/** The progress of a benchmark. */
+/** The progress of a benchmark or trial. */
 struct BenchmarkProgress {
-  enum class Stage { kFrontEnd, kWindows };
+  enum class Stage { kFrontEnd, kWindows, kRuns };
   Stage stage = Stage::kFrontEnd;
-  size_t done = 0;           ///< stereo pairs, or windows of this run (all initializers)
+  size_t done = 0;           ///< stereo pairs, windows (all initializers), or runs of a trial
   size_t total = 0;          ///< of this run, without what was on disk already
   double elapsed_s = 0.0;    ///< in this stage
   double remaining_s = 0.0;  ///< at the rate so far

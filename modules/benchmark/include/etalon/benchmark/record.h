@@ -79,15 +79,19 @@ struct WindowResult {
   WindowShape shape() const { return {keyframes, rate_hz}; }
 };
 
-/** A benchmark: what its folder holds. */
-struct BenchmarkRecord {
-  BenchmarkProtocol protocol;
+/** What the results of a benchmark or trial were made of, and which part of them is there. */
+struct SuiteRecord {
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
   std::string binaries;       ///< hash of the program's own binaries, plugins apart
-  int shard = 1, shards = 1;  ///< which part of the windows was tried
+  int shard = 1, shards = 1;  ///< which part of the work was done
   std::string config;         ///< of the pipeline, effective, INI text
   std::vector<BenchmarkInitializer> initializers;
   std::vector<BenchmarkSequence> sequences;
+};
+
+/** A benchmark: what its folder holds. */
+struct BenchmarkRecord : SuiteRecord {
+  BenchmarkProtocol protocol;
   /** In order of sequence, keyframes, rate, window, initializer (each as listed above). */
   std::vector<WindowResult> results;
 };

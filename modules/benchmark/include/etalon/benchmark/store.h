@@ -69,15 +69,33 @@ void sortResults(BenchmarkRecord* record);
 std::vector<std::string> missingResults(const BenchmarkRecord& record);
 
 /**
- * Finished results on disk: appended line by line as they come, so that an interrupted benchmark
- * loses nothing.
+ * Lines of text in one file a recording, appended as they come, so that interrupted work loses
+ * nothing.
  */
+class LineStore {
+ public:
+  explicit LineStore(std::string folder) : folder_(std::move(folder)) {}
+
+  /** Calls `use` for every line of a recording, with the line's place for messages; a line that was
+   * cut in the middle of writing is dropped from the file. */
+  void read(const std::string& sequence,
+            const std::function<void(const std::string& line, const std::string& place)>& use);
+  /** @throws DataError if it cannot be written */
+  void append(const std::string& sequence, const std::string& line);
+
+ private:
+  std::string path(const std::string& sequence) const;
+
+  std::string folder_;
+  std::map<std::string, std::ofstream> files_;
+};
+
+/** The finished results of a benchmark. */
 class ResultStore {
  public:
-  explicit ResultStore(std::string folder);
+  explicit ResultStore(const std::string& folder);
 
-  /** Reads a sequence's lines; a line that was cut in the middle of writing is dropped from the
-   * file. @throws DataError for lines that are no results */
+  /** Reads a sequence's lines (LineStore::read()). @throws DataError for lines that are no results */
   std::vector<WindowResult> read(const std::string& sequence);
 
   /** @throws DataError if it cannot be written */
@@ -86,10 +104,7 @@ class ResultStore {
   void append(const std::string& sequence, const std::string& result_text);
 
  private:
-  std::string path(const std::string& sequence) const;
-
-  std::string folder_;
-  std::map<std::string, std::ofstream> files_;
+  LineStore lines_;
 };
 
 }  // namespace etalon

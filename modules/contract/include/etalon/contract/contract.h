@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "etalon/contract/isolated_run.h"
+#include "etalon/core/process/isolated_run.h"
 #include "etalon/initialization/initializer.h"
 
 namespace etalon {

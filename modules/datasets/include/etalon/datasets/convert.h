@@ -37,4 +37,27 @@ struct ConvertReport {
 ConvertReport convertToRawlog(SensorSource& source, const std::string& dst,
                               const ConvertOptions& options = {});
 
+/**
+ * Writes what `source` still delivers as a EuRoC folder `dst`, images as PNG of 8 bits. Open the
+ * source with decoding, and with an unlimited `imu_lead_s` to keep all of its IMU samples.
+ * `options.embed` has no meaning.
+ *
+ * @throws ConfigError if `dst` is there and not empty, or if the source does not decode; DataError if
+ * it cannot be written
+ */
+ConvertReport convertToEuroc(SensorSource& source, const std::string& dst,
+                             const ConvertOptions& options = {});
+
+/**
+ * Writes what `source` still delivers as a ROS 1 bag `dst`, and Kalibr's camchain.yaml and imu.yaml
+ * beside it: topics /cam0/image_raw, /cam1/image_raw (sensor_msgs/Image, mono8), /imu0
+ * (sensor_msgs/Imu) and /ground_truth (geometry_msgs/PoseStamped, T_WB). Velocities and biases of
+ * the ground truth are lost. Open the source as for convertToEuroc().
+ *
+ * @throws ConfigError if one of the two files is there with another calibration, or if the source
+ * does not decode; DataError if they cannot be written
+ */
+ConvertReport convertToRosBag(SensorSource& source, const std::string& dst,
+                              const ConvertOptions& options = {});
+
 }  // namespace etalon

@@ -29,6 +29,9 @@ class RecordedSource : public SensorSource {
   std::optional<SensorEvent> next() override;
   const ReadStatistics& statistics() const override { return statistics_; }
 
+  /** With which it was opened. */
+  const SourceOptions& options() const { return options_; }
+
   /** All of the recording's IMU samples, whatever the options' range. */
   const std::vector<ImuSample>& imuSamples() const { return recording_.imu; }
 

@@ -47,6 +47,17 @@ struct ReadStatistics {
 /** In the warning about a pair that was skipped: stands between the file and what is wrong. */
 constexpr const char* kSkippedMark = ": skipped: ";
 
+/** What a recording does not say itself. What its format cannot use is refused with a ConfigError. */
+struct RecordingOptions {
+  /** Left and right images are a pair if their stamps differ by no more, s (folders, bags); the
+   * pair has the left one's stamp. */
+  double pair_tolerance_s = 0.0;
+  /** Kalibr's camchain.yaml and imu.yaml (folders, bags); empty: where the format looks for them. */
+  std::string camchain, imu_yaml;
+  /** Topics of a bag; empty: the only one that it can be. */
+  std::string left_topic, right_topic, imu_topic, truth_topic;
+};
+
 struct SourceOptions {
   /** Deliver only events with from_s <= t - t_first_image <= to_s; images outside are never opened.
    */
@@ -60,6 +71,7 @@ struct SourceOptions {
   /** IMU samples are delivered from this long before the first delivered image, s (where recorded).
    */
   double imu_lead_s = 0.05;
+  RecordingOptions recording;
 };
 
 /**

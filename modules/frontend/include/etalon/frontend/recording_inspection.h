@@ -29,7 +29,8 @@ RecordingFindings checkRecording(RecordedSource& source);
 
 /** Opens the recording once more, and throws a DataError if checkRecording() has errors; else its
  * warnings. */
-std::vector<std::string> requireSoundRecording(const std::string& path);
+std::vector<std::string> requireSoundRecording(const std::string& path,
+                                               const RecordingOptions& options = {});
 
 /** A recording, and how gyro and images agree. */
 struct RecordingInspection {

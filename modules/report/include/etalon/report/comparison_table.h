@@ -18,6 +18,11 @@ namespace etalon {
  */
 Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs);
 
+/** The same for a screen: a row a run, the stages beside each other, the figures that decide about a
+ * start, and the ATE of the whole trajectory. The initializer stands there where a run has not its
+ * name. */
+Table compareRunsBriefly(const std::vector<std::pair<std::string, RunRecord>>& runs);
+
 /** A sentence for each run that never initialised: how many attempts, and why the last failed. */
 std::vector<std::string> refusalsOf(const std::vector<std::pair<std::string, RunRecord>>& runs);
 

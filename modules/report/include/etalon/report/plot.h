@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "etalon/core/trajectory.h"
 #include "etalon/evaluation/alignment.h"
@@ -17,12 +18,29 @@ struct TrajectoryPlotOptions {
 };
 
 /**
- * Draws a trajectory as PNG of 1600x800 pixels. Left: top view (x, y, equal scale) with ground
+ * Draws a trajectory as .png or .svg of 1600x800 pixels. Left: top view (x, y, equal scale) with ground
  * truth. Right: position and rotation error over time; without ground truth height and speed.
  * Times count from the first pose. An empty estimate gives a picture that says so.
  * @throws DataError if the file cannot be written
  */
 void drawTrajectoryPlot(const std::string& path, const Trajectory& estimate,
                         const GroundTruth& ground_truth, const TrajectoryPlotOptions& options = {});
+
+/** A trajectory and what it is called in a legend (ASCII). */
+struct NamedTrajectory {
+  std::string name;
+  Trajectory trajectory;
+};
+
+/**
+ * Draws several trajectories in one picture of 1800x900 pixels, .png or .svg: top view, then x, y, z
+ * and roll, pitch, yaw (Z-Y-X, of the rotation since the first pose, about the world's axes) over
+ * time. Each is aligned with the ground truth, which is drawn below them in grey; without ground
+ * truth they are drawn as they are.
+ * @throws DataError if the file cannot be written
+ */
+void drawTrajectories(const std::string& path, const std::vector<NamedTrajectory>& runs,
+                      const GroundTruth& ground_truth,
+                      AlignmentType alignment = AlignmentType::kYawPosition);
 
 }  // namespace etalon

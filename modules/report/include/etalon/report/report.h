@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "etalon/benchmark/record.h"
+#include "etalon/benchmark/trial/trial_record.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/pipeline/frame_estimate.h"
 #include "etalon/runlog/initialization_json.h"
@@ -25,5 +26,12 @@ std::string benchmarkReportHtml(const BenchmarkRecord& record);
  */
 std::string runReportHtml(const RunRecord& record, const std::vector<FrameEstimate>& estimates,
                           const GroundTruth& ground_truth);
+
+/**
+ * The report of a trial: ATE by fault, errors after the start, the trajectories of every part beside
+ * each other, the tables, every failure with its reason.
+ * @param folder of the trial, which has the trajectories
+ */
+std::string trialReportHtml(const TrialRecord& record, const std::string& folder);
 
 }  // namespace etalon

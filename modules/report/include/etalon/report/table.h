@@ -56,10 +56,13 @@ class Table {
   void setText(const std::string& key, const std::string& text);
   /** NaN leaves the cell empty. */
   void setNumber(const std::string& key, double value);
-  /** Marks the least (or the greatest) number among these columns of the last row, and all that are
-   * printed alike: `**` in Markdown, `\textbf` in LaTeX, `<b>` in HTML. Marks nothing where fewer
-   * than two cells have a number. */
+  /** Marks the least (or the greatest) number among these columns of the last row, and all that
+   * differ from it by less than one in the last digit but one (whole numbers: not at all): `**` in Markdown, `\textbf`
+   * in LaTeX, `<b>` in HTML. Marks nothing where fewer than two cells have a number. */
   void markBest(const std::vector<std::string>& keys, bool least_is_best = true);
+  /** The same among these rows of a column. */
+  void markBestOfColumn(const std::string& key, const std::vector<std::size_t>& rows,
+                        bool least_is_best = true);
 
   const std::vector<Column>& columns() const { return columns_; }
   std::size_t rowCount() const { return rows_.size(); }
@@ -93,6 +96,9 @@ class Table {
   };
 
   std::size_t indexOf(const std::string& key) const;
+  /** Marks the best of the cells that are not empty. @param columns of each cell */
+  void mark(const std::vector<Cell*>& cells, const std::vector<std::size_t>& columns,
+            bool least_is_best);
   const Cell& cellAt(std::size_t row, const std::string& key) const;
   std::vector<std::size_t> shownColumns() const;
   std::vector<std::size_t> dataColumns() const;

@@ -1,0 +1,41 @@
+#include "support/suite_options.h"
+
+#include <csignal>
+#include <cstdio>
+
+#include "etalon/core/errors.h"
+
+namespace etalon::app {
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+/** The first Ctrl-C ends the work in an orderly way, the second one at once. */
+extern "C" void requestStop(int signal_number) {
+  stop_requested = true;
+  std::signal(signal_number, SIG_DFL);
+}
+
+}  // namespace
+
+const std::atomic<bool>* stopOnSignals() {
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+  return &stop_requested;
+}
+
+void addShardOption(CLI::App* command, std::string* text) {
+  command->add_option("--shard", *text, "Do part K of N only; `etalon merge` joins the parts")
+      ->type_name("K/N")
+      ->capture_default_str();
+}
+
+void readShard(const std::string& text, int* shard, int* shards) {
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%d/%d%c", shard, shards, &rest) != 2 || *shard < 1 ||
+      *shards < *shard)
+    throw ConfigError("--shard: expected K/N with 1 <= K <= N, e.g. 2/8, found '" + text + "'");
+}
+
+}  // namespace etalon::app

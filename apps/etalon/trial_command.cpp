@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <thread>
+
+#include "commands.h"
+#include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/benchmark/trial/trial.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
+#include "etalon/report/report.h"
+#include "etalon/report/trial_tables.h"
+#include "support/checks.h"
+#include "support/configuration_options.h"
+#include "support/print_recording_errors.h"
+#include "support/print_tables.h"
+#include "support/progress_line.h"
+#include "support/suite_options.h"
+#include "support/versions.h"
+
+namespace etalon::app {
+
+namespace {
+
+struct TrialArguments {
+  std::vector<std::string> sources, initializers, odometries, settings, systems;
+  std::string faults, out = "out/trial", format = "text", shard = "1/1";
+  ConfigurationOptions configuration;
+  TrialProtocol protocol;
+  double time_limit_s = kTrialTimeLimitS;
+  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  bool overwrite = false, verbose = false;
+};
+
+/** A setting: an INI file, or NAME:section.key=value;section.key=value. */
+TrialSetting readSetting(const TrialArguments& arguments, const std::string& text) {
+  TrialSetting setting;
+  IniFile ini = arguments.configuration.ini();
+  std::string name = text;
+  if (std::filesystem::exists(text)) {
+    name = std::filesystem::path(text).stem().string();
+    ini.add(IniFile::fromFile(text));
+  } else if (!text.empty()) {
+    const size_t colon = text.find(':');
+    if (colon == std::string::npos || colon == 0)
+      throw ConfigError("--settings: expected an INI file or NAME:section.key=value, found '" +
+                        text + "'");
+    name = text.substr(0, colon);
+    for (size_t begin = colon + 1; begin < text.size();) {
+      const size_t end = std::min(text.find(';', begin), text.size());
+      ini.setFromArgument(text.substr(begin, end - begin));
+      begin = end + 1;
+    }
+  }
+  setting.name = name;
+  std::vector<std::string> names = arguments.initializers;
+  if (names.empty()) {
+    const auto& pipeline = ini.section("pipeline");
+    const auto chosen = pipeline.find("initializer");
+    names = {chosen == pipeline.end() ? PipelineOptions().initializer : chosen->second.text};
+  } else if (names.size() == 1 && names.front() == "all") {
+    names.clear();
+  }
+  setting.configuration = loadSuiteConfiguration(ini, arguments.configuration.plugin_path, names);
+  return setting;
+}
+
+std::vector<TrialSetting> readSettings(const TrialArguments& arguments) {
+  std::vector<TrialSetting> settings;
+  if (arguments.settings.empty()) settings.push_back(readSetting(arguments, ""));
+  for (const std::string& text : arguments.settings)
+    settings.push_back(readSetting(arguments, text));
+  return settings;
+}
+
+/** NAME=FOLDER, or a folder whose name is the system's. */
+NamedText readSystem(const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals != std::string::npos) return {text.substr(0, equals), text.substr(equals + 1)};
+  return {recordingName(text), text};
+}
+
+std::string describe(const BenchmarkProgress& p) {
+  char text[160];
+  std::snprintf(text, sizeof text, "trial: runs %zu/%zu, %s left", p.done, p.total,
+                clockTime(p.remaining_s).c_str());
+  return text;
+}
+
+void print(const TrialOutcome& outcome, const TrialArguments& arguments) {
+  const TableFormat format = tableFormatFromName(arguments.format);
+  if (format == TableFormat::kCsv) {
+    std::fputs(runsCsv(outcome.record.results).c_str(), stdout);
+  } else if (format == TableFormat::kText && !arguments.verbose) {
+    std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
+  } else {
+    for (const TitledTable& table : trialTables(outcome.record))
+      std::printf("%s\n", toString(table, format, textStyle()).c_str());
+  }
+  std::fflush(stdout);
+}
+
+int trial(const TrialArguments& arguments) {
+  const std::vector<TrialSetting> settings = readSettings(arguments);
+  TrialOptions options;
+  options.sources = arguments.sources;
+  options.out = arguments.out;
+  options.protocol = arguments.protocol;
+  options.odometries = arguments.odometries;
+  if (!arguments.faults.empty()) options.faults = readFaultFile(arguments.faults);
+  for (const std::string& text : arguments.systems) options.systems.push_back(readSystem(text));
+  options.jobs = arguments.jobs;
+  options.time_limit_s = arguments.time_limit_s;
+  options.overwrite = arguments.overwrite;
+  options.versions = versions();
+  readShard(arguments.shard, &options.shard, &options.shards);
+  ProgressLine line;
+  options.progress = [&line](const BenchmarkProgress& p) {
+    line.update(p.done == p.total, [&p] { return describe(p); });
+  };
+  options.warn = [&line](const std::string& sentence) {
+    line.interrupt();
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
+  };
+  options.report = trialReportHtml;
+  cv::setNumThreads(1);  // the jobs are the threads
+  options.stop = stopOnSignals();
+  const TrialOutcome outcome = runTrial(settings, options);
+  line.interrupt();
+  if (outcome.interrupted) {
+    std::fprintf(stderr,
+                 "trial: interrupted; %zu runs are on disk, %zu are missing; the same command goes "
+                 "on from here\n",
+                 outcome.runs_found + outcome.runs_made, outcome.runs_missing);
+    return kInterrupted;
+  }
+  print(outcome, arguments);
+  std::fprintf(stderr, "\n%zu runs (%zu were there already) in %s\nwritten:\n",
+               outcome.runs_found + outcome.runs_made, outcome.runs_found,
+               clockTime(outcome.wall_s).c_str());
+  for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+  if (printRecordingErrors(outcome.record)) return kDataErrorExit;
+  const auto died = [](const TrialRun& run) {
+    return run.status == kStatusCrashed || run.status == kStatusTimeLimit;
+  };
+  const auto& runs = outcome.record.results;
+  return std::any_of(runs.begin(), runs.end(), died) ? kPluginDied : kOk;
+}
+
+/** What flies. */
+void addVariantOptions(CLI::App* command, TrialArguments* arguments) {
+  const auto list = [&](const std::string& name, std::vector<std::string>* values,
+                        const std::string& text) {
+    return command->add_option(name, *values, text)->delimiter(',')->allow_extra_args(false);
+  };
+  list("--initializers", &arguments->initializers,
+       "Initializer plugins, separated by commas, or all (default: the configuration's)");
+  list("--odometries", &arguments->odometries,
+       "Values of [odometry] kind, separated by commas (default: the configuration's)");
+  command
+      ->add_option("--settings", arguments->settings,
+                   "INI file to use on top of the configuration, or "
+                   "NAME:section.key=value;section.key=value; repeatable, each is a setting to "
+                   "compare")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--system", arguments->systems,
+                   "NAME=FOLDER: trajectories of another system, TUM files "
+                   "RECORDING-FROM-FAULT.tum; repeatable")
+      ->allow_extra_args(false);
+}
+
+/** Where and how they fly. */
+void addProtocolOptions(CLI::App* command, TrialArguments* arguments) {
+  TrialProtocol* protocol = &arguments->protocol;
+  command
+      ->add_option("--starts", protocol->starts,
+                   "Runs of a recording begin at so many instants, evenly over it")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command
+      ->add_option("--from", protocol->from_s,
+                   "Instants instead, seconds after the first image, separated by commas")
+      ->delimiter(',')
+      ->check(checkSeconds(true))
+      ->allow_extra_args(false);
+  command->add_option("--seconds", protocol->seconds, "Length of a run; 0: to the recording's end")
+      ->check(checkSeconds(true))
+      ->capture_default_str();
+  command
+      ->add_option("--faults", arguments->faults,
+                   "File that names faults (config/faults.ini); without: no faults")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--ate-limit", protocol->ate_limit_m,
+                   "A run whose causal ATE is larger has failed, m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--seed", protocol->seed, "Of the faults")
+      ->check(CLI::Range(0, 2147483647))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void addTrialCommand(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<TrialArguments>();
+  CLI::App* command = app.add_subcommand(
+      "trial",
+      "Fly recordings from many starts with every initializer, odometry and setting, without and "
+      "with faults, beside other systems' trajectories. Prints what survives and how accurate it "
+      "is; writes runs.csv and report.html. An interrupted trial is resumed by the same command.");
+  command->add_option("SRC", arguments->sources, "Recordings")->required();
+  addVariantOptions(command, arguments.get());
+  addProtocolOptions(command, arguments.get());
+  command->add_option("--jobs", arguments->jobs, "Processes")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  addTimeLimitOption(command, "Processor time that a run may use", &arguments->time_limit_s);
+  command->add_option("--out", arguments->out, "Folder for the results")
+      ->check(checkOutputPath())
+      ->capture_default_str();
+  addShardOption(command, &arguments->shard);
+  command->add_flag("--overwrite", arguments->overwrite,
+                    "Begin anew: discard the results in the folder");
+  command->add_flag("--verbose", arguments->verbose, "Print all tables");
+  command->add_option("--format", arguments->format, "How to print the tables; csv: all runs")
+      ->check(CLI::IsMember(tableFormatNames()))
+      ->capture_default_str();
+  arguments->configuration.addConfig(command);
+  arguments->configuration.addOverrides(command);
+  command->footer(
+      "Example: etalon trial /data/euroc/* --initializers etalon,eta,drt --faults "
+      "config/faults.ini --out trial\n"
+      "Exit codes: 0 done, 2 usage or configuration, 3 a recording could not be used (the others "
+      "are done), 4 a run crashed or used up its time (recorded there as crashed or time_limit; "
+      "all else is done), 130 interrupted.");
+  command->callback([arguments, exit_code] { *exit_code = trial(*arguments); });
+}
+
+}  // namespace etalon::app

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "etalon/benchmark/paired_bootstrap.h"
+#include "etalon/benchmark/summary.h"
+#include "etalon/benchmark/trial/trial_record.h"
+
+namespace etalon {
+
+/** What some runs of a trial were worth. Figures are over the runs that have them. */
+struct TrialSummary {
+  int runs = 0, survived = 0, silent = 0;
+  int faulty = 0;                         ///< runs in which a fault changed something
+  int said = 0;                           ///< of these, with an event since the fault
+  double coverage = WindowErrors::kNone;  ///< poses of all runs over their frames
+  FigureSummary causal_ate_m, final_ate_m, causal_rpe_m, final_rpe_m;
+  FigureSummary error_over_predicted, started_s, frame_ms;
+  /** Of faulty runs: causal ATE less that of the same run without the fault. */
+  FigureSummary added_ate_m;
+  double largest_added_ate_m = WindowErrors::kNone;
+};
+
+using WhichRuns = std::function<bool(const TrialRun&)>;
+
+TrialSummary summaryOf(const TrialRecord& record, const WhichRuns& which);
+
+/** A figure of ErrorsAfterStart over the runs without a fault of a variant. */
+FigureSummary afterStart(const TrialRecord& record, const TrialVariant& variant, double after_s,
+                         double ErrorsAfterStart::*figure);
+
+/** Of variant `a` less that of `b`, over the runs that both have without a fault: the causal ATE, m.
+ * A cluster is a recording. */
+BootstrapInterval differenceOfAte(const TrialRecord& record, const TrialVariant& a,
+                                  const TrialVariant& b, const BootstrapOptions& options = {});
+
+/** How often something made runs fail: the reasons, with numbers as `#`, the most frequent first. */
+struct FailureKind {
+  std::string reason;        ///< of the first such run, whole
+  std::vector<size_t> runs;  ///< indices of TrialRecord::results
+};
+std::vector<FailureKind> failuresOf(const TrialRecord& record);
+
+}  // namespace etalon

@@ -1,0 +1,128 @@
+#include "etalon/benchmark/trial/trial_summary.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+
+#include "etalon/benchmark/trial/trial_store.h"
+
+namespace etalon {
+namespace {
+
+/** The ATE of the runs without a fault, by the key of the run. */
+std::map<std::string, double> plainAtes(const TrialRecord& record) {
+  std::map<std::string, double> ates;
+  for (const TrialRun& run : record.results)
+    if (run.fault == kNoFault) ates[resultKey(run)] = run.causal.ate_m;
+  return ates;
+}
+
+double addedAte(const TrialRun& run, const std::map<std::string, double>& plain) {
+  TrialRun without = run;
+  without.fault = kNoFault;
+  const auto found = plain.find(resultKey(without));
+  return found == plain.end() ? WindowErrors::kNone : run.causal.ate_m - found->second;
+}
+
+/** Numbers replaced, so that the same reason with other figures is the same. */
+std::string withoutNumbers(const std::string& text) {
+  std::string result;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const bool number = std::isdigit(static_cast<unsigned char>(text[i])) != 0 ||
+                        (text[i] == '.' && i + 1 < text.size() &&
+                         std::isdigit(static_cast<unsigned char>(text[i + 1])) != 0);
+    if (!number)
+      result += text[i];
+    else if (result.empty() || result.back() != '#')
+      result += '#';
+  }
+  return result;
+}
+
+}  // namespace
+
+TrialSummary summaryOf(const TrialRecord& record, const WhichRuns& which) {
+  const std::map<std::string, double> plain = plainAtes(record);
+  TrialSummary summary;
+  long frames = 0, poses = 0;
+  std::vector<double> causal, final, causal_rpe, final_rpe, ratio, started, ms, added;
+  for (const TrialRun& run : record.results) {
+    if (!which(run)) continue;
+    ++summary.runs;
+    summary.survived += run.survived() ? 1 : 0;
+    summary.silent += run.silent ? 1 : 0;
+    frames += run.frames;
+    poses += run.poses;
+    causal.push_back(run.causal.ate_m);
+    final.push_back(run.final.ate_m);
+    causal_rpe.push_back(run.causal.rpe_m);
+    final_rpe.push_back(run.final.rpe_m);
+    ratio.push_back(run.error_over_predicted);
+    started.push_back(run.started_s);
+    ms.push_back(run.frame_ms);
+    if (!std::isfinite(run.fault_at_s)) continue;
+    ++summary.faulty;
+    summary.said += run.event.empty() ? 0 : 1;
+    added.push_back(addedAte(run, plain));
+    if (std::isfinite(added.back()) && !(added.back() <= summary.largest_added_ate_m))
+      summary.largest_added_ate_m = added.back();
+  }
+  if (frames > 0) summary.coverage = static_cast<double>(poses) / static_cast<double>(frames);
+  summary.causal_ate_m = summaryOf(causal);
+  summary.final_ate_m = summaryOf(final);
+  summary.causal_rpe_m = summaryOf(causal_rpe);
+  summary.final_rpe_m = summaryOf(final_rpe);
+  summary.error_over_predicted = summaryOf(ratio);
+  summary.started_s = summaryOf(started);
+  summary.frame_ms = summaryOf(ms);
+  summary.added_ate_m = summaryOf(added);
+  return summary;
+}
+
+FigureSummary afterStart(const TrialRecord& record, const TrialVariant& variant, double after_s,
+                         double ErrorsAfterStart::*figure) {
+  std::vector<double> values;
+  for (const TrialRun& run : record.results)
+    if (run.fault == kNoFault && run.variant == variant)
+      for (const ErrorsAfterStart& errors : run.after_start)
+        if (errors.after_s == after_s) values.push_back(errors.*figure);
+  return summaryOf(values);
+}
+
+BootstrapInterval differenceOfAte(const TrialRecord& record, const TrialVariant& a,
+                                  const TrialVariant& b, const BootstrapOptions& options) {
+  const std::map<std::string, double> ates = plainAtes(record);
+  std::map<std::string, PairedCluster> clusters;  // by recording
+  for (TrialRun run : record.results) {
+    if (run.fault != kNoFault || !(run.variant == a) || !std::isfinite(run.causal.ate_m)) continue;
+    const double ate_a = run.causal.ate_m;
+    run.variant = b;
+    const auto other = ates.find(resultKey(run));
+    if (other == ates.end() || !std::isfinite(other->second)) continue;
+    clusters[run.recording].a.push_back(ate_a);
+    clusters[run.recording].b.push_back(other->second);
+  }
+  std::vector<PairedCluster> all;
+  for (const auto& [recording, cluster] : clusters) all.push_back(cluster);
+  return pairedBootstrap(all, PairedStatistic::kMedian, options);
+}
+
+std::vector<FailureKind> failuresOf(const TrialRecord& record) {
+  std::map<std::string, FailureKind> kinds;
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    const TrialRun& run = record.results[i];
+    if (run.survived()) continue;
+    FailureKind& kind = kinds[withoutNumbers(run.reason)];
+    if (kind.runs.empty()) kind.reason = run.reason;
+    kind.runs.push_back(i);
+  }
+  std::vector<FailureKind> sorted;
+  for (auto& [key, kind] : kinds) sorted.push_back(std::move(kind));
+  std::stable_sort(sorted.begin(), sorted.end(), [](const FailureKind& a, const FailureKind& b) {
+    return a.runs.size() > b.runs.size();
+  });
+  return sorted;
+}
+
+}  // namespace etalon

@@ -1,0 +1,206 @@
+#include "trial/trial_worker.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "etalon/core/errors.h"
+
+namespace etalon {
+namespace {
+
+/** Delivers all that is left of a source. */
+void feedAll(SensorSource* source, TrialFlight* flight) {
+  while (const auto event = source->next()) flight->feed(*event);
+}
+
+std::optional<TimeNs> beginOf(const FaultyCut& cut) {
+  if (!cut.first) return std::nullopt;
+  return stampOf(*cut.first);
+}
+
+}  // namespace
+
+void TrialWorker::run(const TrialTask& task, size_t first, const DoPart& do_part) {
+  std::string error;
+  try {
+    fly(task, cutOf(task), first, do_part);
+  } catch (const DataError& e) {  // of the recording: what follows has no result but this
+    error = e.what();
+  }
+  if (error.empty()) return;
+  for (size_t part = first; part < task.faults.size(); ++part)
+    do_part(part, [&] {
+      TrialRun run = emptyRun(task, task.faults[part]);
+      run.status = kStatusFailed;
+      run.reason = error;
+      return resultToText(run);
+    });
+}
+
+const TrialCut& TrialWorker::cutOf(const TrialTask& task) {
+  if (cut_ && cut_of_ == std::make_pair(task.sequence, task.from_s)) return *cut_;
+  cut_.reset();  // not two at a time
+  const BenchmarkSequence& sequence = record_.sequences[task.sequence];
+  const TimeNs from = sequence.first_image + durationNs(task.from_s);
+  cut_.emplace(sequence.source, task.from_s, options_.protocol.seconds);
+  cut_of_ = {task.sequence, task.from_s};
+  const std::unique_ptr<SensorSource> source = cut_->open();
+  const std::vector<TimeNs>& stamps = source->imageStamps();
+  const TimeNs to = options_.protocol.seconds > 0.0 ? from + durationNs(options_.protocol.seconds)
+                                                    : sequence.last_image;
+  images_ = static_cast<int>(
+      std::count_if(stamps.begin(), stamps.end(), [=](TimeNs t) { return from <= t && t <= to; }));
+  return *cut_;
+}
+
+/** The run without a fault first, then as far as they share with it. */
+std::vector<TrialWorker::FaultyRun> TrialWorker::inOrder(const TrialTask& task,
+                                                         const TrialCut& cut) const {
+  std::vector<FaultyRun> runs;
+  for (const size_t fault : task.faults) {
+    FaultyRun run{fault, {}};
+    if (fault > 0) run.cut = faultyCut(cut, options_.faults[fault], options_.protocol.seed);
+    runs.push_back(std::move(run));
+  }
+  std::stable_sort(runs.begin(), runs.end(),
+                   [](const FaultyRun& a, const FaultyRun& b) { return a.cut.same < b.cut.same; });
+  return runs;
+}
+
+void TrialWorker::fly(const TrialTask& task, const TrialCut& cut, size_t first,
+                      const DoPart& do_part) {
+  std::vector<FaultyRun> runs = inOrder(task, cut);
+  bool sound = task.plain_is_sound;
+  std::unique_ptr<TrialFlight> trunk;
+  std::unique_ptr<SensorSource> plain;
+  size_t fed = 0;
+  for (size_t part = first; part < runs.size(); ++part) {
+    FaultyRun& faulty = runs[part];
+    TrialRun run;
+    if (!task.variant.system.empty()) {
+      run = judgeSystem(task, cut, &faulty);
+    } else if (faulty.fault == 0 || faulty.cut.same == 0 || !sound) {
+      run = flyAll(task, cut, faulty);
+      if (faulty.fault == 0) sound = run.status == kStatusSurvived || run.status == kStatusFailed;
+    } else {
+      if (!trunk) {
+        plain = cut.open();
+        trunk = flightOf(task, *plain);
+      }
+      for (; fed < faulty.cut.same; ++fed) trunk->feed(*plain->next());
+      run = flyOn(task, &faulty, trunk.get());
+    }
+    do_part(part, [&run] { return resultToText(run); });
+  }
+}
+
+/** From the beginning to the end. */
+TrialRun TrialWorker::flyAll(const TrialTask& task, const TrialCut& cut,
+                             const FaultyRun& faulty) const {
+  return isolated(emptyRun(task, faulty.fault), [&](TrialRun run) {
+    const std::unique_ptr<SensorSource> source =
+        faulty.fault == 0 ? cut.open()
+                          : withFaults(cut.open(), options_.faults[faulty.fault], cut.fromS(),
+                                       static_cast<std::uint64_t>(options_.protocol.seed));
+    const std::unique_ptr<TrialFlight> flight = flightOf(task, *source);
+    feedAll(source.get(), flight.get());
+    return end(std::move(run), flight.get(), faulty, *source);
+  });
+}
+
+/** From where the fault begins, in a copy of the process that has come so far. */
+TrialRun TrialWorker::flyOn(const TrialTask& task, FaultyRun* faulty, TrialFlight* trunk) const {
+  return isolated(emptyRun(task, faulty->fault), [&](TrialRun run) {
+    if (faulty->cut.first) trunk->feed(*faulty->cut.first);
+    feedAll(faulty->cut.source.get(), trunk);
+    return end(std::move(run), trunk, *faulty, *faulty->cut.source);
+  });
+}
+
+TrialRun TrialWorker::isolated(TrialRun run,
+                               const std::function<TrialRun(TrialRun)>& function) const {
+  IsolationLimits limits;
+  limits.cpu_s = options_.time_limit_s;
+  limits.clock_s = 60.0 * options_.time_limit_s;  // for what waits; a busy machine ends no run
+  limits.memory_gib = 4.0;
+  const IsolatedOutcome outcome = runIsolated([&] { return resultToText(function(run)); }, limits);
+  if (outcome.completed) return trialRunFromText(outcome.output);
+  run.status = outcome.out_of_time ? kStatusTimeLimit : kStatusCrashed;
+  run.reason = outcome.failure;
+  return run;
+}
+
+TrialRun TrialWorker::end(TrialRun run, TrialFlight* flight, const FaultyRun& faulty,
+                          const SensorSource& source) const {
+  Flown flown = flight->finish();
+  flown.fault_at = beginOf(faulty.cut);
+  judge(flown, source.groundTruth(), options_.protocol, &run);
+  writeTum(trajectoryPath(options_.out, record_, run), flown.causal);
+  if (faulty.fault == 0) writeTruth(run, flown.images, source.groundTruth());
+  return run;
+}
+
+void TrialWorker::writeTruth(const TrialRun& run, const std::vector<TimeNs>& images,
+                             const GroundTruth& truth) const {
+  Trajectory at_images;
+  for (const TimeNs t : images)
+    if (const auto state = truth.at(t)) at_images.push_back({t, state->T_WB});
+  if (!at_images.empty())
+    writeTum(groundTruthPath(options_.out, run.recording, run.from_s), at_images, "T_GB");
+}
+
+TrialRun TrialWorker::judgeSystem(const TrialTask& task, const TrialCut& cut,
+                                  FaultyRun* faulty) const {
+  TrialRun run = emptyRun(task, faulty->fault);
+  std::vector<TimeNs> images;
+  const std::unique_ptr<SensorSource> source =
+      faulty->fault == 0 ? cut.open()
+                         : withFaults(cut.open(), options_.faults[faulty->fault], cut.fromS(),
+                                      static_cast<std::uint64_t>(options_.protocol.seed));
+  while (const auto event = source->next())
+    if (std::holds_alternative<StereoFrame>(*event)) images.push_back(stampOf(*event));
+  const std::string file = trajectoryPath(options_.out, record_, run);
+  run.status = kStatusFailed;
+  run.frames = static_cast<int>(images.size());
+  if (!std::filesystem::exists(file)) {
+    run.reason = "there is no trajectory '" + std::filesystem::path(file).filename().string() + "'";
+    return run;
+  }
+  try {
+    const Flown flown = flownBySystem(readTum(file), images, beginOf(faulty->cut));
+    judge(flown, source->groundTruth(), options_.protocol, &run);
+  } catch (const DataError& e) {
+    run.reason = e.what();
+  }
+  return run;
+}
+
+TrialRun TrialWorker::emptyRun(const TrialTask& task, size_t fault) const {
+  TrialRun run;
+  run.recording = record_.sequences[task.sequence].name;
+  run.from_s = task.from_s;
+  run.variant = task.variant;
+  run.fault = options_.faults[fault].name;
+  run.images = images_;
+  return run;
+}
+
+std::unique_ptr<TrialFlight> TrialWorker::flightOf(const TrialTask& task,
+                                                   const SensorSource& source) const {
+  const auto setting = std::find_if(settings_.begin(), settings_.end(), [&](const TrialSetting& s) {
+    return s.name == task.variant.setting;
+  });
+  const std::vector<ConfiguredInitializer>& all = setting->configuration.initializers;
+  const auto chosen = std::find_if(all.begin(), all.end(), [&](const ConfiguredInitializer& i) {
+    return i.plugin.name == task.variant.initializer;
+  });
+  PipelineOptions options = setting->configuration.pipeline;
+  options.initializer = task.variant.initializer;
+  options.odometry_kind = task.variant.odometry;
+  PipelineInitializers initializers;
+  initializers.name = chosen->plugin.name;
+  initializers.initializer = chosen->initializer;
+  return std::make_unique<TrialFlight>(source.calibration(), options, initializers);
+}
+
+}  // namespace etalon

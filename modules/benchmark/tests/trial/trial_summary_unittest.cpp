@@ -1,0 +1,76 @@
+#include "etalon/benchmark/trial/trial_summary.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "etalon/testing/example_trial.h"
+
+namespace etalon {
+namespace {
+
+using testing::exampleTrial;
+
+TEST(TrialSummary, CountsAndTakesMedians) {
+  const TrialRecord record = exampleTrial();
+  const TrialSummary all = summaryOf(record, [](const TrialRun&) { return true; });
+  EXPECT_EQ(all.runs, 16);
+  EXPECT_EQ(all.survived, 15);
+  EXPECT_EQ(all.silent, 1);
+  EXPECT_EQ(all.faulty, 8);
+  EXPECT_EQ(all.said, 7);
+  EXPECT_DOUBLE_EQ(all.coverage, (15 * 200 + 150) / (16 * 200.0));
+  const TrialSummary one = summaryOf(record, [](const TrialRun& run) {
+    return run.variant.initializer == "one" && run.fault == kNoFault;
+  });
+  EXPECT_EQ(one.runs, 4);
+  EXPECT_NEAR(one.causal_ate_m.median, 0.0025, 1e-12);  // 2, 2, 3, 3 mm
+  EXPECT_NEAR(one.final_ate_m.median, 0.00125, 1e-12);
+  EXPECT_EQ(one.faulty, 0);
+  EXPECT_TRUE(std::isnan(one.added_ate_m.median));
+}
+
+TEST(TrialSummary, WhatAFaultAddsIsAgainstTheSameRunWithoutIt) {
+  const TrialRecord record = exampleTrial();
+  const TrialSummary dark =
+      summaryOf(record, [](const TrialRun& run) { return run.fault == "dark"; });
+  EXPECT_EQ(dark.added_ate_m.count, 8);
+  EXPECT_NEAR(dark.added_ate_m.median, 0.0035, 1e-12);  // 3 of `one`, 4 of `two`
+  EXPECT_NEAR(dark.largest_added_ate_m, 0.004, 1e-12);
+}
+
+TEST(TrialSummary, ErrorsAfterTheStartAreThoseWithoutAFault) {
+  const TrialRecord record = exampleTrial();
+  const TrialVariant two = variantsOf(record)[1];
+  EXPECT_NEAR(afterStart(record, two, 5.0, &ErrorsAfterStart::ate_m).median, 0.0035, 1e-12);
+  EXPECT_EQ(afterStart(record, two, 5.0, &ErrorsAfterStart::ate_m).count, 4);
+  EXPECT_EQ(afterStart(record, two, 3.0, &ErrorsAfterStart::ate_m).count, 0);
+}
+
+TEST(TrialSummary, VariantsAreComparedRunByRun) {
+  const TrialRecord record = exampleTrial();
+  const std::vector<TrialVariant> variants = variantsOf(record);
+  const BootstrapInterval d = differenceOfAte(record, variants[1], variants[0]);
+  EXPECT_EQ(d.pairs, 4);
+  EXPECT_EQ(d.clusters, 2);
+  EXPECT_NEAR(d.difference, 0.001, 1e-12);
+  EXPECT_TRUE(d.significant());
+  EXPECT_FALSE(differenceOfAte(record, variants[0], variants[0]).significant());
+}
+
+TEST(TrialFailures, OfTheSameKindStandTogether) {
+  TrialRecord record = exampleTrial();
+  for (const size_t i : {2U, 5U}) {
+    record.results[i].status = kStatusFailed;
+    record.results[i].reason =
+        i == 2 ? "ATE 0.612 m, more than 0.5 m" : "ATE 1.05 m, more than 0.5 m";
+  }
+  const std::vector<FailureKind> kinds = failuresOf(record);
+  ASSERT_EQ(kinds.size(), 2U);
+  EXPECT_EQ(kinds[0].reason, "ATE 0.612 m, more than 0.5 m");
+  EXPECT_EQ(kinds[0].runs, (std::vector<size_t>{2, 5}));
+  EXPECT_EQ(kinds[1].runs, std::vector<size_t>{15});
+}
+
+}  // namespace
+}  // namespace etalon

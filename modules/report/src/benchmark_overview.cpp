@@ -1,0 +1,213 @@
+#include "etalon/report/benchmark_overview.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "benchmark_side_tables.h"
+#include "etalon/core/statistics.h"
+
+namespace etalon {
+namespace {
+
+constexpr const char* kRuntime = "runtime_ms";
+
+/** A column's title where the unit stands in the note. */
+std::string shortTitle(const std::string& figure) {
+  if (figure == kSuccessRate) return "succ.";
+  if (figure == "rre_deg") return "RRE";
+  if (figure == "ate_m") return "ATE";
+  if (figure == "gravity_deg") return "grav.";
+  if (figure == "velocity_mps") return "v";
+  return "time";
+}
+
+/** After VI-BA all initializers give nearly the same poses, in the same time: RRE, ATE and time stand
+ * without it alone. */
+std::vector<std::string> figuresOf(const std::string& stage) {
+  if (stage == kStageInit)
+    return {kSuccessRate, "rre_deg", "ate_m", "gravity_deg", "velocity_mps", kRuntime};
+  return {kSuccessRate, "gravity_deg", "velocity_mps"};
+}
+
+std::string keyOf(const std::string& figure, const std::string& stage) {
+  return figure + "_" + stage;
+}
+
+Table::Column columnOf(const std::string& figure, const std::string& stage) {
+  Table::Column column{keyOf(figure, stage), shortTitle(figure), true};
+  column.group = groupOf(stage);
+  if (figure == kSuccessRate) {
+    column.decimals = kSuccessDecimals;
+    column.factor = 100.0;
+  } else if (figure == kRuntime) {
+    column.decimals = 2;
+  } else {
+    const WindowMetric metric = windowMetric(figure);
+    column.decimals = figure == "gravity_deg" ? 2 : metric.decimals;
+    column.factor = metric.factor;
+  }
+  return column;
+}
+
+double valueOf(const SummaryRow& row, const std::string& figure) {
+  if (figure == kSuccessRate) return row.success_rate;
+  if (figure == kRuntime) return row.runtime_ms.median;
+  const std::vector<WindowMetric> metrics = windowMetrics();
+  for (size_t m = 0; m < metrics.size(); ++m)
+    if (metrics[m].key == figure) return row.errors[m].median;
+  return WindowErrors::kNone;
+}
+
+/** Below the table: what the columns are, what VI-BA takes, and who accepted what is not good. */
+std::string noteOn(const std::vector<const SummaryRow*>& rows, const std::string& last_stage) {
+  int windows = 0, worst = 0, false_accepts = 0;
+  std::string who;
+  std::vector<double> vi_ba_ms;
+  for (const SummaryRow* row : rows) {
+    windows = row->count;
+    if (row->stage == kStageViBa && row->runtime_ms.count > 0)
+      vi_ba_ms.push_back(row->runtime_ms.median);
+    if (row->stage != last_stage || row->false_accepts == 0) continue;
+    false_accepts += row->false_accepts;
+    if (row->false_accepts <= worst) continue;
+    worst = row->false_accepts;
+    who = row->initializer;
+  }
+  std::string note = std::to_string(windows) + " windows. ";
+  if (false_accepts == 0) note += "No false accept. ";
+  if (false_accepts > 0)
+    note += "False accepts: " + std::to_string(false_accepts) + ", " + std::to_string(worst) +
+            " of them by " + who + ". ";
+  note += "succ.: success [%]. Medians: RRE, gravity [deg],\nATE [mm], velocity [m/s], time [ms]";
+  if (vi_ba_ms.empty()) return note + ". ";
+  char text[60];
+  std::snprintf(text, sizeof text, "; VI-BA takes %.0f ms more.\n", quantile(vi_ba_ms, 0.5));
+  return note + text;
+}
+
+std::vector<size_t> rowsThatCanBeBest(const std::vector<const SummaryRow*>& rows,
+                                      const std::string& stage,
+                                      const std::vector<std::string>& initializers) {
+  std::vector<size_t> chosen;
+  for (const SummaryRow* row : rows)
+    if (row->stage == stage && canBeBest(*row))
+      chosen.push_back(std::find(initializers.begin(), initializers.end(), row->initializer) -
+                       initializers.begin());
+  return chosen;
+}
+
+const char* shownVerdict(const PairedComparison& c) {
+  if (c.apart < kMinPairs) return "few";
+  const std::string verdict = c.verdict();
+  if (verdict.rfind(c.b + " is better", 0) == 0) return "better";
+  return verdict.rfind(c.a + " is better", 0) == 0 ? "worse" : "=";
+}
+
+}  // namespace
+
+std::vector<std::string> overviewFigures() {
+  return {kSuccessRate, "rre_deg", "ate_m", "gravity_deg", "velocity_mps"};
+}
+
+TitledTable overviewTable(const BenchmarkRecord& record, const std::vector<SummaryRow>& summary,
+                          const WindowShape& shape) {
+  const std::vector<std::string> stages = stagesOf(record);
+  std::vector<Table::Column> columns = {{"initializer", "initializer"}};
+  for (const std::string& stage : stages)
+    for (const std::string& figure : figuresOf(stage)) columns.push_back(columnOf(figure, stage));
+  Table table(columns);
+  std::vector<const SummaryRow*> rows;
+  const std::vector<std::string> initializers = initializersOf(record);
+  for (const std::string& initializer : initializers) {
+    table.addRow();
+    table.setText("initializer", initializer);
+    for (const SummaryRow& row : summary) {
+      if (row.sequence != kAllSequences || row.keyframes != shape.keyframes ||
+          row.rate_hz != shape.rate_hz || row.initializer != initializer ||
+          row.which != kAllWindows)
+        continue;
+      rows.push_back(&row);
+      for (const std::string& figure : figuresOf(row.stage))
+        table.setNumber(keyOf(figure, row.stage), valueOf(row, figure));
+    }
+  }
+  for (const std::string& stage : stages)
+    for (const std::string& figure : figuresOf(stage))
+      table.markBestOfColumn(keyOf(figure, stage), rowsThatCanBeBest(rows, stage, initializers),
+                             figure != kSuccessRate);
+  TitledTable overview{
+      "overview" + shapeId(shape),
+      std::to_string(sequencesOf(record).size()) + " recordings, " + shapeText(shape), "",
+      std::move(table)};
+  if (sequencesOf(record).size() == 1)
+    overview.title = sequencesOf(record).front() + ", " + shapeText(shape);
+  overview.note = noteOn(rows, stages.back());
+  overview.marks_best = true;
+  overview.keyframes = shape.keyframes;
+  overview.rate_hz = shape.rate_hz;
+  return overview;
+}
+
+TitledTable comparisonOverview(const std::vector<PairedComparison>& comparisons,
+                               const BootstrapOptions& options) {
+  std::vector<Table::Column> columns = {{"initializer", "initializer"}};
+  for (const PairedComparison& c : comparisons) {
+    Table::Column column{keyOf(c.figure, c.stage), shortTitle(c.figure)};
+    column.group = groupOf(c.stage);
+    const auto same = [&](const Table::Column& other) { return other.key == column.key; };
+    if (std::none_of(columns.begin(), columns.end(), same)) columns.push_back(column);
+  }
+  Table table(columns);
+  std::string last;
+  int few = 0;
+  for (const PairedComparison& c : comparisons) {
+    if (c.b != last) {
+      table.addRow();
+      table.setText("initializer", c.b);
+      last = c.b;
+    }
+    table.setText(keyOf(c.figure, c.stage), shownVerdict(c));
+    few += c.apart < kMinPairs;
+  }
+  char note[400];
+  std::snprintf(
+      note, sizeof note,
+      "better, worse: significant at %g %% (paired bootstrap, %d resamples of recordings and "
+      "windows) and\nrelevant; =: neither.",
+      100.0 * options.confidence, options.resamples);
+  TitledTable overview{"comparison_overview", "", note, std::move(table)};
+  if (!comparisons.empty()) {
+    const PairedComparison& c = comparisons.front();
+    overview.title = "Compared with " + c.a + ", " + shapeText({c.keyframes, c.rate_hz});
+    if (few > 0)
+      overview.note += "\nfew: too few pairs whose windows do not overlap (fewer than " +
+                       std::to_string(kMinPairs) + ").";
+    if (c.interval.clusters == 1) overview.note += " One recording: it holds for this one alone.";
+  }
+  return overview;
+}
+
+std::string glossary() {
+  return "Terms:\n"
+         "  window       keyframes of one attempt to initialise, e.g. 10 at 4 Hz: 2.25 s\n"
+         "  VI-BA        visual-inertial bundle adjustment, the same after every initializer\n"
+         "  success      gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
+         "windows;\n"
+         "               a refused window is a failure\n"
+         "  false accept accepted as a start, but no success or outside 3.5 of its own standard "
+         "deviations\n"
+         "  RRE          relative rotation error: RMSE between consecutive keyframes, deg\n"
+         "  RPE          relative pose error over a stated length\n"
+         "  ATE          absolute trajectory error: RMSE of positions after SE(3) alignment, m\n"
+         "  gravity, v   angle of gravity's direction; norm of the velocity error, in the body's "
+         "frame\n"
+         "  b_g, b_a     bias of gyroscope, rad/s, and accelerometer, m/s^2\n"
+         "  NEES         squared error over predicted covariance, a degree of freedom: 1 is "
+         "honest\n"
+         "  coverage     share of frames with a pose; a missing pose is not a good pose\n"
+         "  causal       as known at the frame itself; smoothed: with hindsight; final: bundle "
+         "adjusted\n"
+         "The definitions: docs/evaluation.md.\n";
+}
+
+}  // namespace etalon

@@ -1,0 +1,88 @@
+#include "etalon/report/benchmark_overview.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "etalon/testing/example_benchmark.h"
+
+namespace etalon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string overviewOf(const BenchmarkRecord& record) {
+  return toString(overviewTable(record, summarize(record), shapesOf(record).front()),
+                  TableFormat::kText, {CellMark::kStar, 100});
+}
+
+TEST(BenchmarkOverview, HoldsARowForEachInitializer) {
+  const std::string text = overviewOf(testing::exampleBenchmark());
+  EXPECT_THAT(text, HasSubstr("2 recordings, 10 keyframes at 4 Hz"));
+  // Medians over the windows with an estimate: of 1 2 3 1.5 0.5, and half of it after VI-BA.
+  EXPECT_THAT(text, HasSubstr("\ngood          60.0  0.1500  15.00   1.50  0.0150"));
+  EXPECT_THAT(text, HasSubstr("6 windows. "));
+  EXPECT_THAT(text, HasSubstr("\nBest marked *, of the initializers with an estimate"));
+}
+
+TEST(BenchmarkOverview, FitsAScreenWithAllInitializers) {
+  BenchmarkRecord record;
+  for (int window = 0; window < 4; ++window)
+    for (int i = 0; i < 13; ++i)
+      record.results.push_back(testing::exampleResult(
+          "V1", window, std::string("orbslam3_inertial_onl") + static_cast<char>('a' + i),
+          {true, true, 1.5 + 0.1 * i}));
+  std::istringstream text(overviewOf(record));
+  int lines = 0;
+  for (std::string line; std::getline(text, line); ++lines) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_LE(lines, 25);
+}
+
+TEST(BenchmarkOverview, NamesWhoAcceptedFalsely) {
+  BenchmarkRecord record = testing::exampleBenchmark();
+  EXPECT_THAT(overviewOf(record), HasSubstr("False accepts: 1, 1 of them by bad."));
+  record.results.erase(std::remove_if(record.results.begin(), record.results.end(),
+                                      [](const WindowResult& r) { return r.initializer == "bad"; }),
+                       record.results.end());
+  EXPECT_THAT(overviewOf(record), AllOf(HasSubstr("No false accept."), Not(HasSubstr("bad"))));
+}
+
+TEST(BenchmarkOverview, ComparesWithTheFirst) {
+  BenchmarkRecord record;
+  for (int window = 10; window < 50; ++window)
+    for (const auto& [name, gravity] :
+         {std::pair("a", 1.0), std::pair("b", 1.1), std::pair("c", 1.0)})
+      record.results.push_back(
+          testing::exampleResult("V1", window, name, {true, true, gravity + 0.01 * (window % 7)}));
+  std::vector<PairedComparison> comparisons;
+  for (const char* other : {"b", "c"})
+    for (const PairedComparison& c : comparePaired(record, "a", other, overviewFigures()))
+      comparisons.push_back(c);
+  const std::string text =
+      toString(comparisonOverview(comparisons, BootstrapOptions()), TableFormat::kText);
+  EXPECT_THAT(text, HasSubstr("Compared with a, 10 keyframes at 4 Hz"));
+  EXPECT_THAT(text, HasSubstr("b            =      worse  worse  worse  worse"));
+  EXPECT_THAT(text, HasSubstr("c            =      =      =      =      ="));
+  EXPECT_THAT(text, AllOf(HasSubstr("this one alone"), Not(HasSubstr("few"))));
+}
+
+TEST(BenchmarkOverview, SaysOnceThatPairsAreTooFew) {
+  const auto comparisons =
+      comparePaired(testing::exampleBenchmark(), "good", "bad", overviewFigures());
+  const std::string text =
+      toString(comparisonOverview(comparisons, BootstrapOptions()), TableFormat::kText);
+  EXPECT_EQ(text.find("too few pairs"), text.rfind("too few pairs"));
+  EXPECT_THAT(text, HasSubstr("too few pairs"));
+}
+
+TEST(BenchmarkOverview, TheGlossaryFitsALine) {
+  std::istringstream text(glossary());
+  for (std::string line; std::getline(text, line);) EXPECT_LE(line.size(), 100u) << line;
+}
+
+}  // namespace
+}  // namespace etalon

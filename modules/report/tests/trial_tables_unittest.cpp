@@ -1,0 +1,148 @@
+#include "etalon/report/trial_tables.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "etalon/benchmark/trial/trial_store.h"
+#include "etalon/core/text.h"
+#include "etalon/testing/example_trial.h"
+
+namespace etalon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using testing::exampleTrial;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const Table& tableOf(const std::vector<TitledTable>& tables, const std::string& id) {
+  for (const TitledTable& table : tables)
+    if (table.id == id) return table.table;
+  throw std::runtime_error("no table " + id);
+}
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/** Ten starts, three variants and twenty faults, the first of which every run fails. */
+TrialRecord largeTrial() {
+  TrialRecord record = exampleTrial();
+  record.initializers.push_back({"three", "1", "", "plugin", ""});
+  record.protocol.starts = 10;
+  record.faults = {{kNoFault, ""}};
+  for (int f = 1; f <= 20; ++f) record.faults.push_back({format("fault_%02d", f), "covered"});
+  record.results.clear();
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (const double from_s : startsOf(record.protocol, sequence))
+      for (const TrialVariant& variant : variantsOf(record))
+        for (size_t f = 0; f < record.faults.size(); ++f) {
+          TrialRun run = testing::exampleRun(sequence.name, from_s, variant, record.faults[f].name,
+                                             2.0 + static_cast<double>(f));
+          if (f == 1) {
+            run.status = kStatusFailed;
+            run.reason = "lost since 7.10 s: " + std::string(120, 'x');
+          }
+          record.results.push_back(run);
+        }
+  return record;
+}
+
+TEST(TrialTables, SayWhatEachVariantIsWorth) {
+  const std::vector<TitledTable> tables = trialTables(exampleTrial());
+  const Table& table = tableOf(tables, "variants");
+  ASSERT_EQ(table.rowCount(), 2U);
+  EXPECT_EQ(table.textAt(0, "variant"), "one");
+  EXPECT_EQ(table.textAt(0, "survived"), "8/8");
+  EXPECT_EQ(table.textAt(1, "survived"), "7/8");
+  EXPECT_EQ(table.numberAt(1, "silent"), 1.0);
+  EXPECT_NEAR(table.numberAt(0, "causal_ate_m"), 0.0025, 1e-12);  // without a fault
+  EXPECT_NEAR(table.numberAt(1, "coverage"), 1.0 - 50.0 / 1600.0, 1e-12);
+  EXPECT_EQ(tables.front().title, "2 recordings, 4 starts of 10 s, 1 fault");
+  EXPECT_THAT(tables.front().note, HasSubstr("ATE <= 0.5 m"));
+}
+
+TEST(TrialTables, SayWhatEachFaultDoes) {
+  const std::vector<TitledTable> tables = trialTables(exampleTrial());
+  const Table& table = tableOf(tables, "faults");
+  ASSERT_EQ(table.rowCount(), 2U);
+  EXPECT_EQ(table.textAt(0, "fault"), kNoFault);
+  EXPECT_EQ(table.textAt(0, "said"), "");
+  EXPECT_EQ(table.textAt(1, "survived_0"), "4/4");
+  EXPECT_EQ(table.textAt(1, "survived_1"), "3/4");
+  EXPECT_EQ(table.textAt(1, "said"), "7/8");
+  EXPECT_NEAR(table.numberAt(1, "added_m"), 0.0035, 1e-12);
+  EXPECT_NEAR(table.numberAt(1, "largest_added_m"), 0.004, 1e-12);
+}
+
+TEST(TrialTables, SayWhatAnInitializerIsWorthAfterTheStart) {
+  const std::vector<TitledTable> tables = trialTables(exampleTrial());
+  const Table& table = tableOf(tables, "after_start");
+  EXPECT_NEAR(table.numberAt(1, "after_5s_ate_m"), 0.0035, 1e-12);
+  EXPECT_NEAR(table.numberAt(1, "at_end_tilt_deg"), 0.5, 1e-12);
+  EXPECT_NEAR(table.numberAt(0, "after_10s_velocity_mps"), 0.004, 1e-12);
+}
+
+TEST(TrialTables, EveryFailureHasItsReason) {
+  const std::vector<TitledTable> tables = trialTables(exampleTrial());
+  const Table& table = tableOf(tables, "failures");
+  ASSERT_EQ(table.rowCount(), 1U);
+  EXPECT_EQ(table.textAt(0, "recording"), "b");
+  EXPECT_THAT(table.textAt(0, "reason"), HasSubstr("silent: off by 0.62 m"));
+  TrialRecord good = exampleTrial();
+  good.results.pop_back();
+  EXPECT_EQ(trialTables(good).back().note, "Every run survived.");
+}
+
+TEST(TrialTables, DifferencesAreRunByRun) {
+  const std::vector<TitledTable> tables = trialTables(exampleTrial());
+  const Table& table = tableOf(tables, "differences");
+  ASSERT_EQ(table.rowCount(), 1U);
+  EXPECT_EQ(table.textAt(0, "a"), "two");
+  EXPECT_NEAR(table.numberAt(0, "difference_m"), 0.001, 1e-12);
+  EXPECT_EQ(table.textAt(0, "verdict"), "yes");
+}
+
+TEST(TrialTables, OneVariantIsComparedWithNothing) {
+  TrialRecord record = exampleTrial();
+  record.initializers.resize(1);
+  sortResults(&record);  // drops the others' runs
+  std::vector<std::string> ids;
+  for (const TitledTable& table : trialTables(record)) ids.push_back(table.id);
+  EXPECT_THAT(ids, ElementsAre("variants", "faults", "after_start", "recordings", "failures"));
+  EXPECT_EQ(tableOf(trialTables(record), "faults").textAt(1, "survived"), "4/4");
+}
+
+TEST(TrialPage, FitsAScreen) {
+  for (const TrialRecord& record : {exampleTrial(), largeTrial()}) {
+    const std::string page = trialPage(record, {});
+    const std::vector<std::string> lines = linesOf(page);
+    EXPECT_LE(lines.size(), 30U) << page;
+    for (const std::string& line : lines) EXPECT_LE(displayWidth(line), 100U) << line;
+  }
+}
+
+TEST(TrialPage, KeepsTheWorstFaultsAndCountsTheOthers) {
+  const std::string page = trialPage(largeTrial(), {});
+  EXPECT_THAT(page, AllOf(HasSubstr("fault_01"), HasSubstr("fault_20"), HasSubstr("none")));
+  EXPECT_THAT(page, Not(HasSubstr("fault_02")));
+  EXPECT_THAT(page, HasSubstr("milder faults in report.html"));
+  EXPECT_THAT(page, HasSubstr("60 failed, e.g. a from 0 s, one, fault_01: lost since 7.10 s: xx"));
+}
+
+TEST(TrialPage, NamesAFailureWithItsReason) {
+  EXPECT_THAT(
+      trialPage(exampleTrial(), {}),
+      HasSubstr("failed: b from 20.1 s, two, dark: silent: off by 0.62 m at 7.10 s, 8 times"));
+}
+
+}  // namespace
+}  // namespace etalon

@@ -1,0 +1,120 @@
+#include "etalon/simulation/faults/faulty_source.h"
+
+#include <map>
+#include <utility>
+
+#include "calibration_faults.h"
+#include "etalon/core/errors.h"
+#include "etalon/core/text.h"
+#include "fault_list.h"
+#include "fault_timeline.h"
+#include "image_faults.h"
+#include "imu_faults.h"
+
+namespace etalon {
+
+namespace {
+
+/** Changes events on their way and brings them into the order of their new stamps. */
+class FaultySource : public SensorSource {
+ public:
+  FaultySource(std::unique_ptr<SensorSource> source, const FaultScenario& scenario, TimeNs zero,
+               std::uint64_t seed)
+      : source_(std::move(source)),
+        faults_(scenario.faults),
+        seed_(seed),
+        timeline_(faults_, source_->imageStamps(), zero, seed),
+        calibration_(faultyCalibration(source_->calibration(), faults_, seed)),
+        truth_(faultyTruth(source_->groundTruth(), faults_, timeline_, seed)) {
+    if (timeline_.imageStamps().empty())
+      throw ConfigError(source_->name() + ": expected faults that leave an image, found '" +
+                        scenario.text + "'");
+    if (!faults_.empty())
+      said_ = source_->name() + ": faults were made: " + scenario.text +
+              format(" (%.2f s after the first image is their zero, the seed %llu)",
+                     secondsBetween(source_->imageStamps().front(), zero),
+                     static_cast<unsigned long long>(seed));
+  }
+
+  const std::string& name() const override { return source_->name(); }
+  std::string kind() const override { return source_->kind(); }
+  const StereoInertialCalibration& calibration() const override { return calibration_; }
+  const GroundTruth& groundTruth() const override { return truth_; }
+  const std::vector<TimeNs>& imageStamps() const override { return timeline_.imageStamps(); }
+  const ReadStatistics& statistics() const override {
+    statistics_ = source_->statistics();
+    statistics_.stereo_frames = frames_;
+    statistics_.imu_samples = imu_samples_;
+    if (!said_.empty()) statistics_.warnings.insert(statistics_.warnings.begin(), said_);
+    return statistics_;
+  }
+
+  std::optional<SensorEvent> next() override {
+    while (!ended_ && (waiting_.empty() || waiting_.begin()->first.first >= reached_)) read();
+    if (waiting_.empty()) return std::nullopt;
+    auto first = waiting_.extract(waiting_.begin());
+    ++(first.key().second ? frames_ : imu_samples_);
+    return std::move(first.mapped());
+  }
+
+ private:
+  /** Takes the next event of the source. */
+  void read() {
+    std::optional<SensorEvent> event = source_->next();
+    if (!event) {
+      ended_ = true;
+      return;
+    }
+    reached_ = timeline_.jumped(stampOf(*event)) - timeline_.mostEarly();
+    std::visit([this](auto& e) { take(std::move(e)); }, *event);
+  }
+
+  void take(ImuSample&& sample) {
+    const double s = timeline_.seconds(sample.t);
+    if (anyFaultAt<faults::ImuGap>(faults_, s)) return;
+    applyImuFaults(faults_, s, seed_, &sample);
+    sample.t = timeline_.jumped(sample.t);
+    waiting_.emplace(std::make_pair(sample.t, false), sample);
+  }
+
+  void take(StereoFrame&& frame) {
+    const std::optional<size_t> index = timeline_.indexOf(frame.t);
+    if (!index || !timeline_.stampOf(*index)) return;
+    const double s = timeline_.seconds(frame.t);
+    if (last_ && anyFaultAt<faults::Frozen>(faults_, s)) {
+      frame = *last_;
+    } else {
+      applyImageFaults(faults_, s, seed_, *index, &frame);
+      last_ = frame;
+    }
+    frame.t = *timeline_.stampOf(*index);
+    waiting_.emplace(std::make_pair(frame.t, true), std::move(frame));
+  }
+
+  std::unique_ptr<SensorSource> source_;
+  std::vector<Fault> faults_;
+  std::uint64_t seed_;
+  FaultTimeline timeline_;
+  StereoInertialCalibration calibration_;
+  GroundTruth truth_;
+  mutable ReadStatistics statistics_;
+  std::string said_;  ///< what was done, in words
+  int frames_ = 0, imu_samples_ = 0;
+
+  /** By stamp, at equal stamps the IMU first. */
+  std::multimap<std::pair<TimeNs, bool>, SensorEvent> waiting_;
+  TimeNs reached_ = 0;  ///< no event that is still to come has an earlier stamp
+  bool ended_ = false;
+  std::optional<StereoFrame> last_;  ///< that was not a frozen one
+};
+
+}  // namespace
+
+std::unique_ptr<SensorSource> withFaults(std::unique_ptr<SensorSource> source,
+                                         const FaultScenario& scenario, double start_s,
+                                         std::uint64_t seed) {
+  const TimeNs zero = source->imageStamps().front() + durationNs(start_s);
+  return std::make_unique<FaultySource>(std::move(source), scenario, zero, seed);
+}
+
+}  // namespace etalon
