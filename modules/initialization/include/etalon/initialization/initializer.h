@@ -73,8 +73,8 @@ void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id);
 }  // namespace etalon
 
 /**
- * Stands once in a plugin's source, at global scope and without semicolon, and makes the class
- * loadable (IMPLEMENTS_MRPT_OBJECT before it, in the same file: registered is what it defines):
+ * Stands once in a plugin's source, after IMPLEMENTS_MRPT_OBJECT of the class, at global scope and
+ * without semicolon, and makes the class loadable:
  *   ETALON_REGISTER_INITIALIZER(EtaInitializer, etalon::plugins, "eta", "1.0", "one line")
  * The class has DEFINE_MRPT_OBJECT(EtaInitializer, etalon::plugins) inside, and inside its
  * namespace stands IMPLEMENTS_MRPT_OBJECT(EtaInitializer, etalon::Initializer, etalon::plugins).
