@@ -9,6 +9,7 @@
 #include <std_msgs/Header.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 
 #include "etalon/core/errors.h"
 #include "rawlog_test.h"
@@ -105,6 +106,49 @@ TEST_F(Ros1Bag, SaysWhereItLooksForACalibration) {
   EXPECT_THAT(
       dataErrorOf([this] { openSource(bag_); }),
       HasSubstr("expected Kalibr's camchain.yaml beside the bag, or the option --camchain"));
+}
+
+TEST_F(Ros1Bag, WrongBytesAreReadOrRefused) {
+  convertThere();
+  const std::string whole = readText(bag_);
+  std::mt19937 random(5);
+  int refused = 0;
+  constexpr int kBags = 60;
+  for (int i = 0; i < kBags; ++i) {
+    std::string spoilt = whole;
+    const size_t at = random() % spoilt.size();
+    for (size_t k = at; k < std::min(at + 4, spoilt.size()); ++k)
+      spoilt[k] = static_cast<char>(i % 2 == 0 ? 0xff : random());
+    writeText(bag_, spoilt);
+    refused += dataErrorOf([this] { readAll(*openSource(bag_)); }).empty() ? 0 : 1;
+  }
+  EXPECT_GT(refused, 3);          // structure, stamps and quaternions are a fifth of the bytes
+  EXPECT_LT(refused, kBags / 2);  // the rest is pixels and measurements
+}
+
+TEST_F(Ros1Bag, ItsFilesAreTheBagAndTheCalibrations) {
+  convertThere();
+  const auto names = [](const RecordedSource &source) {
+    std::vector<std::string> names;
+    for (const RecordingFile &file : source.files())
+      names.push_back(fs::path(file.path).filename().string());
+    return names;
+  };
+  const auto source = openRecording(bag_);
+  EXPECT_THAT(names(*source), ::testing::ElementsAre("flight.bag", "camchain.yaml", "imu.yaml"));
+  EXPECT_EQ(source->framePaths(0).first, "");
+  EXPECT_THAT(source->calibrationFile("cam1"), HasSubstr("/camchain.yaml"));
+  EXPECT_THAT(source->calibrationFile("imu0"), HasSubstr("/imu.yaml"));
+  fs::remove(folder_ / "imu.yaml");
+  EXPECT_THAT(names(*openRecording(bag_)), ::testing::ElementsAre("flight.bag", "camchain.yaml"));
+}
+
+TEST_F(Ros1Bag, ImagesOfAnotherSizeAreSkipped) {
+  convertThere();
+  replaceInFile(folder_ / "camchain.yaml", "resolution: [64, 48]", "resolution: [64, 50]");
+  const std::string error = dataErrorOf([this] { readAll(*openSource(bag_)); });
+  EXPECT_THAT(error, AllOf(HasSubstr("topic /cam0/image_raw"), HasSubstr("64x50"),
+                           HasSubstr("first image of the run")));
 }
 
 TEST_F(Ros1Bag, MovesImagesToTheClockOfTheImu) {
