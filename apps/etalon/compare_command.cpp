@@ -19,7 +19,7 @@
 #include "etalon/report/trial_tables.h"
 #include "etalon/runlog/run_log.h"
 #include "support/checks.h"
-#include "support/print/print_tables.h"
+#include "support/print_tables.h"
 
 namespace etalon::app {
 

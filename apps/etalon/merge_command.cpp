@@ -8,8 +8,8 @@
 #include "etalon/report/report.h"
 #include "etalon/report/trial_tables.h"
 #include "support/checks.h"
-#include "support/print/print_recording_errors.h"
-#include "support/print/print_tables.h"
+#include "support/print_recording_errors.h"
+#include "support/print_tables.h"
 
 namespace etalon::app {
 

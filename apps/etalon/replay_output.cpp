@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "etalon/core/printable.h"
-#include "support/print/print_stage_errors.h"
+#include "support/print_stage_errors.h"
 #include "support/read_summary.h"
 
 namespace etalon::app {

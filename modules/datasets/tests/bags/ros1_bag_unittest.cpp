@@ -55,15 +55,16 @@ TEST_F(Ros1Bag, HoldsTheRecordingAndComesBack) {
     EXPECT_EQ(cv::norm(frames[i].right, expected_frames[i].right, cv::NORM_INF), 0.0);
   }
   for (size_t c = 0; c < 2; ++c) {
-    const CameraCalibration &camera = after->calibration().cameras[c],
-                            &wanted = before->calibration().cameras[c];
+    const CameraCalibration& camera = after->calibration().cameras[c];
+    const CameraCalibration& wanted = before->calibration().cameras[c];
     EXPECT_EQ(camera.model, wanted.model);
     // Inverted twice.
     EXPECT_LT((camera.T_BC.matrix() - wanted.T_BC.matrix()).norm(), 1e-12);
   }
   EXPECT_EQ(after->calibration().imu.noise.gyro_random_walk,
             before->calibration().imu.noise.gyro_random_walk);
-  const auto &states = after->groundTruth().states, &expected_states = before->groundTruth().states;
+  const auto& states = after->groundTruth().states;
+  const auto& expected_states = before->groundTruth().states;
   ASSERT_EQ(states.size(), expected_states.size());
   EXPECT_FALSE(after->groundTruth().has_velocity);
   for (size_t i = 0; i < states.size(); ++i) {
@@ -128,11 +129,11 @@ TEST_F(Ros1Bag, WrongBytesAreReadOrRefused) {
 
 TEST_F(Ros1Bag, ItsFilesAreTheBagAndTheCalibrations) {
   convertThere();
-  const auto names = [](const RecordedSource &source) {
-    std::vector<std::string> names;
-    for (const RecordingFile &file : source.files())
-      names.push_back(fs::path(file.path).filename().string());
-    return names;
+  const auto names = [](const RecordedSource& source) {
+    std::vector<std::string> found;
+    for (const RecordingFile& file : source.files())
+      found.push_back(fs::path(file.path).filename().string());
+    return found;
   };
   const auto source = openRecording(bag_);
   EXPECT_THAT(names(*source), ::testing::ElementsAre("flight.bag", "camchain.yaml", "imu.yaml"));
@@ -219,7 +220,7 @@ TEST_F(Ros1Bag, OfDriversIsRead) {
   EXPECT_EQ(frames[2].left.at<std::uint8_t>(3, 3), 20);
   EXPECT_EQ(frames[2].right.at<std::uint8_t>(3, 3), 77);
   std::string warnings;
-  for (const std::string &warning : source->statistics().warnings) warnings += warning + "\n";
+  for (const std::string& warning : source->statistics().warnings) warnings += warning + "\n";
   EXPECT_THAT(warnings, AllOf(HasSubstr("topic /left: messages were not in the order"),
                               HasSubstr("topic /left: 1 messages with the stamp of another"),
                               HasSubstr("right camera are 2 ms after")));

@@ -1,4 +1,4 @@
-#include "support/print/print_recording_errors.h"
+#include "support/print_recording_errors.h"
 
 #include <cstdio>
 

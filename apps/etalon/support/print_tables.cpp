@@ -1,4 +1,4 @@
-#include "support/print/print_tables.h"
+#include "support/print_tables.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>

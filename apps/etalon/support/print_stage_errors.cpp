@@ -1,4 +1,4 @@
-#include "support/print/print_stage_errors.h"
+#include "support/print_stage_errors.h"
 
 #include <cmath>
 #include <cstdio>
