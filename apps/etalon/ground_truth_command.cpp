@@ -60,6 +60,12 @@ std::string words(const GroundTruthSmoothing& found) {
                  shift.value < 0.0 ? "late" : "early"));
   };
   shifted("positions", found.offset.position_shift_s);
+  if (!text.empty() && std::isfinite(found.position_bandwidth_hz.value))
+    text += format(" below %.1f Hz (as one number %s)", found.position_bandwidth_hz.value,
+                   number({std::abs(found.plain_offset.position_shift_s.value),
+                           found.plain_offset.position_shift_s.sigma},
+                          1e3, 1)
+                       .c_str());
   shifted("rotations", found.offset.rotation_shift_s);
   for (int i = 0; i < 3; ++i) {
     const Measured turn{found.offset.turn_rad.value[i], found.offset.turn_rad.sigma[i]};
