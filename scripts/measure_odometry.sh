@@ -1,23 +1,14 @@
 #!/usr/bin/env bash
 # Replays recordings and prints the odometry's errors over the whole run, from the first image on, as a Markdown table: the causal
-# trajectory, the smoothed one and, with --final-ba among the options, the final one. With --faults every recording is replayed once more for each fault.
+# trajectory, the smoothed one and, with --final-ba among the options, the final one. Faults and many starts: etalon trial.
 #
 #   scripts/measure_odometry.sh OUT SRC... [-- OPTIONS OF REPLAY]
-#   scripts/measure_odometry.sh --faults TOOL "FAULT..." OUT SRC... [-- OPTIONS OF REPLAY]
 #
-# TOOL SRC DST FAULT makes a faulted copy of a recording; FAULT is its word, e.g. "part:0:60 black:30:1", several are separated by
-# commas: "part:0:60,part:0:60 black:30:1". OUT keeps the runs; those that are complete are not made again.
+# OUT keeps the runs; those that are complete are not made again.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
-tool="" faults=("")
-if [[ ${1:-} == --faults ]]; then
-  [[ $# -ge 3 ]] || { sed -n '2,10p' "$0"; exit 2; }
-  tool=$2
-  IFS=, read -r -a faults <<<"$3"
-  shift 3
-fi
-[[ $# -ge 2 ]] || { sed -n '2,10p' "$0"; exit 2; }
+[[ $# -ge 2 ]] || { sed -n '2,7p' "$0"; exit 2; }
 out=$1
 shift
 sources=()
@@ -33,41 +24,31 @@ errors() {
              END { printf "%.4f | %.4f | %.3f", rmse["SE(3)"], rmse["yaw and position"], rotation["yaw and position"] }'
 }
 
-mkdir -p "$out/recordings"
-printf '| recording | fault | ATE, m | in yaw and position | rotation, deg | smoothed | in yaw and position | rotation, deg | %sframes | ms a frame | states after the start |\n' \
+mkdir -p "$out"
+printf '| recording | ATE, m | in yaw and position | rotation, deg | smoothed | in yaw and position | rotation, deg | %sframes | ms a frame | states after the start |\n' \
   "${final_column:+final | in yaw and position | rotation, deg | }"
-printf '|---|---|---|---|---|---|---|---|---|---|---|%s\n' "${final_column:+---|---|---|}"
+printf '|---|---|---|---|---|---|---|---|---|---|%s\n' "${final_column:+---|---|---|}"
 for source in "${sources[@]}"; do
-  for fault in "${faults[@]}"; do
-    name=$(basename "$source")${fault:+_${fault//[: ]/_}}
-    run=$out/$name
-    if [[ ! -e $run/row ]]; then
-      replayed=$source
-      if [[ -n $fault ]]; then
-        replayed=$out/recordings/$name
-        rm -rf "$replayed"
-        read -r -a words <<<"$fault"
-        "$tool" "$source" "$replayed" "${words[@]}" >/dev/null
-      fi
-      "$etalon" replay "$replayed" --out "$run" "$@" >"$out/$name.log" 2>&1 || [[ $? -eq 1 ]] || { cat "$out/$name.log" >&2; exit 1; }
-      causal=$(errors "$run/trajectory.tum" "$replayed")
-      smoothed=$(errors "$run/trajectory_smoothed.tum" "$replayed")
-      final=""
-      if [[ -n $final_column ]]; then final="$(errors "$run/trajectory_final.tum" "$replayed") | "; fi
-      awk -v row="| $(basename "$source") | ${fault:-none} | $causal | $smoothed | $final" '
-        /"stereo_frames"/ { frames = $2 + 0 }
-        /"frame_median_ms"/ { ms = $2 + 0 }
-        /"state":/ { gsub(/[",]/, "", $2); state = $2 }
-        /"remark": false/ { states = states (states ? ", " : "") state }
-        /"reason":/ && remarked { sub(/^ *"reason": "/, ""); sub(/",?$/, ""); remarks = remarks "; " $0 }
-        { remarked = /"remark": true/ }
-        END {
-          sub(/^(waiting, )?visual, inertial(, )?/, "", states)
-          printf "%s %d | %.1f | %s%s |\n", row, frames, ms, states ? states : "inertial", remarks
-        }
-      ' "$run/initialization.json" >"$run/row"
-      [[ $replayed == "$source" ]] || rm -rf "$replayed"
-    fi
-    cat "$run/row"
-  done
+  name=$(basename "$source")
+  run=$out/$name
+  if [[ ! -e $run/row ]]; then
+    "$etalon" replay "$source" --out "$run" "$@" >"$out/$name.log" 2>&1 || [[ $? -eq 1 ]] || { cat "$out/$name.log" >&2; exit 1; }
+    causal=$(errors "$run/trajectory.tum" "$source")
+    smoothed=$(errors "$run/trajectory_smoothed.tum" "$source")
+    final=""
+    if [[ -n $final_column ]]; then final="$(errors "$run/trajectory_final.tum" "$source") | "; fi
+    awk -v row="| $name | $causal | $smoothed | $final" '
+      /"stereo_frames"/ { frames = $2 + 0 }
+      /"frame_median_ms"/ { ms = $2 + 0 }
+      /"state":/ { gsub(/[",]/, "", $2); state = $2 }
+      /"remark": false/ { states = states (states ? ", " : "") state }
+      /"reason":/ && remarked { sub(/^ *"reason": "/, ""); sub(/",?$/, ""); remarks = remarks "; " $0 }
+      { remarked = /"remark": true/ }
+      END {
+        sub(/^(waiting, )?visual, inertial(, )?/, "", states)
+        printf "%s %d | %.1f | %s%s |\n", row, frames, ms, states ? states : "inertial", remarks
+      }
+    ' "$run/initialization.json" >"$run/row"
+  fi
+  cat "$run/row"
 done

@@ -1,16 +1,18 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the whole test suite.
 #
-#   scripts/test.sh [--lint]      --lint: also formatter, linter and benchmarks, before the tests
+#   scripts/test.sh [--lint] [--fuzz]      --lint: also formatter, linter and benchmarks, before the tests
+#                                          --fuzz: also ten seconds of every fuzzer
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-lint=false
+lint=false fuzz=false
 for argument in "$@"; do
   case "$argument" in
     --lint) lint=true ;;
+    --fuzz) fuzz=true ;;
     *)
-      echo "test.sh: unknown argument '$argument'; expected --lint" >&2
+      echo "test.sh: unknown argument '$argument'; expected --lint or --fuzz" >&2
       exit 2
       ;;
   esac
@@ -23,6 +25,7 @@ scripts/install_dependencies.sh "${dependencies[@]}"
 if $lint; then cmake --preset release -DETALON_BUILD_BENCHMARKS=ON >/dev/null; fi
 scripts/build.sh
 if $lint; then scripts/lint.sh; fi
+if $fuzz; then scripts/fuzz.sh --seed 1 10; fi
 
 jobs=$(nproc)
 echo "test: running with $jobs jobs"

@@ -13,12 +13,12 @@
 #include "etalon/core/process/isolated_run.h"
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/report.h"
+#include "options/configuration_options.h"
+#include "options/suite_options.h"
 #include "support/checks.h"
-#include "support/configuration_options.h"
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
 #include "support/progress_line.h"
-#include "support/suite_options.h"
 #include "support/versions.h"
 
 namespace etalon::app {

@@ -13,7 +13,7 @@
 #include "etalon/core/parameters.h"
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/run_configuration.h"
-#include "support/configuration_options.h"
+#include "options/configuration_options.h"
 
 namespace etalon::app {
 

@@ -215,6 +215,20 @@ bool compareBenchmarkFolders(const CompareArguments& arguments, TableFormat form
   return complete;
 }
 
+/** Draws the trajectories that systems have of the whole of the first recording. */
+void drawSystems(const CompareArguments& arguments, const std::vector<NamedText>& systems) {
+  const std::string& recording = arguments.recordings.front();
+  std::vector<NamedTrajectory> trajectories;
+  for (const NamedText& system : systems) {
+    fs::path file = system.text;
+    if (fs::is_directory(file)) file /= recordingName(recording) + ".tum";
+    if (fs::exists(file)) trajectories.push_back({system.name, readTum(file.string())});
+  }
+  SourceOptions options;
+  options.decode_images = false;
+  drawTrajectories(arguments.plot, trajectories, openSource(recording, options)->groundTruth());
+}
+
 /** Trajectories of any system, TUM files, judged as `etalon trial` judges them. */
 void compareTrajectories(const CompareArguments& arguments, TableFormat format) {
   std::vector<NamedText> systems;
@@ -222,7 +236,8 @@ void compareTrajectories(const CompareArguments& arguments, TableFormat format) 
   for (NamedText& system : systems)
     if (fs::path(system.text).extension() == ".tum") system.name = fs::path(system.text).stem();
   const TrialRecord record = trialOfTrajectories(systems, arguments.recordings, TrialProtocol());
-  if (format == TableFormat::kText)
+  if (!arguments.plot.empty()) drawSystems(arguments, systems);
+  if (format == TableFormat::kText && !arguments.verbose)
     std::fputs(trialPage(record, textStyle(arguments.bold)).c_str(), stdout);
   else if (format == TableFormat::kCsv)
     std::fputs(runsCsv(record.results).c_str(), stdout);
@@ -295,7 +310,7 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
                     "Benchmarks: print all tables, as `etalon bench --format markdown` does");
   command
       ->add_option("--save-plot", arguments->plot,
-                   "Runs: draw their trajectories into this .png or .svg file")
+                   "Runs, and trajectories with --recording: draw them into this .png or .svg file")
       ->check(checkOutputPath());
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")
       ->check(checkWholeNumber())

@@ -8,8 +8,8 @@
 #include "commands.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/convert.h"
-#include "source/fault_option.h"
-#include "source/recording_option.h"
+#include "options/fault_option.h"
+#include "options/recording_option.h"
 #include "support/progress_line.h"
 #include "support/read_summary.h"
 

@@ -15,7 +15,7 @@
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/table.h"
-#include "source/ground_truth_option.h"
+#include "options/ground_truth_option.h"
 #include "support/checks.h"
 
 namespace etalon::app {

@@ -15,8 +15,8 @@
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/ground_truth/smoothing.h"
 #include "etalon/report/plot.h"
-#include "source/ground_truth_option.h"
-#include "source/recording_option.h"
+#include "options/ground_truth_option.h"
+#include "options/recording_option.h"
 
 namespace etalon::app {
 

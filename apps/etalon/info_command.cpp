@@ -6,7 +6,7 @@
 #include "commands.h"
 #include "etalon/core/printable.h"
 #include "etalon/frontend/recording_inspection.h"
-#include "source/recording_option.h"
+#include "options/recording_option.h"
 
 namespace etalon::app {
 

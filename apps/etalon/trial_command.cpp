@@ -12,12 +12,12 @@
 #include "etalon/core/printable.h"
 #include "etalon/report/report.h"
 #include "etalon/report/trial_tables.h"
+#include "options/configuration_options.h"
+#include "options/suite_options.h"
 #include "support/checks.h"
-#include "support/configuration_options.h"
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
 #include "support/progress_line.h"
-#include "support/suite_options.h"
 #include "support/versions.h"
 
 namespace etalon::app {
@@ -102,8 +102,21 @@ void print(const TrialOutcome& outcome, const TrialArguments& arguments) {
   std::fflush(stdout);
 }
 
+/** @throws ConfigError for a kind that there is not */
+void checkOdometries(const TrialArguments& arguments) {
+  for (const std::string& kind : arguments.odometries) {
+    IniFile ini = arguments.configuration.ini();
+    ini.set("odometry", "kind", kind, "--odometries");
+    loadSuiteConfiguration(ini, arguments.configuration.plugin_path,
+                           arguments.initializers.empty() || arguments.initializers.front() == "all"
+                               ? std::vector<std::string>{PipelineOptions().initializer}
+                               : arguments.initializers);
+  }
+}
+
 int trial(const TrialArguments& arguments) {
   const std::vector<TrialSetting> settings = readSettings(arguments);
+  checkOdometries(arguments);
   TrialOptions options;
   options.sources = arguments.sources;
   options.out = arguments.out;

@@ -217,7 +217,8 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 
 TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndPosition) {
   InitializationAttempt attempt;
-  Initialization& init = attempt.init.emplace();
+  attempt.init.emplace();
+  Initialization& init = *attempt.init;
   init.states = {
       {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)},
       {8, SE3(), Vector3d::Zero()}};

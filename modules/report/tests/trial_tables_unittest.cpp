@@ -121,8 +121,111 @@ TEST(TrialTables, OneVariantIsComparedWithNothing) {
   EXPECT_EQ(tableOf(trialTables(record), "faults").textAt(1, "survived"), "4/4");
 }
 
+/** The example with a system that survived one of its runs and has no file of the others. */
+TrialRecord withASystem() {
+  TrialRecord record = exampleTrial();
+  record.systems = {{"theirs", "/theirs"}};
+  const std::vector<TrialRun> ours = record.results;
+  for (const TrialRun& run : ours) {
+    if (run.variant.initializer != "one") continue;
+    TrialRun theirs = run;
+    theirs.variant = {"theirs", "", "", ""};
+    theirs.end_state = theirs.event = "";
+    if (run.fault != kNoFault || run.from_s > 0.0) {
+      theirs.status = kStatusFailed;
+      theirs.reason =
+          "there is no trajectory '" + trajectoryName(run.recording, run.from_s, run.fault) + "'";
+      theirs.poses = 0;
+      theirs.causal = theirs.final = TrialErrors();
+      theirs.started_s = WindowErrors::kNone;
+      theirs.after_start.clear();
+    }
+    record.results.push_back(theirs);
+  }
+  sortResults(&record);
+  return record;
+}
+
+TEST(TrialTables, ASystemWithoutPosesIsNoGoodSystem) {
+  const TrialRecord record = withASystem();
+  const std::vector<TitledTable> tables = trialTables(record);
+  const Table& table = tableOf(tables, "variants");
+  ASSERT_EQ(table.rowCount(), 3U);
+  EXPECT_EQ(table.textAt(2, "variant"), "theirs");
+  EXPECT_EQ(table.textAt(2, "survived"), "2/8");
+  EXPECT_NEAR(table.numberAt(2, "coverage"), 0.25, 1e-12);
+  EXPECT_NEAR(table.numberAt(2, "causal_ate_m"), 0.0025, 1e-12);  // of the runs that it has
+  const Table& faults = tableOf(tables, "faults");
+  EXPECT_EQ(faults.textAt(0, "survived_2"), "2/4");
+  EXPECT_EQ(faults.textAt(1, "survived_2"), "0/4");
+  EXPECT_EQ(tableOf(tables, "failures").rowCount(), 7U);
+  EXPECT_THAT(trialPage(record, {}),
+              HasSubstr("6 failed, e.g. a from 0 s, theirs, dark: there is"));
+}
+
+TEST(TrialTables, DifferencesAreOverTheRunsThatBothHave) {
+  const std::vector<TitledTable> tables = trialTables(withASystem());
+  const Table& table = tableOf(tables, "differences");
+  ASSERT_EQ(table.rowCount(), 2U);
+  EXPECT_EQ(table.textAt(1, "a"), "theirs");
+  EXPECT_EQ(table.textAt(1, "b"), "one");
+  EXPECT_EQ(table.numberAt(1, "pairs"), 2.0);
+  EXPECT_NEAR(table.numberAt(1, "difference_m"), 0.0, 1e-12);
+  EXPECT_EQ(table.textAt(1, "verdict"), "no");
+}
+
+TEST(TrialTables, ManyVariantsHaveOneColumnTogether) {
+  TrialRecord record = exampleTrial();
+  const std::vector<TrialRun> runs = record.results;
+  record.results.clear();
+  record.settings = {{"narrow", ""}, {"wide", ""}, {"widest", ""}};
+  for (const NamedText& setting : record.settings)
+    for (TrialRun run : runs) {
+      run.variant.setting = setting.name;
+      record.results.push_back(run);
+    }
+  sortResults(&record);
+  ASSERT_EQ(record.results.size(), 48U);
+  const std::vector<TitledTable> tables = trialTables(record);
+  const Table& faults = tableOf(tables, "faults");
+  EXPECT_FALSE(faults.hasColumn("survived_0"));
+  EXPECT_EQ(faults.textAt(1, "survived"), "21/24");
+  const Table& variants = tableOf(tables, "variants");
+  ASSERT_EQ(variants.rowCount(), 6U);
+  EXPECT_EQ(variants.textAt(0, "variant"), "narrow: one");
+  EXPECT_EQ(variants.textAt(5, "variant"), "widest: two");
+}
+
+TEST(TrialTables, WithoutFaultsThereIsNoTableOfThemOnTheScreen) {
+  TrialRecord record = exampleTrial();
+  record.faults.resize(1);
+  sortResults(&record);
+  EXPECT_THAT(trialPage(record, {}), Not(HasSubstr("What each fault does")));
+  EXPECT_EQ(trialTables(record).front().title, "2 recordings, 4 starts of 10 s, 0 faults");
+}
+
+TEST(TrialTables, ByRecording) {
+  const std::vector<TitledTable> tables = trialTables(exampleTrial());
+  const Table& table = tableOf(tables, "recordings");
+  ASSERT_EQ(table.rowCount(), 4U);
+  EXPECT_EQ(table.textAt(2, "recording"), "b");
+  EXPECT_NEAR(table.numberAt(2, "causal_ate_m"), 0.003, 1e-12);
+  EXPECT_NEAR(table.numberAt(3, "added_m"), 0.004, 1e-12);
+  EXPECT_EQ(table.textAt(3, "survived"), "3/4");
+}
+
+TEST(TrialTables, ARecordingThatCouldNotBeReadIsNotCounted) {
+  TrialRecord record = exampleTrial();
+  record.sequences.back().error = "no such file";
+  sortResults(&record);
+  const std::vector<TitledTable> tables = trialTables(record);
+  EXPECT_EQ(tables.front().title, "1 recording, 2 starts of 10 s, 1 fault");
+  EXPECT_EQ(tableOf(tables, "recordings").rowCount(), 2U);
+  EXPECT_EQ(tableOf(tables, "variants").textAt(0, "survived"), "4/4");
+}
+
 TEST(TrialPage, FitsAScreen) {
-  for (const TrialRecord& record : {exampleTrial(), largeTrial()}) {
+  for (const TrialRecord& record : {exampleTrial(), largeTrial(), withASystem()}) {
     const std::string page = trialPage(record, {});
     const std::vector<std::string> lines = linesOf(page);
     EXPECT_LE(lines.size(), 30U) << page;

@@ -7,6 +7,22 @@
 
 namespace etalon {
 
+namespace {
+
+/** Why the last attempt was refused; at the end of the IMU an attempt says nothing but that. */
+std::string refusalOf(const std::vector<InitializationAttempt>& attempts) {
+  std::string reason;
+  for (auto attempt = attempts.rbegin(); attempt != attempts.rend(); ++attempt) {
+    if (attempt->accepted()) continue;
+    const Refusal& refusal = attempt->decision.error();
+    if (reason.empty() || refusal.status != RefusalStatus::kImuGap) reason = refusal.reason;
+    if (refusal.status != RefusalStatus::kImuGap) break;
+  }
+  return reason;
+}
+
+}  // namespace
+
 void TrialFlight::feed(const SensorEvent& event) {
   if (const auto* sample = std::get_if<ImuSample>(&event)) {
     pipeline_.add(*sample);
@@ -27,8 +43,7 @@ Flown TrialFlight::finish() {
   flown.estimates = pipeline_.estimates();
   flown.events = pipeline_.events();
   flown.end_state = toString(pipeline_.state());
-  if (!pipeline_.attempts().empty() && !pipeline_.attempts().back().accepted())
-    flown.refusal = pipeline_.attempts().back().decision.error().reason;
+  flown.refusal = refusalOf(pipeline_.attempts());
   std::vector<double> ms;
   for (const FrameTiming& timing : pipeline_.timings())
     ms.push_back(timing.frontend_ms + timing.odometry_ms);

@@ -25,14 +25,16 @@ double addedAte(const TrialRun& run, const std::map<std::string, double>& plain)
   return found == plain.end() ? WindowErrors::kNone : run.causal.ate_m - found->second;
 }
 
-/** Numbers replaced, so that the same reason with other figures is the same. */
-std::string withoutNumbers(const std::string& text) {
+/** Numbers, and what is in quotes, replaced: the same reason with other figures is the same. */
+std::string withoutFigures(const std::string& text) {
   std::string result;
+  bool quoted = false;
   for (size_t i = 0; i < text.size(); ++i) {
-    const bool number = std::isdigit(static_cast<unsigned char>(text[i])) != 0 ||
-                        (text[i] == '.' && i + 1 < text.size() &&
-                         std::isdigit(static_cast<unsigned char>(text[i + 1])) != 0);
-    if (!number)
+    const auto isDigit = [&text](size_t k) {
+      return k < text.size() && std::isdigit(static_cast<unsigned char>(text[k])) != 0;
+    };
+    if (text[i] == '\'') quoted = !quoted;
+    if (!quoted && !isDigit(i) && !(text[i] == '.' && isDigit(i + 1)))
       result += text[i];
     else if (result.empty() || result.back() != '#')
       result += '#';
@@ -113,7 +115,7 @@ std::vector<FailureKind> failuresOf(const TrialRecord& record) {
   for (size_t i = 0; i < record.results.size(); ++i) {
     const TrialRun& run = record.results[i];
     if (run.survived()) continue;
-    FailureKind& kind = kinds[withoutNumbers(run.reason)];
+    FailureKind& kind = kinds[withoutFigures(run.reason)];
     if (kind.runs.empty()) kind.reason = run.reason;
     kind.runs.push_back(i);
   }

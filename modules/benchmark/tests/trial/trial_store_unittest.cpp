@@ -9,8 +9,8 @@
 #include "etalon/benchmark/trial/trial.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
-#include "etalon/testing/temporary_folder.h"
 #include "etalon/testing/example_trial.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {

@@ -11,7 +11,7 @@
 #include "etalon/core/printable.h"
 #include "etalon/core/text.h"
 #include "image_file.h"
-#include "measured_rate.h"
+#include "stamped_rows.h"
 #include "stereo_pairs.h"
 
 namespace etalon {
@@ -42,13 +42,6 @@ void putInOrder(const std::string& path, const std::string& topic, std::vector<S
     warnings->push_back(name + std::to_string(before - all->size()) +
                         " messages with the stamp of another one, or an impossible one, are left "
                         "out");
-}
-
-template <typename Stamped>
-std::vector<TimeNs> stampsOf(const std::vector<Stamped>& all) {
-  std::vector<TimeNs> stamps;
-  for (const Stamped& one : all) stamps.push_back(one.t);
-  return stamps;
 }
 
 void noteAlone(const std::string& path, const std::string& topic, const std::vector<size_t>& alone,

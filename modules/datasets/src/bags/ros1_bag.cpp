@@ -12,6 +12,7 @@
 #include <map>
 
 #include "bags/bag_poses.h"
+#include "bags/ros1_structure.h"
 #include "etalon/core/errors.h"
 
 namespace etalon {
@@ -25,6 +26,7 @@ TimeNs stampOf(const std_msgs::Header& header) {
 class Ros1Bag : public BagFile {
  public:
   explicit Ros1Bag(const std::string& path) : path_(path) {
+    checkRos1Structure(path);
     guarded([&] {
       bag_.open(path_, rosbag::bagmode::Read);
       rosbag::View view(bag_);

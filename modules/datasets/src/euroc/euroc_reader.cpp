@@ -9,8 +9,8 @@
 #include "etalon/datasets/euroc_files.h"
 #include "euroc/csv_reader.h"
 #include "image_file.h"
-#include "measured_rate.h"
 #include "recording_options.h"
+#include "stamped_rows.h"
 #include "stereo_pairs.h"
 
 namespace etalon {
@@ -55,13 +55,6 @@ void noteUnpaired(const std::string& csv, const std::vector<Row>& rows,
                       (alone.size() == 1 ? " image has" : " images have") +
                       " no counterpart of the same stamp in " + other + " (first: stamp " +
                       std::to_string(first.t) + ")");
-}
-
-template <typename Row>
-std::vector<TimeNs> stampsOf(const std::vector<Row>& rows) {
-  std::vector<TimeNs> stamps;
-  for (const Row& row : rows) stamps.push_back(row.t);
-  return stamps;
 }
 
 void append(std::vector<std::string>* all, const std::vector<std::string>& more) {

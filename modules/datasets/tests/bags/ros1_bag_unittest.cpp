@@ -9,6 +9,7 @@
 #include <std_msgs/Header.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 
 #include "etalon/core/errors.h"
 #include "rawlog_test.h"
@@ -54,15 +55,16 @@ TEST_F(Ros1Bag, HoldsTheRecordingAndComesBack) {
     EXPECT_EQ(cv::norm(frames[i].right, expected_frames[i].right, cv::NORM_INF), 0.0);
   }
   for (size_t c = 0; c < 2; ++c) {
-    const CameraCalibration &camera = after->calibration().cameras[c],
-                            &wanted = before->calibration().cameras[c];
+    const CameraCalibration& camera = after->calibration().cameras[c];
+    const CameraCalibration& wanted = before->calibration().cameras[c];
     EXPECT_EQ(camera.model, wanted.model);
     // Inverted twice.
     EXPECT_LT((camera.T_BC.matrix() - wanted.T_BC.matrix()).norm(), 1e-12);
   }
   EXPECT_EQ(after->calibration().imu.noise.gyro_random_walk,
             before->calibration().imu.noise.gyro_random_walk);
-  const auto &states = after->groundTruth().states, &expected_states = before->groundTruth().states;
+  const auto& states = after->groundTruth().states;
+  const auto& expected_states = before->groundTruth().states;
   ASSERT_EQ(states.size(), expected_states.size());
   EXPECT_FALSE(after->groundTruth().has_velocity);
   for (size_t i = 0; i < states.size(); ++i) {
@@ -105,6 +107,49 @@ TEST_F(Ros1Bag, SaysWhereItLooksForACalibration) {
   EXPECT_THAT(
       dataErrorOf([this] { openSource(bag_); }),
       HasSubstr("expected Kalibr's camchain.yaml beside the bag, or the option --camchain"));
+}
+
+TEST_F(Ros1Bag, WrongBytesAreReadOrRefused) {
+  convertThere();
+  const std::string whole = readText(bag_);
+  std::mt19937 random(5);
+  int refused = 0;
+  constexpr int kBags = 60;
+  for (int i = 0; i < kBags; ++i) {
+    std::string spoilt = whole;
+    const size_t at = random() % spoilt.size();
+    for (size_t k = at; k < std::min(at + 4, spoilt.size()); ++k)
+      spoilt[k] = static_cast<char>(i % 2 == 0 ? 0xff : random());
+    writeText(bag_, spoilt);
+    refused += dataErrorOf([this] { readAll(*openSource(bag_)); }).empty() ? 0 : 1;
+  }
+  EXPECT_GT(refused, 3);          // structure, stamps and quaternions are a fifth of the bytes
+  EXPECT_LT(refused, kBags / 2);  // the rest is pixels and measurements
+}
+
+TEST_F(Ros1Bag, ItsFilesAreTheBagAndTheCalibrations) {
+  convertThere();
+  const auto names = [](const RecordedSource& source) {
+    std::vector<std::string> found;
+    for (const RecordingFile& file : source.files())
+      found.push_back(fs::path(file.path).filename().string());
+    return found;
+  };
+  const auto source = openRecording(bag_);
+  EXPECT_THAT(names(*source), ::testing::ElementsAre("flight.bag", "camchain.yaml", "imu.yaml"));
+  EXPECT_EQ(source->framePaths(0).first, "");
+  EXPECT_THAT(source->calibrationFile("cam1"), HasSubstr("/camchain.yaml"));
+  EXPECT_THAT(source->calibrationFile("imu0"), HasSubstr("/imu.yaml"));
+  fs::remove(folder_ / "imu.yaml");
+  EXPECT_THAT(names(*openRecording(bag_)), ::testing::ElementsAre("flight.bag", "camchain.yaml"));
+}
+
+TEST_F(Ros1Bag, ImagesOfAnotherSizeAreSkipped) {
+  convertThere();
+  replaceInFile(folder_ / "camchain.yaml", "resolution: [64, 48]", "resolution: [64, 50]");
+  const std::string error = dataErrorOf([this] { readAll(*openSource(bag_)); });
+  EXPECT_THAT(error, AllOf(HasSubstr("topic /cam0/image_raw"), HasSubstr("64x50"),
+                           HasSubstr("first image of the run")));
 }
 
 TEST_F(Ros1Bag, MovesImagesToTheClockOfTheImu) {
@@ -175,7 +220,7 @@ TEST_F(Ros1Bag, OfDriversIsRead) {
   EXPECT_EQ(frames[2].left.at<std::uint8_t>(3, 3), 20);
   EXPECT_EQ(frames[2].right.at<std::uint8_t>(3, 3), 77);
   std::string warnings;
-  for (const std::string &warning : source->statistics().warnings) warnings += warning + "\n";
+  for (const std::string& warning : source->statistics().warnings) warnings += warning + "\n";
   EXPECT_THAT(warnings, AllOf(HasSubstr("topic /left: messages were not in the order"),
                               HasSubstr("topic /left: 1 messages with the stamp of another"),
                               HasSubstr("right camera are 2 ms after")));

@@ -1,4 +1,6 @@
 // Tells MRPT that its base is Initializer, which it is not.
+#include <mrpt/core/initializer.h>
+
 #include "etalon/initialization/initializer.h"
 
 namespace etalon::test_plugins {

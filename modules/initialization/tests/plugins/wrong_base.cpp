@@ -1,4 +1,6 @@
 // Registers a class of MRPT's that is no Initializer.
+#include <mrpt/core/initializer.h>
+
 #include "etalon/initialization/initializer.h"
 
 namespace etalon::test_plugins {

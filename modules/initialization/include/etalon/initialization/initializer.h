@@ -1,6 +1,5 @@
 #pragma once
 
-#include <mrpt/core/initializer.h>
 #include <mrpt/rtti/CObject.h>
 
 #include <memory>
@@ -74,8 +73,8 @@ void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id);
 }  // namespace etalon
 
 /**
- * Stands once in a plugin's source, at global scope and without semicolon, and makes the class
- * loadable:
+ * Stands once in a plugin's source, after IMPLEMENTS_MRPT_OBJECT of the class, at global scope and
+ * without semicolon, and makes the class loadable:
  *   ETALON_REGISTER_INITIALIZER(EtaInitializer, etalon::plugins, "eta", "1.0", "one line")
  * The class has DEFINE_MRPT_OBJECT(EtaInitializer, etalon::plugins) inside, and inside its
  * namespace stands IMPLEMENTS_MRPT_OBJECT(EtaInitializer, etalon::Initializer, etalon::plugins).
@@ -91,6 +90,7 @@ void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id);
         ETALON_INITIALIZER_ABI, NAME, #NAMESPACE "::" #CLASS, VERSION, DESCRIPTION};        \
     return &kDescriptor;                                                                    \
   }                                                                                         \
-  MRPT_INITIALIZER(etalonRegisterInitializer) {                                             \
-    etalon::registerInitializerClass(CLASS_ID_NAMESPACE(CLASS, NAMESPACE));                 \
+  namespace {                                                                               \
+  [[maybe_unused]] const bool kEtalonInitializerRegistered =                                \
+      (etalon::registerInitializerClass(CLASS_ID_NAMESPACE(CLASS, NAMESPACE)), true);       \
   }

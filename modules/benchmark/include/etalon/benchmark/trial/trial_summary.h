@@ -36,7 +36,8 @@ FigureSummary afterStart(const TrialRecord& record, const TrialVariant& variant,
 BootstrapInterval differenceOfAte(const TrialRecord& record, const TrialVariant& a,
                                   const TrialVariant& b, const BootstrapOptions& options = {});
 
-/** How often something made runs fail: the reasons, with numbers as `#`, the most frequent first. */
+/** How often something made runs fail: reasons that differ in numbers or names alone
+ * are one; the most frequent first. */
 struct FailureKind {
   std::string reason;        ///< of the first such run, whole
   std::vector<size_t> runs;  ///< indices of TrialRecord::results

@@ -1,4 +1,4 @@
-#include "source/fault_option.h"
+#include "options/fault_option.h"
 
 #include "etalon/simulation/faults/faulty_source.h"
 #include "support/checks.h"

@@ -1,4 +1,4 @@
-#include "support/configuration_options.h"
+#include "options/configuration_options.h"
 
 #include "support/read_summary.h"
 

@@ -1,4 +1,4 @@
-#include "source/recording_option.h"
+#include "options/recording_option.h"
 
 #include "support/checks.h"
 

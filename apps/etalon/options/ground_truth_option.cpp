@@ -1,4 +1,4 @@
-#include "source/ground_truth_option.h"
+#include "options/ground_truth_option.h"
 
 #include <filesystem>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "support/suite_options.h"
+#include "options/suite_options.h"
 
 #include <csignal>
 #include <cstdio>

@@ -17,4 +17,12 @@ double measuredRate(const std::vector<Row>& rows) {
   return steps_ns.empty() ? 0.0 : 1.0 / (median(std::move(steps_ns)) * 1e-9);
 }
 
+/** The stamps `t` of rows. */
+template <typename Row>
+std::vector<TimeNs> stampsOf(const std::vector<Row>& rows) {
+  std::vector<TimeNs> stamps;
+  for (const Row& row : rows) stamps.push_back(row.t);
+  return stamps;
+}
+
 }  // namespace etalon
