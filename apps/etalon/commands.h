@@ -24,6 +24,7 @@ void addSimulateCommand(CLI::App& app, int* exit_code);
 void addReplayCommand(CLI::App& app, int* exit_code);
 void addCompareCommand(CLI::App& app, int* exit_code);
 void addEvaluateCommand(CLI::App& app, int* exit_code);
+void addGroundTruthCommand(CLI::App& app, int* exit_code);
 void addBenchCommand(CLI::App& app, int* exit_code);
 void addTrialCommand(CLI::App& app, int* exit_code);
 void addMergeCommand(CLI::App& app, int* exit_code);

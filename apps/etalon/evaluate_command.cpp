@@ -11,9 +11,11 @@
 #include "etalon/core/errors.h"
 #include "etalon/datasets/euroc_files.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/evaluation/time_shift.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/table.h"
+#include "options/ground_truth_option.h"
 #include "support/checks.h"
 
 namespace etalon::app {
@@ -24,6 +26,7 @@ struct EvaluateArguments {
   std::string trajectory, ground_truth, align = "all", unit = "frames", format = "text", plot;
   std::optional<double> delta;
   double max_time_difference_s = 0.01, min_coverage = kMinCoverage;
+  bool estimate_offset = false;
 };
 
 struct NamedAlignment {
@@ -36,35 +39,6 @@ std::vector<NamedAlignment> alignments() {
           {"se3", "SE(3)", AlignmentType::kSE3},
           {"sim3", "Sim(3)", AlignmentType::kSim3},
           {"yaw", "yaw and position", AlignmentType::kYawPosition}};
-}
-
-/** Whether the first line with data has commas: EuRoC's CSV, else TUM. */
-bool hasCommas(const std::string& path) {
-  std::ifstream in(path);
-  for (std::string line; std::getline(in, line);)
-    if (!line.empty() && line[0] != '#') return line.find(',') != std::string::npos;
-  return false;
-}
-
-GroundTruth readReference(const std::string& path) {
-  const std::filesystem::path file(path);
-  if (std::filesystem::is_directory(file) || file.extension() == ".rawlog" ||
-      file.extension() == ".bag") {
-    SourceOptions options;
-    options.decode_images = false;
-    const auto source = openSource(path, options);
-    if (source->groundTruth().empty()) throw DataError(path, 0, "has no ground truth");
-    return source->groundTruth();
-  }
-  if (hasCommas(path)) return readGroundTruthCsv(path, 2);
-  GroundTruth truth;
-  for (const StampedPose& pose : readTum(path)) {
-    StampedState state;
-    state.t = pose.t;
-    state.T_WB = pose.T_WB;
-    truth.states.push_back(state);
-  }
-  return truth;
 }
 
 AssociatedTrajectories associated(const EvaluateArguments& arguments, const Trajectory& estimate,
@@ -142,10 +116,24 @@ std::string describe(const RelativeDelta& delta) {
   return text;
 }
 
+/** The time shift of least ATE, in words. */
+void printOffset(const EvaluateArguments& arguments, const Trajectory& estimate,
+                 const GroundTruth& truth) {
+  const auto shift = estimateTimeShift(estimate, truth);
+  if (!shift) throw DataError(arguments.ground_truth, 0, "no time shift: " + shift.error().reason);
+  const double ms = 1e3 * shift->shift_s;
+  std::printf(
+      "ground truth is %.2f +- %.2f ms %s; ATE aligned in SE(3) %.3f mm with its stamps, %.3f "
+      "mm shifted (%zu poses)\n",
+      std::abs(ms), 1e3 * shift->sigma_s, ms < 0.0 ? "late" : "early",
+      1e3 * shift->before.position_m.rmse, 1e3 * shift->after.position_m.rmse,
+      shift->after.position_m.count);
+}
+
 void evaluate(const EvaluateArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const Trajectory estimate = readTum(arguments.trajectory);
-  const GroundTruth truth = readReference(arguments.ground_truth);
+  const GroundTruth truth = readGroundTruth(arguments.ground_truth);
   const AssociatedTrajectories pair = associated(arguments, estimate, truth);
 
   Table table = emptyTable();
@@ -159,6 +147,7 @@ void evaluate(const EvaluateArguments& arguments) {
   for (const RelativeDelta& delta : deltas(arguments))
     addErrors(&table, "RPE", describe(delta), relativeErrors(pair, delta));
   std::fputs(table.toString(format).c_str(), stdout);
+  if (arguments.estimate_offset) printOffset(arguments, estimate, truth);
 
   if (arguments.plot.empty()) return;
   TrajectoryPlotOptions plot;
@@ -178,9 +167,11 @@ void addEvaluateCommand(CLI::App& app, int* exit_code) {
   command->add_option("TRAJECTORY", arguments->trajectory, "TUM file: t x y z qx qy qz qw")
       ->required();
   command
-      ->add_option("GT", arguments->ground_truth,
+      ->add_option("GT,--ground-truth", arguments->ground_truth,
                    "Ground truth: TUM file, EuRoC CSV, EuRoC folder or .rawlog")
       ->required();
+  command->add_flag("--estimate-offset", arguments->estimate_offset,
+                    "Also find the time shift of the ground truth that makes the ATE least");
   command->add_option("--align", arguments->align, "Alignment of the ATE")
       ->check(CLI::IsMember({"all", "none", "se3", "sim3", "yaw"}))
       ->capture_default_str();

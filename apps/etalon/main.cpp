@@ -59,6 +59,7 @@ int run(const std::vector<std::string>& arguments) {
   addSimulateCommand(app, &exit_code);
   addCompareCommand(app, &exit_code);
   addEvaluateCommand(app, &exit_code);
+  addGroundTruthCommand(app, &exit_code);
   addBenchCommand(app, &exit_code);
   addTrialCommand(app, &exit_code);
   addMergeCommand(app, &exit_code);

@@ -17,6 +17,7 @@
 #include "gui/flight_window.h"
 #include "options/configuration_options.h"
 #include "options/fault_option.h"
+#include "options/ground_truth_option.h"
 #include "options/recording_option.h"
 #include "replay_output.h"
 #include "support/checks.h"
@@ -32,6 +33,7 @@ struct ReplayArguments {
   std::string source, out = "out/replay", update_device;
   ConfigurationOptions configuration;
   FaultOption fault;
+  GroundTruthOption ground_truth;
   RecordingOptions recording;
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
@@ -184,7 +186,8 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   source_options.to_s = arguments.to_s;
   source_options.recording = arguments.recording;
   const auto source = arguments.fault.apply(
-      [&] { return openSource(arguments.source, source_options); }, arguments.from_s);
+      [&] { return arguments.ground_truth.apply(openSource(arguments.source, source_options)); },
+      arguments.from_s);
   const std::string device = deviceInWords(ini, configuration.pipeline.device);
   if (!died && !device.empty()) std::printf("%s\n", printable(device).c_str());
   if (!died)
@@ -259,6 +262,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   command->add_option("--to", arguments->to_s, "End, seconds after the first image")
       ->check(checkSeconds(false));
   arguments->fault.add(command);
+  arguments->ground_truth.add(command);
   arguments->configuration.addOverrides(command);
   command
       ->add_option("--min-coverage", arguments->min_coverage,

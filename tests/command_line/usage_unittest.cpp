@@ -66,6 +66,7 @@ TEST(Usage, EveryCommandHasItsOwnExitCodes) {
       {"simulate", common},
       {"compare", "1 done, but a benchmark is unfinished"},
       {"evaluate", common},
+      {"ground-truth", "3 data"},
       {"calibrate-device", "used up its time"},
       {"replay", "4 the initializer crashed"},
       {"bench", "4 an initializer crashed"},

@@ -1,0 +1,69 @@
+#include "etalon/evaluation/time_shift.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "etalon/core/so3.h"
+#include "etalon/simulation/profile_trajectory.h"
+
+namespace etalon {
+namespace {
+
+constexpr double kShift = -0.017;  // s
+
+/** A flight at 20 Hz with an error of its own of about 1 cm, and its truth at 100 Hz, late. */
+struct LateFlight {
+  Trajectory estimate;
+  GroundTruth truth;
+};
+
+LateFlight lateFlight(std::uint64_t seed) {
+  ProfileOptions options;
+  options.profile = MotionProfile::kAggressive;
+  options.seed = seed;
+  options.duration_s = 30.0;
+  const ProfileTrajectory motion(options);
+  const SE3 T_VW(expSO3(Eigen::Vector3d(0.0, 0.0, 1.0)), Eigen::Vector3d(1.0, 2.0, 3.0));
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();
+  LateFlight result;
+  for (int k = 20; k < 2900; ++k) {
+    const TimeNs t = options.start + durationNs(0.01 * k);
+    result.truth.states.emplace_back(t, motion.at(t + durationNs(kShift)).T_WB);
+    if (k % 5 != 0) continue;
+    for (int i = 0; i < 3; ++i) drift[i] = 0.98 * drift[i] + 0.002 * normal(random);
+    SE3 pose = T_VW * motion.at(t).T_WB;
+    pose.t += drift;
+    result.estimate.push_back({t, pose});
+  }
+  return result;
+}
+
+TEST(TimeShift, IsFoundWithinItsStandardError) {
+  double squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const LateFlight one = lateFlight(seed);
+    const auto shift = estimateTimeShift(one.estimate, one.truth);
+    ASSERT_TRUE(shift);
+    EXPECT_LT(shift->sigma_s, 3e-3);
+    EXPECT_LT(shift->after.position_m.rmse, shift->before.position_m.rmse);
+    squares += std::pow((shift->shift_s - kShift) / shift->sigma_s, 2.0) / 6.0;
+  }
+  EXPECT_LT(squares, 2.6);  // chi-square of six degrees of freedom: exceeded once in sixty times
+}
+
+TEST(TimeShift, RestIsRefused) {
+  LateFlight one = lateFlight(1);
+  for (StampedState& state : one.truth.states) state.T_WB = SE3();
+  const auto shift = estimateTimeShift(one.estimate, one.truth);
+  ASSERT_FALSE(shift);
+  EXPECT_EQ(shift.error().status, RefusalStatus::kTooLittleMotion);
+  one.estimate.resize(10);
+  EXPECT_EQ(estimateTimeShift(one.estimate, one.truth).error().bound, 30.0);
+}
+
+}  // namespace
+}  // namespace etalon
