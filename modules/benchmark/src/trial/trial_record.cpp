@@ -50,7 +50,7 @@ std::vector<TrialVariant> variantsOf(const TrialRecord& record) {
 std::string labelOf(const TrialVariant& variant, const TrialRecord& record) {
   if (!variant.system.empty()) return variant.system;
   const bool several = record.odometries.size() > 1, all = record.settings.size() <= 1 && !several;
-  const std::string rest =
+  std::string rest =
       joinedFilled({several ? variant.odometry : "",
                     all || record.initializers.size() > 1 ? variant.initializer : ""},
                    " ");
