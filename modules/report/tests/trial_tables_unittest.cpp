@@ -230,9 +230,10 @@ TEST(TrialTables, AreTablesInEveryFormat) {
     const std::vector<std::string> csv = linesOf(toString(table, TableFormat::kCsv));
     ASSERT_EQ(csv.size(), table.table.rowCount() + 1) << table.id;
     const auto commas = std::count(csv[0].begin(), csv[0].end(), ',');
-    if (table.id == "variants")
+    if (table.id == "variants") {
       for (const std::string& line : csv)
         EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << line;
+    }
     const std::string markdown = toString(table, TableFormat::kMarkdown);
     EXPECT_THAT(markdown, HasSubstr("**" + table.title + "**")) << table.id;
     const std::vector<std::string> lines = linesOf(markdown);
