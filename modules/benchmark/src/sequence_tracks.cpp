@@ -47,7 +47,8 @@ std::string recordingName(const std::string& source) {
   fs::path path = fs::absolute(source).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
   if (path.filename() == "mav0") path = path.parent_path();
-  return path.extension() == ".rawlog" ? path.stem().string() : path.filename().string();
+  const bool file = path.extension() == ".rawlog" || path.extension() == ".bag";
+  return (file ? path.stem() : path.filename()).string();
 }
 
 SequenceTracks withoutTracks(const RecordedSource& recording) {

@@ -224,6 +224,105 @@ TEST(TrialTables, ARecordingThatCouldNotBeReadIsNotCounted) {
   EXPECT_EQ(tableOf(tables, "variants").textAt(0, "survived"), "4/4");
 }
 
+TEST(TrialTables, AreTablesInEveryFormat) {
+  const TrialRecord record = withASystem();
+  for (const TitledTable& table : trialTables(record)) {
+    const std::vector<std::string> csv = linesOf(toString(table, TableFormat::kCsv));
+    ASSERT_EQ(csv.size(), table.table.rowCount() + 1) << table.id;
+    const auto commas = std::count(csv[0].begin(), csv[0].end(), ',');
+    if (table.id == "variants") {
+      for (const std::string& line : csv)
+        EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << line;
+    }
+    const std::string markdown = toString(table, TableFormat::kMarkdown);
+    EXPECT_THAT(markdown, HasSubstr("**" + table.title + "**")) << table.id;
+    const std::vector<std::string> lines = linesOf(markdown);
+    const auto bars = std::count(lines.back().begin(), lines.back().end(), '|');
+    const auto header = std::find_if(lines.begin(), lines.end(),
+                                     [](const std::string& line) { return line[0] == '|'; });
+    ASSERT_NE(header, lines.end()) << table.id;
+    EXPECT_EQ(std::count(header->begin(), header->end(), '|'), bars) << table.id;
+    EXPECT_THAT(toString(table, TableFormat::kLatex), HasSubstr("\\toprule")) << table.id;
+  }
+}
+
+TEST(TrialTables, EveryColumnHasAKeyOfItsOwn) {
+  for (const TitledTable& table : trialTables(exampleTrial())) {
+    std::vector<std::string> keys;
+    for (const Table::Column& column : table.table.columns()) keys.push_back(column.key);
+    std::sort(keys.begin(), keys.end());
+    EXPECT_EQ(std::adjacent_find(keys.begin(), keys.end()), keys.end()) << table.id;
+  }
+}
+
+TEST(TrialTables, WhatIsNotKnownIsADash) {
+  TrialRecord record = exampleTrial();
+  for (TrialRun& run : record.results) {
+    run.causal = run.final = TrialErrors();  // no ground truth
+    run.after_start.clear();
+  }
+  const std::vector<TitledTable> tables = trialTables(record);
+  EXPECT_TRUE(std::isnan(tableOf(tables, "variants").numberAt(0, "causal_ate_m")));
+  EXPECT_TRUE(std::isnan(tableOf(tables, "faults").numberAt(1, "largest_added_m")));
+  EXPECT_EQ(tableOf(tables, "differences").numberAt(0, "pairs"), 0.0);
+  EXPECT_EQ(tableOf(tables, "differences").textAt(0, "verdict"), "no");
+  EXPECT_LE(linesOf(trialPage(record, {})).size(), 30U);
+}
+
+TEST(TrialPage, MarksNothingButTitles) {
+  const TextStyle bold{CellMark::kTerminalBold, 40};
+  const std::string page = trialPage(exampleTrial(), bold);
+  EXPECT_THAT(page, HasSubstr("\033[1m2 recordings"));
+  // Tables are never cut, whatever the width of the terminal: the page is made for 100 columns.
+  EXPECT_EQ(linesOf(page).size(), linesOf(trialPage(exampleTrial(), {})).size());
+}
+
+TEST(TrialPage, CountsWhatDoesNotFit) {
+  TrialRecord record = exampleTrial();
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    record.results[i].status = kStatusFailed;
+    record.results[i].reason = std::string("reason ") + static_cast<char>('a' + i);
+  }
+  const std::string page = trialPage(record, {}, 25);
+  const std::vector<std::string> lines = linesOf(page);
+  EXPECT_EQ(lines.size(), 25U) << page;
+  EXPECT_THAT(lines.back(), HasSubstr("other failures: report.html, runs.csv"));
+}
+
+/** Trajectories of two systems alone, as `etalon compare` has them: nothing of ours flew. */
+TrialRecord systemsAlone() {
+  TrialRecord record = exampleTrial();
+  record.settings.clear();
+  record.initializers.clear();
+  record.systems = {{"theirs", "/theirs"}, {"others", "/others"}};
+  record.protocol.seconds = 0.0;
+  record.faults.resize(1);
+  record.results.clear();
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (const NamedText& system : record.systems) {
+      TrialRun run = testing::exampleRun(sequence.name, 0.0, {system.name, "", "", ""}, kNoFault,
+                                         system.name == "theirs" ? 20.0 : 35.0);
+      run.final = TrialErrors();
+      run.end_state.clear();
+      record.results.push_back(run);
+    }
+  return record;
+}
+
+TEST(TrialTables, OfTrajectoriesAlone) {
+  const TrialRecord record = systemsAlone();
+  const std::vector<TitledTable> tables = trialTables(record);
+  EXPECT_EQ(tables.front().title, "2 recordings, 2 starts to the end, 0 faults");
+  const Table& table = tableOf(tables, "variants");
+  ASSERT_EQ(table.rowCount(), 2U);
+  EXPECT_EQ(table.textAt(0, "variant"), "theirs");
+  EXPECT_NEAR(table.numberAt(1, "causal_ate_m"), 0.035, 1e-12);
+  EXPECT_TRUE(std::isnan(table.numberAt(1, "final_ate_m")));
+  EXPECT_NEAR(tableOf(tables, "differences").numberAt(0, "difference_m"), 0.015, 1e-12);
+  EXPECT_TRUE(failuresOf(record).empty());
+  EXPECT_THAT(trialPage(record, {}), AllOf(HasSubstr("others"), Not(HasSubstr("failed"))));
+}
+
 TEST(TrialPage, FitsAScreen) {
   for (const TrialRecord& record : {exampleTrial(), largeTrial(), withASystem()}) {
     const std::string page = trialPage(record, {});

@@ -69,7 +69,7 @@ TEST(FaultScenario, SaysWhatIsWrongAndWhere) {
 class FaultFile : public ::testing::Test {
  protected:
   std::string write(const std::string& text) const {
-    const std::string path = (folder_ / "faults.ini").string();
+    std::string path = (folder_ / "faults.ini").string();
     std::ofstream(path) << text;
     return path;
   }

@@ -44,8 +44,15 @@ class Chooser {
       std::vector<std::string> names;
       for (const BagTopic& topic : topics_) names.push_back(topic.name);
       const std::string nearest = nearestWord(name, names);
-      fail("there are no " + what + " (" + types.front() + ") on the topic '" + name + "'" +
-           (nearest.empty() || nearest == name ? "" : " (did you mean '" + nearest + "'?)"));
+      std::string message = "there are no " + what;
+      message.append(" (")
+          .append(types.front())
+          .append(") on the topic '")
+          .append(name)
+          .append("'");
+      if (!nearest.empty() && nearest != name)
+        message.append(" (did you mean '").append(nearest).append("'?)");
+      fail(message);
     }
     return "";
   }

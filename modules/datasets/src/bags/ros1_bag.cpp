@@ -126,7 +126,7 @@ class Ros1Bag : public BagFile {
 
   template <typename Message>
   boost::shared_ptr<Message> as(const rosbag::MessageInstance& message) const {
-    const boost::shared_ptr<Message> result = message.instantiate<Message>();
+    boost::shared_ptr<Message> result = message.instantiate<Message>();
     if (!result)
       throw DataError(path_, 0,
                       "topic '" + message.getTopic() + "': expected messages " +

@@ -19,7 +19,7 @@ class Ros1Structure : public ::testing::Test {
  protected:
   /** A bag of three messages. */
   std::string bag(rosbag::compression::CompressionType compression) const {
-    const std::string path = (folder_ / "three.bag").string();
+    std::string path = (folder_ / "three.bag").string();
     rosbag::Bag bag;
     bag.open(path, rosbag::bagmode::Write);
     bag.setCompression(compression);

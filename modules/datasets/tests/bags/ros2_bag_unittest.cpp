@@ -243,7 +243,7 @@ TEST_F(Ros2Bag, BrokenOnesAreRefused) {
 
 TEST_F(Ros2Bag, MessagesThatEndTooSoonAreRefused) {
   const auto imuBag = [&](const std::string& data) {
-    const std::string path = (folder_ / "cut.db3").string();
+    std::string path = (folder_ / "cut.db3").string();
     fs::remove(path);
     const BagWriter writer(path);
     writer.topic(1, "/l", "sensor_msgs/msg/Image");

@@ -278,7 +278,7 @@ std::string trialPage(const TrialRecord& record, const TextStyle& style, size_t 
   for (size_t i = 0; i < failures.size(); ++i) {
     const std::vector<size_t>& runs = failures[i].runs;
     // The last line counts what is left.
-    if (used + (i + 1 < failures.size() ? 1 : 0) >= lines) {
+    if (left > 0 || used + (i + 1 < failures.size() ? 1 : 0) >= lines) {
       left += runs.size();
       continue;
     }
