@@ -35,7 +35,7 @@ struct Judged {
 };
 
 /** An offset this many standard errors large is there. */
-constexpr double kSignificant = 3.0;
+constexpr double kSignificant = 2.5;
 
 bool significant(const Measured& m) { return std::abs(m.value) > kSignificant * m.sigma; }
 
@@ -69,8 +69,11 @@ std::string words(const GroundTruthSmoothing& found) {
   shifted("rotations", found.offset.rotation_shift_s);
   for (int i = 0; i < 3; ++i) {
     const Measured turn{found.offset.turn_rad.value[i], found.offset.turn_rad.sigma[i]};
-    if (significant(turn))
-      say(format("turned %s deg about %c", number(turn, kDegreesPerRadian, 2).c_str(), 'x' + i));
+    if (!significant(turn)) continue;
+    say(format("turned %s deg about %c", number(turn, kDegreesPerRadian, 2).c_str(), 'x' + i));
+    if (std::isfinite(found.rotation_bandwidth_hz.value))
+      text += format(" below %.1f Hz (as one number %.2f)", found.rotation_bandwidth_hz.value,
+                     degrees(found.plain_offset.turn_rad.value[i]));
   }
   if (significant(found.tilt_rad))
     say("tilted " + number(found.tilt_rad, kDegreesPerRadian, 2) + " deg");
