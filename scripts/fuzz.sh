@@ -5,7 +5,7 @@
 #
 # SECONDS for each fuzzer (default 450: an hour in all), two at a time; NAMEs of tests/fuzz/NAME_fuzz.cpp (default: all). Begins
 # with the inputs in tests/fuzz/corpus/NAME and keeps what it finds in build/fuzz/corpus/NAME. An input that crashes, hangs for 20 s,
-# leaks or needs more than 3 GB is kept in build/fuzz/NAME-*, and the exit code is 1. With a seed the inputs are the same every time.
+# leaks or needs more than 6 GB is kept in build/fuzz/NAME-*, and the exit code is 1. With a seed the inputs are the same every time.
 #
 #   scripts/fuzz.sh --keep        the least part of what was found that covers as much goes to tests/fuzz/corpus
 set -euo pipefail
@@ -42,9 +42,10 @@ bin=build/fuzz/bin
 
 # Libraries without sanitizers fill containers that ours read: no check of their bounds.
 export ASAN_OPTIONS=detect_container_overflow=0:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1
+# MRPT makes room for a text of any length that a damaged log states: up to 4 GB.
 run() { # NAME SECONDS
   mkdir -p "build/fuzz/corpus/$1" "tests/fuzz/corpus/$1"
-  if "$bin/etalon_fuzz_$1" "build/fuzz/corpus/$1" "tests/fuzz/corpus/$1" -seed="$seed" -max_total_time="$2" -timeout=20 -rss_limit_mb=3000 \
+  if "$bin/etalon_fuzz_$1" "build/fuzz/corpus/$1" "tests/fuzz/corpus/$1" -seed="$seed" -max_total_time="$2" -timeout=20 -rss_limit_mb=6000 -malloc_limit_mb=0 \
     -max_len=65536 -artifact_prefix="build/fuzz/$1-" -print_final_stats=1 -verbosity=0 >"build/fuzz/$1.log" 2>&1; then
     echo "fuzz: $1: $(awk '/number_of_executed_units/ {print $2}' "build/fuzz/$1.log") inputs, nothing found"
   else

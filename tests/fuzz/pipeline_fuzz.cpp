@@ -15,7 +15,7 @@ namespace {
 
 using namespace etalon;
 
-constexpr int kMaxMeasurements = 400;
+constexpr int kMaxMeasurements = 60;
 constexpr int kWidth = 188, kHeight = 120;  // a quarter of EuRoC's
 
 StereoInertialCalibration smallRig() {
