@@ -89,13 +89,14 @@ for initializer in "${initializers[@]}"; do
 done
 
 announce "Compare the runs"
-run "$etalon" compare "${runs[@]}" | tee "$out/comparison.txt"
+run "$etalon" compare "${runs[@]}" --save-plot "$out/runs.png" | tee "$out/comparison.txt"
 
 announce "What was written"
 printf '%s\n' \
   "$flight  the recording, a EuRoC folder" \
   "$log  the same as an MRPT rawlog" \
-  "$out/comparison.txt  the table above"
+  "$out/comparison.txt  the table above" \
+  "$out/runs.png  all trajectories in one picture"
 for folder in "${runs[@]}"; do
   for file in "$folder"/*; do
     case "$file" in
