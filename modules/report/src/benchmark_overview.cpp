@@ -4,7 +4,9 @@
 #include <cstdio>
 
 #include "benchmark_side_tables.h"
+#include "etalon/benchmark/windows.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
@@ -141,7 +143,9 @@ TitledTable overviewTable(const BenchmarkRecord& record, const std::vector<Summa
       std::move(table)};
   if (sequencesOf(record).size() == 1)
     overview.title = sequencesOf(record).front() + ", " + shapeText(shape);
-  overview.note = noteOn(rows, stages.back());
+  const std::vector<std::string> absent = tooShort(record, shape);
+  if (!absent.empty()) overview.note = "Not in the table: " + joined(absent, "; ") + ".\n";
+  overview.note += noteOn(rows, stages.back());
   overview.marks_best = true;
   overview.keyframes = shape.keyframes;
   overview.rate_hz = shape.rate_hz;
