@@ -42,7 +42,7 @@ mmdebstrap --quiet --variant=apt --setup-hook='mkdir -p "$1/etc/apt" && cp -r /e
 cp "$deb" "$root/debian/tmp/etalon.deb"
 chroot "$root/debian" bash -euc '
   export DEBIAN_FRONTEND=noninteractive
-  apt-get install -y --no-install-recommends /tmp/etalon.deb >/tmp/install.log 2>&1 || { tail -n 20 /tmp/install.log; exit 1; }
+  { apt-get update && apt-get install -y --no-install-recommends /tmp/etalon.deb; } >/tmp/install.log 2>&1 || { tail -n 20 /tmp/install.log; exit 1; }
   etalon --version
   etalon plugins
   etalon simulate --out /tmp/flight --duration 6 --seed 3
