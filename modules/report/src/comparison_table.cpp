@@ -41,25 +41,33 @@ const AttemptRecord* attemptToShow(const RunRecord& record) {
   return record.attempts.empty() ? nullptr : &record.attempts.back();
 }
 
+/** Start and whole ATE, which stand in both tables. */
+void setRunNumbers(Table* table, const RunRecord& record) {
+  if (record.initialized_at)
+    table->setNumber("initialized_at_s",
+                     secondsBetween(record.first_image, *record.initialized_at));
+  if (record.trajectory_errors)
+    table->setNumber("trajectory_ate_m", record.trajectory_errors->position_m.rmse);
+}
+
+double runtimeOf(const AttemptRecord& attempt, const StageRecord& stage) {
+  return attempt.milliseconds(stage.stage == kStageInit ? kTimingInitialize : stage.stage);
+}
+
 void addRunCells(Table* table, const std::string& name, const RunRecord& record,
                  const AttemptRecord* attempt) {
   table->addRow();
   table->setText("run", name);
   table->setText("source", lastPart(record.source));
   table->setText("initializer", record.initializer);
-  if (record.initialized_at)
-    table->setNumber("initialized_at_s",
-                     secondsBetween(record.first_image, *record.initialized_at));
+  setRunNumbers(table, record);
   table->setNumber("attempts", static_cast<double>(record.attempts.size()));
   table->setText("status", attempt ? attempt->status : "no attempt");
-  if (record.trajectory_errors)
-    table->setNumber("trajectory_ate_m", record.trajectory_errors->position_m.rmse);
 }
 
 void addStageCells(Table* table, const AttemptRecord& attempt, const StageRecord& stage) {
   table->setText("stage", stage.stage);
-  table->setNumber(
-      "ms", attempt.milliseconds(stage.stage == kStageInit ? kTimingInitialize : stage.stage));
+  table->setNumber("ms", runtimeOf(attempt, stage));
   if (!stage.errors) return;
   table->setNumber("rre_deg", stage.errors->rre_deg);
   table->setNumber("ate_m", stage.errors->ate_m);
@@ -115,17 +123,11 @@ Table compareRunsBriefly(const std::vector<std::pair<std::string, RunRecord>>& r
     table.addRow();
     table.setText("run", name);
     if (table.hasColumn("initializer")) table.setText("initializer", record.initializer);
-    if (record.initialized_at)
-      table.setNumber("initialized_at_s",
-                      secondsBetween(record.first_image, *record.initialized_at));
-    if (record.trajectory_errors)
-      table.setNumber("trajectory_ate_m", record.trajectory_errors->position_m.rmse);
+    setRunNumbers(&table, record);
     const AttemptRecord* attempt = attemptToShow(record);
     if (!attempt) continue;
     for (const StageRecord& stage : attempt->stages) {
-      table.setNumber(
-          "ms" + stage.stage,
-          attempt->milliseconds(stage.stage == kStageInit ? kTimingInitialize : stage.stage));
+      table.setNumber("ms" + stage.stage, runtimeOf(*attempt, stage));
       if (!stage.errors) continue;
       if (stage.stage == kStageInit)
         table.setNumber("rre_deg" + stage.stage, stage.errors->rre_deg);
