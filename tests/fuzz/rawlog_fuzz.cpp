@@ -4,6 +4,7 @@
 
 #include "etalon/datasets/sensor_source.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
 namespace {
 
@@ -21,15 +22,13 @@ bool namesOthers(const std::string& log) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
+void etalon::fuzz::rawlog(const std::uint8_t* data, std::size_t size) {
   const std::string log(reinterpret_cast<const char*>(data), size);
-  if (namesOthers(log)) return 0;
-  const std::string path = fuzz::inFile("log.rawlog", log);
-  fuzz::mayRefuse([&] {
+  if (namesOthers(log)) return;
+  const std::string path = inFile("log.rawlog", log);
+  mayRefuse([&] {
     const auto source = openSource(path);
     while (source->next()) {
     }
   });
-  return 0;
 }
