@@ -196,6 +196,21 @@ TEST(TrialTables, ManyVariantsHaveOneColumnTogether) {
   EXPECT_EQ(variants.textAt(5, "variant"), "widest: two");
 }
 
+TEST(TrialTables, LongNamesLoseTheirMiddleOnTheScreen) {
+  TrialRecord record = exampleTrial();
+  const std::string name = "joint_closed_form_with_\xc3\xa9_and_gravity_", other = name + "two";
+  for (TrialRun& run : record.results)
+    run.variant.initializer = run.variant.initializer == "one" ? name + "one" : other;
+  record.initializers[0].name = name + "one";
+  record.initializers[1].name = other;
+  sortResults(&record);
+  const std::string page = trialPage(record, {});
+  for (const std::string& line : linesOf(page)) EXPECT_LE(displayWidth(line), 100U) << line;
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("\njoint_cl"), HasSubstr("_one "), HasSubstr("~"), HasSubstr("_two ")));
+  EXPECT_EQ(tableOf(trialTables(record), "variants").textAt(1, "variant"), other);
+}
+
 TEST(TrialTables, WithoutFaultsThereIsNoTableOfThemOnTheScreen) {
   TrialRecord record = exampleTrial();
   record.faults.resize(1);
