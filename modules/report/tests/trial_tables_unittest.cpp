@@ -196,21 +196,6 @@ TEST(TrialTables, ManyVariantsHaveOneColumnTogether) {
   EXPECT_EQ(variants.textAt(5, "variant"), "widest: two");
 }
 
-TEST(TrialTables, LongNamesLoseTheirMiddleOnTheScreen) {
-  TrialRecord record = exampleTrial();
-  const std::string name = "joint_closed_form_with_\xc3\xa9_and_gravity_", other = name + "two";
-  for (TrialRun& run : record.results)
-    run.variant.initializer = run.variant.initializer == "one" ? name + "one" : other;
-  record.initializers[0].name = name + "one";
-  record.initializers[1].name = other;
-  sortResults(&record);
-  const std::string page = trialPage(record, {});
-  for (const std::string& line : linesOf(page)) EXPECT_LE(displayWidth(line), 100U) << line;
-  EXPECT_THAT(
-      page, AllOf(HasSubstr("\njoint_cl"), HasSubstr("_one "), HasSubstr("~"), HasSubstr("_two ")));
-  EXPECT_EQ(tableOf(trialTables(record), "variants").textAt(1, "variant"), other);
-}
-
 TEST(TrialTables, WithoutFaultsThereIsNoTableOfThemOnTheScreen) {
   TrialRecord record = exampleTrial();
   record.faults.resize(1);
@@ -353,12 +338,6 @@ TEST(TrialPage, KeepsTheWorstFaultsAndCountsTheOthers) {
   EXPECT_THAT(page, Not(HasSubstr("fault_02")));
   EXPECT_THAT(page, HasSubstr("milder faults in report.html"));
   EXPECT_THAT(page, HasSubstr("60 failed, e.g. a from 0 s, one, fault_01: lost since 7.10 s: xx"));
-}
-
-TEST(TrialPage, NamesAFailureWithItsReason) {
-  EXPECT_THAT(
-      trialPage(exampleTrial(), {}),
-      HasSubstr("failed: b from 20.1 s, two, dark: silent: off by 0.62 m at 7.10 s, 8 times"));
 }
 
 }  // namespace

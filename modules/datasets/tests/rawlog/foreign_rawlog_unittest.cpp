@@ -11,7 +11,7 @@
 #include "etalon/datasets/observation_conversion.h"
 #include "etalon/datasets/rawlog_writer.h"
 #include "etalon/datasets/recording_comment.h"
-#include "rawlog_test.h"
+#include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
 namespace {

@@ -3,7 +3,7 @@
 #include <mrpt/io/CFileGZOutputStream.h>
 
 #include "etalon/core/errors.h"
-#include "rawlog_test.h"
+#include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
 namespace {
