@@ -14,6 +14,7 @@
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/report.h"
 #include "options/configuration_options.h"
+#include "options/ground_truth_option.h"
 #include "options/suite_options.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -30,6 +31,7 @@ struct BenchArguments {
   std::vector<int> keyframes;
   std::vector<double> rates_hz;
   std::string out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
+  GroundTruthOption ground_truth;
   ConfigurationOptions configuration;
   double every_s = 2.5, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
@@ -96,6 +98,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
 }
 
 int bench(const BenchArguments& arguments) {
+  arguments.ground_truth.check(arguments.sources);
   const TableFormat format = tableFormatFromName(arguments.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
   const std::string device =
@@ -103,6 +106,7 @@ int bench(const BenchArguments& arguments) {
   if (!device.empty()) std::fprintf(stderr, "note: %s\n", printable(device).c_str());
   BenchmarkOptions options;
   options.sources = arguments.sources;
+  options.ground_truth = arguments.ground_truth.path;
   options.out = arguments.out;
   options.tracks = arguments.tracks;
   options.protocol.every_s = arguments.every_s;
@@ -204,6 +208,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       "every recording, without and with VI-BA. Prints one table; writes windows.csv, summary.csv "
       "and report.html. An interrupted benchmark is resumed by the same command.");
   command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+  arguments->ground_truth.add(command);
   addProtocolOptions(command, arguments.get());
   command
       ->add_option("--min-coverage", arguments->min_coverage,

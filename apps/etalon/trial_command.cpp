@@ -13,6 +13,7 @@
 #include "etalon/report/report.h"
 #include "etalon/report/trial_tables.h"
 #include "options/configuration_options.h"
+#include "options/ground_truth_option.h"
 #include "options/suite_options.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -27,6 +28,7 @@ namespace {
 struct TrialArguments {
   std::vector<std::string> sources, initializers, odometries, settings, systems;
   std::string faults, out = "out/trial", format = "text", shard = "1/1";
+  GroundTruthOption ground_truth;
   ConfigurationOptions configuration;
   TrialProtocol protocol;
   double time_limit_s = kTrialTimeLimitS;
@@ -115,10 +117,12 @@ void checkOdometries(const TrialArguments& arguments) {
 }
 
 int trial(const TrialArguments& arguments) {
+  arguments.ground_truth.check(arguments.sources);
   const std::vector<TrialSetting> settings = readSettings(arguments);
   checkOdometries(arguments);
   TrialOptions options;
   options.sources = arguments.sources;
+  options.ground_truth = arguments.ground_truth.path;
   options.out = arguments.out;
   options.protocol = arguments.protocol;
   options.odometries = arguments.odometries;
@@ -226,6 +230,7 @@ void addTrialCommand(CLI::App& app, int* exit_code) {
       "with faults, beside other systems' trajectories. Prints what survives and how accurate it "
       "is; writes runs.csv and report.html. An interrupted trial is resumed by the same command.");
   command->add_option("SRC", arguments->sources, "Recordings")->required();
+  arguments->ground_truth.add(command);
   addVariantOptions(command, arguments.get());
   addProtocolOptions(command, arguments.get());
   command->add_option("--jobs", arguments->jobs, "Processes")
