@@ -42,13 +42,28 @@ function(etalon_add_initializer name)
     endif()
     add_test(NAME contract.${name} COMMAND ${program} check-plugin "$<TARGET_FILE:${target}>" ${limits}
                                            ${ARG_CONTRACT_ARGS})
-    set_tests_properties(contract.${name} PROPERTIES LABELS contract TIMEOUT ${timeout})
+    set_tests_properties(contract.${name} PROPERTIES LABELS contract TIMEOUT ${timeout} COST 50)
   endif()
 endfunction()
 
+# etalon_add_test_program(NAME TARGET [FILTER])
+# The ctest NAME runs the tests of the GoogleTest executable TARGET, or those that FILTER names (--gtest_filter), in one
+# process: loading some 200 shared libraries takes longer than most tests do. It prints the failures alone.
+function(etalon_add_test_program name target)
+  set(filter)
+  if(ARGC GREATER 2)
+    set(filter "--gtest_filter=${ARGV2}")
+  endif()
+  set(timeout 900) # s
+  if(ETALON_SANITIZE) # several times slower
+    set(timeout 9000)
+  endif()
+  add_test(NAME ${name} COMMAND ${target} --gtest_brief=1 ${filter})
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout})
+endfunction()
+
 # etalon_add_initializer_tests(NAME SOURCES ... [LINK ...])
-# Unit tests of the plugin NAME: one GoogleTest executable etalon_initializer_<name>_tests; every TEST in it becomes the
-# ctest <name>.<suite>.<test>. They load the plugin as users get it, from the file ETALON_INITIALIZER (a string constant);
+# Unit tests of the plugin NAME: one GoogleTest executable etalon_initializer_<name>_tests, run by the ctest <name>.unit. They load the plugin as users get it, from the file ETALON_INITIALIZER (a string constant);
 # etalon::contract has windows with exact truth for them. Parts of the plugin that are tested by themselves are named among
 # the SOURCES too; their headers are found.
 # Nothing where no tests are built, as above. Call it in the folder of the plugin, after etalon_add_initializer().
@@ -60,7 +75,6 @@ function(etalon_add_initializer_tests name)
   if(NOT TARGET GTest::gtest_main)
     find_package(GTest REQUIRED)
   endif()
-  include(GoogleTest)
   set(plugin etalon_initializer_${name})
   set(target ${plugin}_tests)
   add_executable(${target} ${ARG_SOURCES})
@@ -73,5 +87,5 @@ function(etalon_add_initializer_tests name)
     endif()
   endforeach()
   add_dependencies(${target} ${plugin})
-  gtest_discover_tests(${target} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  etalon_add_test_program(${name}.unit ${target})
 endfunction()

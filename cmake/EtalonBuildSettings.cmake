@@ -34,9 +34,7 @@ if(ETALON_WARNINGS_AS_ERRORS)
 endif()
 # The checks of the standard library (indices, empty containers) wherever assert() is on; they change no layout.
 add_compile_definitions($<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
-set(ETALON_TEST_TIMEOUT 300) # s
 if(ETALON_SANITIZE)
-  set(ETALON_TEST_TIMEOUT 3000)
   # Eigen's assertions, too; without NDEBUG, at a level of optimisation and of debug information that builds quickly.
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
   add_compile_definitions(_GLIBCXX_ASSERTIONS)

@@ -13,6 +13,7 @@
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/report.h"
 #include "options/configuration_options.h"
+#include "options/ground_truth_option.h"
 #include "options/suite_options.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -29,6 +30,7 @@ struct BenchArguments {
   std::vector<int> keyframes;
   std::vector<double> rates_hz;
   std::string tracks, vi_ba = "both";
+  GroundTruthOption ground_truth;
   ConfigurationOptions configuration;
   double every_s = 2.5, min_coverage = kMinCoverage;
   bool grow = false;
@@ -94,6 +96,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
 }
 
 int bench(const BenchArguments& arguments) {
+  arguments.ground_truth.check(arguments.sources);
   const TableFormat format = tableFormatFromName(arguments.suite.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
   const std::string device =
@@ -101,6 +104,7 @@ int bench(const BenchArguments& arguments) {
   if (!device.empty()) std::fprintf(stderr, "note: %s\n", printable(device).c_str());
   BenchmarkOptions options;
   options.sources = arguments.sources;
+  options.ground_truth = arguments.ground_truth.path;
   options.out = arguments.suite.out;
   options.tracks = arguments.tracks;
   options.protocol.every_s = arguments.every_s;
@@ -202,6 +206,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       "every recording, without and with VI-BA. Prints one table; writes windows.csv, summary.csv "
       "and report.html. An interrupted benchmark is resumed by the same command.");
   command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+  arguments->ground_truth.add(command);
   addProtocolOptions(command, arguments.get());
   command
       ->add_option("--min-coverage", arguments->min_coverage,

@@ -9,13 +9,12 @@
 #include "commands.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/core/errors.h"
-#include "etalon/datasets/euroc_files.h"
+#include "etalon/datasets/ground_truth_file.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/time_shift.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/plot.h"
 #include "etalon/report/table.h"
-#include "options/ground_truth_option.h"
 #include "support/checks.h"
 
 namespace etalon::app {

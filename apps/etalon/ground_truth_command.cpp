@@ -148,10 +148,10 @@ std::string csvOf(const GroundTruth& truth) {
 }
 
 Judged judge(const std::string& source, const GroundTruthArguments& arguments) {
-  const auto recording = openRecording(source);
-  const GroundTruth recorded = arguments.recorded.file.empty()
-                                   ? recording->groundTruth()
-                                   : readGroundTruth(arguments.recorded.file);
+  SourceOptions options;
+  options.ground_truth = arguments.recorded.of(source);
+  const auto recording = openRecording(source, options);
+  const GroundTruth& recorded = recording->groundTruth();
   if (recorded.empty()) throw DataError(source, 0, "has no ground truth");
   auto found =
       smoothGroundTruth(recorded, recording->imuSamples(), recording->calibration().imu.noise);
@@ -212,8 +212,7 @@ void addGroundTruthCommand(CLI::App& app, int* exit_code) {
       "Writes NAME/{data.csv, corrected.tum, report.md, difference.svg} into the folder.\n"
       "Exit codes: 0 done, 2 usage, 3 data.");
   command->callback([arguments, exit_code] {
-    if (!arguments->recorded.file.empty() && arguments->sources.size() > 1)
-      throw ConfigError("--ground-truth belongs to one recording; expected a single SRC with it");
+    arguments->recorded.check(arguments->sources);
     std::vector<Judged> all;
     for (const std::string& source : arguments->sources) all.push_back(judge(source, *arguments));
     print(all);

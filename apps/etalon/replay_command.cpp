@@ -185,9 +185,9 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   source_options.from_s = arguments.from_s;
   source_options.to_s = arguments.to_s;
   source_options.recording = arguments.recording;
+  source_options.ground_truth = arguments.ground_truth.of(arguments.source);
   const auto source = arguments.fault.apply(
-      [&] { return arguments.ground_truth.apply(openSource(arguments.source, source_options)); },
-      arguments.from_s);
+      [&] { return openSource(arguments.source, source_options); }, arguments.from_s);
   const std::string device = deviceInWords(ini, configuration.pipeline.device);
   if (!died && !device.empty()) std::printf("%s\n", printable(device).c_str());
   if (!died)

@@ -12,6 +12,7 @@
 #include "etalon/report/report.h"
 #include "etalon/report/trial_tables.h"
 #include "options/configuration_options.h"
+#include "options/ground_truth_option.h"
 #include "options/suite_options.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -26,6 +27,7 @@ namespace {
 struct TrialArguments {
   std::vector<std::string> sources, initializers, odometries, settings, systems;
   std::string faults;
+  GroundTruthOption ground_truth;
   ConfigurationOptions configuration;
   TrialProtocol protocol;
   SuiteOptions suite{"out/trial", kTrialTimeLimitS};
@@ -112,10 +114,12 @@ void checkOdometries(const TrialArguments& arguments) {
 }
 
 int trial(const TrialArguments& arguments) {
+  arguments.ground_truth.check(arguments.sources);
   const std::vector<TrialSetting> settings = readSettings(arguments);
   checkOdometries(arguments);
   TrialOptions options;
   options.sources = arguments.sources;
+  options.ground_truth = arguments.ground_truth.path;
   options.out = arguments.suite.out;
   options.protocol = arguments.protocol;
   options.odometries = arguments.odometries;
@@ -223,6 +227,7 @@ void addTrialCommand(CLI::App& app, int* exit_code) {
       "with faults, beside other systems' trajectories. Prints what survives and how accurate it "
       "is; writes runs.csv and report.html. An interrupted trial is resumed by the same command.");
   command->add_option("SRC", arguments->sources, "Recordings")->required();
+  arguments->ground_truth.add(command);
   addVariantOptions(command, arguments.get());
   addProtocolOptions(command, arguments.get());
   arguments->suite.add(command, {"Processes", "Processor time that a run may use",

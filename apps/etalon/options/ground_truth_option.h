@@ -1,25 +1,22 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <memory>
 #include <string>
-
-#include "etalon/datasets/sensor_source.h"
+#include <vector>
 
 namespace etalon::app {
 
-/** Ground truth from a TUM file, a EuRoC CSV, or a recording that has one.
- * @throws DataError naming the file, and the line where there is one */
-GroundTruth readGroundTruth(const std::string& path);
-
-/** --ground-truth of a command that reads a recording. */
+/** --ground-truth of a command that reads recordings. */
 struct GroundTruthOption {
-  std::string file;  ///< empty: the recording's own
+  std::string path;  ///< empty: the recordings' own
 
   void add(CLI::App* command);
 
-  /** `source` with the file's ground truth in place of its own, where a file is given. */
-  std::unique_ptr<SensorSource> apply(std::unique_ptr<SensorSource> source) const;
+  /** @throws ConfigError if it is one file for several recordings */
+  void check(const std::vector<std::string>& sources) const;
+
+  /** SourceOptions::ground_truth of a recording. @throws DataError if the folder has none of it */
+  std::string of(const std::string& source) const;
 };
 
 }  // namespace etalon::app

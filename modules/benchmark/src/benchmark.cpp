@@ -79,7 +79,8 @@ class Benchmark {
   }
 
   void openRecordings() {
-    recordings_ = etalon::openRecordings(options_.sources, &record_.sequences);
+    recordings_ =
+        etalon::openRecordings(options_.sources, options_.ground_truth, &record_.sequences);
     for (size_t s = 0; s < recordings_.size(); ++s)
       if (recordings_[s])
         checkKeyframeRates(options_.protocol.rates_hz, imageRate(recordings_[s]->imageStamps()),
@@ -166,11 +167,11 @@ class Benchmark {
     BenchmarkSequence& sequence = record_.sequences[s];
     RecordedSource& recording = *recordings_[s];
     try {
-      const std::string content = recordingHash(recording);
+      const std::string content = contentOf(recording);
       if (!sequence.content.empty() && sequence.content != content)
         throw ConfigError("'" + options_.out + "' has windows of '" + sequence.name +
-                          "', but the recording has changed since; choose another --out, or "
-                          "--overwrite it");
+                          "', but the recording or its ground truth has changed since; choose "
+                          "another --out, or --overwrite it");
       sequence.content = content;
       tracks_[s] = std::make_unique<SequenceTracks>(tracksOf(sequence, &recording, progress));
     } catch (const Interrupted&) {
@@ -204,8 +205,8 @@ class Benchmark {
       ++tracked;
     };
     std::string sentence;
-    SequenceTracks tracks = loadOrTrack(*recording, sequence.content, sequence.name, tracks_folder_,
-                                        tracking, &sentence);
+    SequenceTracks tracks = loadOrTrack(*recording, recordingHash(*recording), sequence.name,
+                                        tracks_folder_, tracking, &sentence);
     if (tracked == 0) progress->add(recording->imageStamps().size());
     if (!sentence.empty()) note(sentence);
     return tracks;

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "etalon/core/errors.h"
+#include "etalon/datasets/ground_truth_file.h"
 #include "image_file.h"
 
 namespace etalon {
@@ -41,6 +42,8 @@ RecordedSource::RecordedSource(std::string name, std::string kind,
   if (recording_.imu.empty()) throw DataError(name_, 0, "expected IMU samples");
   if (std::isnan(options_.from_s) || std::isnan(options_.to_s) || options_.to_s < options_.from_s)
     throw ConfigError("expected a range --from <= --to in seconds");
+  if (!options_.ground_truth.empty())
+    recording_.ground_truth = readGroundTruth(options_.ground_truth);
   for (const std::string& sentence : recording_.warnings) warn(sentence);
   selectRange();
   countUnpaired();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace etalon {
@@ -12,28 +13,69 @@ constexpr int kSearchLevel = 1;      // half resolution
 constexpr int kSearchRadius = 4;     // 9 x 9 patch
 constexpr double kSearchStep = 1.0;  // px at that level
 
-/** Copies the patch around `centre` (rounded) less its mean; false outside the image or without
- * contrast. */
-bool normalizedPatch(const cv::Mat& image, const cv::Point2f& centre, float* patch) {
+constexpr int kSearchSide = 2 * kSearchRadius + 1;
+constexpr int kSearchCount = kSearchSide * kSearchSide;
+using SearchPatch = std::array<int, kSearchCount>;
+
+/** The upper left corner of the patch around `centre` (rounded); null if it leaves the image. */
+const uchar* cornerOfPatch(const cv::Mat& image, const cv::Point2f& centre) {
   const int x0 = cvRound(centre.x) - kSearchRadius, y0 = cvRound(centre.y) - kSearchRadius;
-  constexpr int kSide = 2 * kSearchRadius + 1;
-  if (x0 < 0 || y0 < 0 || x0 + kSide > image.cols || y0 + kSide > image.rows) return false;
-  float sum = 0.0F;
-  for (int y = 0; y < kSide; ++y) {
-    const uchar* row = image.ptr<uchar>(y0 + y) + x0;
-    for (int x = 0; x < kSide; ++x) sum += patch[y * kSide + x] = row[x];
-  }
-  constexpr int kCount = kSide * kSide;
-  const float mean = sum / kCount;
-  float squares = 0.0F;
-  for (int i = 0; i < kCount; ++i) {
-    patch[i] -= mean;
-    squares += patch[i] * patch[i];
-  }
-  if (squares < kCount) return false;  // standard deviation under one gray level
-  const float scale = 1.0F / std::sqrt(squares);
-  for (int i = 0; i < kCount; ++i) patch[i] *= scale;
-  return true;
+  if (x0 < 0 || y0 < 0 || x0 + kSearchSide > image.cols || y0 + kSearchSide > image.rows)
+    return nullptr;
+  return image.ptr<uchar>(y0) + x0;
+}
+
+/**
+ * Correlations of a patch with others, in integers: `deviations` are kSearchCount times the gray
+ * levels less their mean, up to 81 * 255, so that a sum of 81 products with gray levels is below
+ * 2^31.
+ */
+struct SearchReference {
+  SearchPatch deviations;
+  double norm = 0.0;  ///< of the gray levels less their mean; 0: no patch, or no contrast
+};
+
+/** Squared norm of gray levels less their mean, by their sum and the sum of their squares; 0 with a
+ * standard deviation under one gray level. */
+double squaredContrast(int sum, int squares) {
+  const double contrast = squares - static_cast<double>(sum) * sum / kSearchCount;
+  return contrast < kSearchCount ? 0.0 : contrast;
+}
+
+SearchReference searchReference(const cv::Mat& image, const cv::Point2f& centre) {
+  SearchReference reference;
+  const uchar* corner = cornerOfPatch(image, centre);
+  if (!corner) return reference;
+  int sum = 0, squares = 0;
+  for (int y = 0; y < kSearchSide; ++y)
+    for (int x = 0; x < kSearchSide; ++x) {
+      const int gray = corner[y * image.step + x];
+      reference.deviations[y * kSearchSide + x] = kSearchCount * gray;
+      sum += gray;
+      squares += gray * gray;
+    }
+  for (int& deviation : reference.deviations) deviation -= sum;
+  reference.norm = std::sqrt(squaredContrast(sum, squares));
+  return reference;
+}
+
+/** Normalised correlation with the patch around `centre`; -1 if it leaves the image or has no
+ * contrast. */
+double correlation(const SearchReference& reference, const cv::Mat& image,
+                   const cv::Point2f& centre) {
+  const uchar* corner = cornerOfPatch(image, centre);
+  if (!corner) return -1.0;
+  int sum = 0, squares = 0, products = 0;
+  for (int y = 0; y < kSearchSide; ++y, corner += image.step)
+    for (int x = 0; x < kSearchSide; ++x) {
+      const int gray = corner[x];
+      sum += gray;
+      squares += gray * gray;
+      products += gray * reference.deviations[y * kSearchSide + x];
+    }
+  const double contrast = squaredContrast(sum, squares);
+  if (contrast == 0.0) return -1.0;
+  return products / (kSearchCount * reference.norm * std::sqrt(contrast));
 }
 
 /** A box around what the image shows, in the plane z = 1; with strong distortion a wide one. */
@@ -113,10 +155,9 @@ double StereoMatcher::searchStep(const Eigen::Vector3d& left_ray, double inverse
 
 double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& right,
                                          const StereoQuery& query) const {
-  constexpr int kCount = (2 * kSearchRadius + 1) * (2 * kSearchRadius + 1);
   constexpr float kScale = 1.0F / (1 << kSearchLevel);
-  float reference[kCount], candidate[kCount];
-  if (!normalizedPatch(left, query.left * kScale, reference)) return -1.0;
+  const SearchReference reference = searchReference(left, query.left * kScale);
+  if (reference.norm == 0.0) return -1.0;
   double best = -1.0, best_correlation = options_.min_correlation;
   // A step is about 2 px, so there are at most as many as fit into the width of the image.
   const auto [least, most] = visibleInverseDepths(query.left_ray);
@@ -124,13 +165,10 @@ double StereoMatcher::searchInverseDepth(const cv::Mat& left, const cv::Mat& rig
        inverse_depth += searchStep(query.left_ray, inverse_depth)) {
     if (inverse_depth < least) continue;
     cv::Point2f pixel;
-    if (!rightPixel(query.left_ray, inverse_depth, &pixel) ||
-        !normalizedPatch(right, pixel * kScale, candidate))
-      continue;
-    float correlation = 0.0F;
-    for (int i = 0; i < kCount; ++i) correlation += reference[i] * candidate[i];
-    if (correlation > best_correlation) {
-      best_correlation = correlation;
+    if (!rightPixel(query.left_ray, inverse_depth, &pixel)) continue;
+    const double found = correlation(reference, right, pixel * kScale);
+    if (found > best_correlation) {
+      best_correlation = found;
       best = inverse_depth;
     }
   }

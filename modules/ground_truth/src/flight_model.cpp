@@ -15,8 +15,6 @@ namespace ix = state_index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/** Over a longer step between samples the IMU does not tell the motion, s. */
-constexpr double kMaxImuGapS = 0.1;
 /** Rows further apart than so many steps end a stretch. */
 constexpr double kGapSteps = 4.0;
 /** Rows of an offset: itself and its derivatives by the border. */
@@ -69,12 +67,17 @@ FlightModel::FlightModel(const std::vector<StampedState>& rows, const ImuBuffer&
   for (size_t k = 0; k < rows.size(); ++k) {
     if (!nodes_.empty() && rows[k].t - nodes_.back().body.t < step) continue;
     Node node;
-    node.counts = nodes_.empty() || rows[k].t - counted >= row_step;
+    node.counts = nodes_.empty() || rows[k].t - counted >= row_step ||
+                  !known(nodes_.back().body.t, rows[k].t);
     if (node.counts) counted = rows[k].t;
     node.T_GM = rows[k].T_WB;
     node.body = StampedState(rows[k].t, rows[k].T_WB, velocityFromRows(rows, k));
     nodes_.push_back(node);
   }
+}
+
+bool FlightModel::known(TimeNs from, TimeNs to) const {
+  return imu_->covers(from, to) && imu_->longestGap(from, to) <= kMaxImuGapS;
 }
 
 void FlightModel::add(const std::vector<NodeVector>& nodes, const BorderVector& border) {
@@ -95,7 +98,7 @@ MotionTerm FlightModel::motionTerm(size_t k) const {
   const TimeNs t0 = nodes_[k].body.t, t1 = nodes_[k + 1].body.t;
   MotionTerm term;
   term.dt = secondsBetween(t0, t1);
-  term.known = imu_->covers(t0, t1) && imu_->longestGap(t0, t1) <= kMaxImuGapS;
+  term.known = known(t0, t1);
   if (!term.known) return term;
   const auto samples = imu_->between(t0, t1);
   const ImuNoiseDensities none{0.0, 0.0, 0.0, 0.0};

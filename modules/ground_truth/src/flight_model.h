@@ -11,6 +11,9 @@
 
 namespace etalon::ground_truth {
 
+/** Over a longer step between samples the IMU does not tell the motion, s. */
+constexpr double kMaxImuGapS = 0.1;
+
 /** Offsets in a node's unknowns: state_index, then the two correlated errors, each with its rate
  * behind it. */
 constexpr int kPositionError = state_index::kSize;
@@ -93,6 +96,7 @@ class FlightModel {
   void add(const std::vector<NodeVector>& nodes, const BorderVector& border);
 
  private:
+  bool known(TimeNs from, TimeNs to) const;  ///< whether the IMU tells the motion
   MotionTerm motionTerm(size_t k) const;
   void setOffsets(size_t k, Linearisation* linear) const;
 

@@ -33,14 +33,29 @@ constexpr double kWorthOfLowPass = 3.0;
 /** Rows that are this many usual steps apart have a gap between them. */
 constexpr double kGapSteps = 3.0;
 
+/** First row that is not finite or not later than the one before it; the number of rows if none. */
+size_t firstBroken(const std::vector<StampedState>& rows) {
+  for (size_t k = 0; k < rows.size(); ++k) {
+    const SE3& pose = rows[k].T_WB;
+    if (!pose.R.allFinite() || !pose.t.allFinite()) return k;
+    if (k > 0 && rows[k].t <= rows[k - 1].t) return k;
+  }
+  return rows.size();
+}
+
+/** Rows within the IMU's time and outside its gaps. */
 std::vector<StampedState> coveredRows(const GroundTruth& recorded,
                                       const std::vector<ImuSample>& imu) {
   std::vector<StampedState> rows;
   if (imu.empty()) return rows;
   const TimeNs from = imu.front().t + durationNs(kMarginS);
   const TimeNs to = imu.back().t - durationNs(kMarginS);
-  for (const StampedState& row : recorded.states)
-    if (from <= row.t && row.t <= to) rows.push_back(row);
+  size_t next = 1;
+  for (const StampedState& row : recorded.states) {
+    if (row.t < from || to < row.t) continue;
+    while (imu[next].t < row.t) ++next;
+    if (secondsBetween(imu[next - 1].t, imu[next].t) <= kMaxImuGapS) rows.push_back(row);
+  }
   return rows;
 }
 
@@ -209,6 +224,9 @@ Expected<GroundTruthSmoothing> smoothGroundTruth(const GroundTruth& recorded,
                                                  const std::vector<ImuSample>& imu,
                                                  const ImuNoiseDensities& data_sheet,
                                                  const GroundTruthSmoothingOptions& options) {
+  if (const size_t broken = firstBroken(recorded.states); broken < recorded.states.size())
+    return refuse(RefusalStatus::kInvalidInput, "row ", Value(broken + 1),
+                  " of the ground truth is not finite or not later than the one before it");
   const std::vector<StampedState> rows = coveredRows(recorded, imu);
   if (rows.size() < kFewestRows)
     return refuse(RefusalStatus::kImuGap, Value(rows.size()),

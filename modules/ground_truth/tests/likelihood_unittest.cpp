@@ -122,7 +122,9 @@ TEST_F(ShortFlight, RowsAreBelievedEveryHalfSecond) {
   TimeNs last = 0;
   for (const Node& node : model_->nodes()) {
     if (!node.counts) continue;
-    if (last > 0) EXPECT_NEAR(secondsBetween(last, node.body.t), 0.5, 1e-6);
+    if (last > 0) {
+      EXPECT_NEAR(secondsBetween(last, node.body.t), 0.5, 1e-6);
+    }
     last = node.body.t;
   }
   EXPECT_GT(last, 0);

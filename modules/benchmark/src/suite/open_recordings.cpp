@@ -8,14 +8,18 @@
 #include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
+#include "etalon/datasets/ground_truth_file.h"
 #include "etalon/frontend/recording_inspection.h"
 
 namespace etalon {
 namespace {
 
 /** @throws DataError if it cannot be used; what is known by then is in `sequence` */
-std::unique_ptr<RecordedSource> openSound(const std::string& source, BenchmarkSequence* sequence) {
-  std::unique_ptr<RecordedSource> recording = openRecording(source);
+std::unique_ptr<RecordedSource> openSound(const std::string& source,
+                                          const std::string& ground_truth,
+                                          BenchmarkSequence* sequence) {
+  const SourceOptions options = withGroundTruth(source, ground_truth);
+  std::unique_ptr<RecordedSource> recording = openRecording(source, options);
   sequence->source_kind = recording->kind();
   const std::vector<TimeNs>& stamps = recording->imageStamps();
   checkLength(source, stamps.front(), stamps.back());
@@ -25,6 +29,9 @@ std::unique_ptr<RecordedSource> openSound(const std::string& source, BenchmarkSe
   sequence->stereo_frames = stamps.size();
   sequence->has_ground_truth = !recording->groundTruth().empty();
   sequence->warnings = recording->statistics().warnings;
+  if (!options.ground_truth.empty())
+    sequence->warnings.push_back(sequence->name + ": ground truth of " + options.ground_truth +
+                                 " in place of its own");
   for (std::string& warning : requireSoundRecording(source))
     sequence->warnings.push_back(std::move(warning));
   return recording;
@@ -32,8 +39,31 @@ std::unique_ptr<RecordedSource> openSound(const std::string& source, BenchmarkSe
 
 }  // namespace
 
+SourceOptions withGroundTruth(const std::string& source, const std::string& ground_truth) {
+  SourceOptions options;
+  if (!ground_truth.empty())
+    options.ground_truth = groundTruthOf(recordingName(source), ground_truth);
+  return options;
+}
+
+std::string contentOf(const RecordedSource& recording) {
+  const std::string files = recordingHash(recording);
+  if (recording.options().ground_truth.empty()) return files;
+  ContentHash hash;
+  hash.add(files);
+  for (const StampedState& state : recording.groundTruth().states) {
+    hash.add(&state.t, sizeof state.t);
+    for (const Eigen::MatrixXd& part :
+         {Eigen::MatrixXd(state.T_WB.matrix()), Eigen::MatrixXd(state.v_WB),
+          Eigen::MatrixXd(state.bias.gyro), Eigen::MatrixXd(state.bias.accel)})
+      hash.add(part.data(), sizeof(double) * part.size());
+  }
+  return hash.hex();
+}
+
 std::vector<std::unique_ptr<RecordedSource>> openRecordings(
-    const std::vector<std::string>& sources, std::vector<BenchmarkSequence>* sequences) {
+    const std::vector<std::string>& sources, const std::string& ground_truth,
+    std::vector<BenchmarkSequence>* sequences) {
   std::set<std::string> names;
   std::vector<std::unique_ptr<RecordedSource>> recordings;
   for (const std::string& source : sources) {
@@ -45,7 +75,7 @@ std::vector<std::unique_ptr<RecordedSource>> openRecordings(
     sequence.source = std::filesystem::absolute(source).lexically_normal().string();
     std::unique_ptr<RecordedSource> recording;
     try {
-      recording = openSound(source, &sequence);
+      recording = openSound(source, ground_truth, &sequence);
     } catch (const DataError& e) {
       sequence.error = e.what();
     }

@@ -10,13 +10,23 @@
 
 namespace etalon {
 
+/** What a recording is opened with.
+ * @param ground_truth as in BenchmarkOptions @throws DataError if it has none of the recording */
+SourceOptions withGroundTruth(const std::string& source, const std::string& ground_truth);
+
 /**
  * Opens the recordings of a benchmark or trial and describes each in `sequences`. One that cannot
  * be used is null, and its `error` says why.
+ * @param ground_truth as in BenchmarkOptions
  * @throws ConfigError if two have the same name
  */
 std::vector<std::unique_ptr<RecordedSource>> openRecordings(
-    const std::vector<std::string>& sources, std::vector<BenchmarkSequence>* sequences);
+    const std::vector<std::string>& sources, const std::string& ground_truth,
+    std::vector<BenchmarkSequence>* sequences);
+
+/** Changes with the recording's files (recordingHash()) and with a ground truth in place of its
+ * own. @throws DataError if a file cannot be read */
+std::string contentOf(const RecordedSource& recording);
 
 /** The initializers as the record of a benchmark or trial has them. */
 std::vector<BenchmarkInitializer> initializerRecords(

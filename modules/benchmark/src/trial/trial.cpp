@@ -36,7 +36,7 @@ class Trial {
 
   TrialOutcome run() {
     describe();
-    recordings_ = openRecordings(options_.sources, &record_.sequences);
+    recordings_ = openRecordings(options_.sources, options_.ground_truth, &record_.sequences);
     makeFolder(options_.out);
     const FolderLock lock(options_.out);
     adoptFormerRun();
@@ -160,11 +160,11 @@ class Trial {
     inParallel(options_.jobs, needed.size(), [&](size_t i) {
       if (stopped()) return;
       BenchmarkSequence& sequence = record_.sequences[needed[i]];
-      const std::string content = recordingHash(*recordings_[needed[i]]);
+      const std::string content = contentOf(*recordings_[needed[i]]);
       if (!sequence.content.empty() && sequence.content != content)
         throw ConfigError("'" + options_.out + "' has runs of '" + sequence.name +
-                          "', but the recording has changed since; choose another --out, or "
-                          "--overwrite it");
+                          "', but the recording or its ground truth has changed since; choose "
+                          "another --out, or --overwrite it");
       sequence.content = content;
       recordings_[needed[i]].reset();
     });

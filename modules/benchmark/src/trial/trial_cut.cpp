@@ -70,9 +70,11 @@ bool same(const StereoInertialCalibration& a, const StereoInertialCalibration& b
 
 }  // namespace
 
-TrialCut::TrialCut(const std::string& source, double from_s, double seconds, double most_bytes)
+TrialCut::TrialCut(const std::string& source, double from_s, double seconds, double most_bytes,
+                   const std::string& ground_truth)
     : source_(source) {
   options_.from_s = from_s;
+  options_.ground_truth = ground_truth;
   if (seconds > 0.0) options_.to_s = from_s + seconds;
   const std::unique_ptr<SensorSource> opened = openSource(source_, options_);
   auto held = std::make_shared<Held>();

@@ -17,9 +17,11 @@ class TrialCut {
  public:
   static constexpr double kMostBytes = 768.0 * 1024 * 1024;
 
-  /** @param seconds length; 0: to the end. @throws DataError as openSource() and its next() do */
-  TrialCut(const std::string& source, double from_s, double seconds,
-           double most_bytes = kMostBytes);
+  /** @param seconds length; 0: to the end
+   * @param ground_truth SourceOptions::ground_truth
+   * @throws DataError as openSource() and its next() do */
+  TrialCut(const std::string& source, double from_s, double seconds, double most_bytes = kMostBytes,
+           const std::string& ground_truth = "");
 
   /** Delivers the part from its beginning. May not outlive the cut. */
   std::unique_ptr<SensorSource> open() const;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
+#include "suite/open_recordings.h"
 
 namespace etalon {
 namespace {
@@ -42,7 +43,8 @@ const TrialCut& TrialWorker::cutOf(const TrialTask& task) {
   cut_.reset();  // not two at a time
   const BenchmarkSequence& sequence = record_.sequences[task.sequence];
   const TimeNs from = sequence.first_image + durationNs(task.from_s);
-  cut_.emplace(sequence.source, task.from_s, options_.protocol.seconds);
+  cut_.emplace(sequence.source, task.from_s, options_.protocol.seconds, TrialCut::kMostBytes,
+               withGroundTruth(sequence.source, options_.ground_truth).ground_truth);
   cut_of_ = {task.sequence, task.from_s};
   const std::unique_ptr<SensorSource> source = cut_->open();
   const std::vector<TimeNs>& stamps = source->imageStamps();

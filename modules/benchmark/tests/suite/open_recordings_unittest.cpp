@@ -5,7 +5,9 @@
 
 #include <filesystem>
 
+#include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/output_file.h"
 #include "etalon/testing/tiny_recording.h"
 
 namespace etalon {
@@ -28,7 +30,7 @@ class OpenRecordings : public ::testing::Test {
 };
 
 TEST_F(OpenRecordings, DescribesThem) {
-  const auto opened = openRecordings({path("a"), path("b")}, &sequences_);
+  const auto opened = openRecordings({path("a"), path("b")}, "", &sequences_);
   ASSERT_EQ(opened.size(), 2U);
   ASSERT_EQ(sequences_.size(), 2U);
   const BenchmarkSequence& a = sequences_[0];
@@ -46,7 +48,7 @@ TEST_F(OpenRecordings, DescribesThem) {
 
 TEST_F(OpenRecordings, OneThatCannotBeUsedSaysWhy) {
   std::filesystem::remove(folder_ / "b" / "mav0" / "imu0" / "data.csv");
-  const auto opened = openRecordings({path("a"), path("b"), path("c")}, &sequences_);
+  const auto opened = openRecordings({path("a"), path("b"), path("c")}, "", &sequences_);
   EXPECT_TRUE(opened[0]);
   EXPECT_FALSE(opened[1]);
   EXPECT_FALSE(opened[2]);
@@ -56,7 +58,28 @@ TEST_F(OpenRecordings, OneThatCannotBeUsedSaysWhy) {
 }
 
 TEST_F(OpenRecordings, NamesAreThereOnce) {
-  EXPECT_THROW(openRecordings({path("a"), path("b/../a")}, &sequences_), ConfigError);
+  EXPECT_THROW(openRecordings({path("a"), path("b/../a")}, "", &sequences_), ConfigError);
+}
+
+TEST_F(OpenRecordings, TakeAnotherGroundTruth) {
+  const auto own = openRecordings({path("a"), path("b")}, "", &sequences_);
+  const std::string line = " 1 2 3 0 0 0 1\n";
+  writeFile(folder_ / "b.tum", "1.0" + line + "2.0" + line);
+  sequences_.clear();
+  const auto opened = openRecordings({path("a"), path("b")}, folder_.path(), &sequences_);
+  ASSERT_TRUE(opened[0]);  // the recording `a` of the folder: itself
+  ASSERT_TRUE(opened[1]);
+  EXPECT_EQ(opened[1]->groundTruth().states.size(), 2U);
+  EXPECT_THAT(sequences_[1].warnings, ::testing::Contains(HasSubstr("b.tum")));
+  EXPECT_NE(contentOf(*opened[1]), contentOf(*own[1]));
+  EXPECT_EQ(contentOf(*own[1]), recordingHash(*opened[1]));
+}
+
+TEST_F(OpenRecordings, WithoutTheOtherGroundTruthTheyAreNotUsed) {
+  std::filesystem::create_directories(folder_ / "truths");
+  const auto opened = openRecordings({path("a")}, folder_ / "truths", &sequences_);
+  EXPECT_FALSE(opened[0]);
+  EXPECT_THAT(sequences_[0].error, HasSubstr("no ground truth of 'a'"));
 }
 
 TEST(InitializerRecords, HoldWhatAPluginWas) {

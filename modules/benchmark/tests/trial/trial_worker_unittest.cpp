@@ -22,7 +22,7 @@ class TrialWorkerTest : public ::testing::Test {
  protected:
   TrialWorkerTest() {
     testing::writeTinyRecording(folder_ / "tiny");
-    openRecordings({folder_ / "tiny"}, &record_.sequences);
+    openRecordings({folder_ / "tiny"}, "", &record_.sequences);
     options_.out = folder_ / "out";
     options_.protocol.seconds = 0.0;
     options_.faults = {FaultScenario{kNoFault, "", {}},

@@ -26,8 +26,11 @@ struct BenchmarkProgress {
 
 struct BenchmarkOptions {
   std::vector<std::string> sources;  ///< EuRoC folders and rawlogs
-  std::string out;                   ///< the benchmark's folder (store.h)
-  std::string tracks;                ///< folder of the cached tracks; empty: `out`/tracks
+  /** SourceOptions::ground_truth of one recording, or a folder of them (groundTruthOf()); empty: the
+   * recordings' own. */
+  std::string ground_truth;
+  std::string out;     ///< the benchmark's folder (store.h)
+  std::string tracks;  ///< folder of the cached tracks; empty: `out`/tracks
   BenchmarkProtocol protocol;
   int jobs = 1;  ///< threads of the front end, processes of the windows
   /** Processor time that an initializer and the VI-BA may use for a window, s. */

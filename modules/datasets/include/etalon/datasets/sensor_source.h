@@ -71,6 +71,8 @@ struct SourceOptions {
   /** IMU samples are delivered from this long before the first delivered image, s (where recorded).
    */
   double imu_lead_s = 0.05;
+  /** Read by readGroundTruth() in place of the recording's own; empty: its own. */
+  std::string ground_truth;
   RecordingOptions recording;
 };
 

@@ -38,7 +38,7 @@ struct ImuFactors {
   Measured gyro_noise, gyro_walk, accel_noise, accel_walk;
 };
 
-/** Rows that are further apart than the others. */
+/** Rows that are further apart than the others; those within a gap of the IMU are not used. */
 struct GroundTruthGap {
   TimeNs after = 0;       ///< stamp of the last row before it
   double length_s = 0.0;  ///< to the first row after it
@@ -110,7 +110,8 @@ struct GroundTruthSmoothing {
  * @param recorded poses; velocities and biases are not used
  * @param imu increasing in time
  * @param data_sheet densities of the IMU; its factors are estimated
- * @return refused: too few rows that the IMU covers, or a fit that does not converge
+ * @return refused: rows that are not finite or not in order, too few that the IMU covers, or a fit
+ * that does not converge
  */
 Expected<GroundTruthSmoothing> smoothGroundTruth(const GroundTruth& recorded,
                                                  const std::vector<ImuSample>& imu,

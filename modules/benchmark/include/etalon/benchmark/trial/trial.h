@@ -23,7 +23,10 @@ constexpr double kTrialTimeLimitS = 600.0;
 
 struct TrialOptions {
   std::vector<std::string> sources;  ///< recordings
-  std::string out;                   ///< the trial's folder (trial_store.h)
+  /** SourceOptions::ground_truth of one recording, or a folder of them (groundTruthOf()); empty: the
+   * recordings' own. */
+  std::string ground_truth;
+  std::string out;  ///< the trial's folder (trial_store.h)
   TrialProtocol protocol;
   std::vector<std::string> odometries;  ///< [odometry] kind; empty: that of the first setting
   std::vector<FaultScenario> faults;    ///< kNoFault is added at the front where it is missing
