@@ -29,7 +29,7 @@ std::string shortened(std::string text, size_t longest) {
 /** The variants of a trial and what they are called in its tables. */
 struct Variants {
   /** @param longest bytes of a label */
-  Variants(const TrialRecord& record, size_t longest = std::string::npos)
+  explicit Variants(const TrialRecord& record, size_t longest = std::string::npos)
       : all(variantsOf(record)) {
     for (const TrialVariant& variant : all)
       labels.push_back(shortened(labelOf(variant, record), longest));
