@@ -9,7 +9,8 @@
 # --quick, for continuous integration: only what reads files has sanitizers, the rest is that of build/release; two a core at a time;
 # in build/fuzz-quick.
 #
-#   scripts/fuzz.sh --keep [NAME]...   the least part of what was found that covers as much goes to tests/fuzz/corpus
+#   scripts/fuzz.sh --keep [NAME]...   the least part of what was found, of up to 1 KB each and without a path of this machine, that
+#                                      reaches as much goes to tests/fuzz/corpus
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -68,9 +69,13 @@ export -f run
 export folder seed seconds
 
 if $keep; then
+  found=$(mktemp -d)
+  trap 'rm -rf "$found"' EXIT
   for name in "${names[@]}"; do
-    mkdir -p "tests/fuzz/corpus/$name"
-    "$folder/bin/etalon_fuzz" --target="$name" -merge=1 "tests/fuzz/corpus/$name" "$folder/corpus/$name" >"$folder/$name.log" 2>&1
+    mkdir -p "tests/fuzz/corpus/$name" "$found/$name"
+    find build/fuzz*/corpus/"$name" -type f -size -3 -exec grep -LaF -e "$PWD" -e /dev/shm -e "$(hostname)" {} + |
+      xargs -r -I {} cp {} "$found/$name"
+    "$folder/bin/etalon_fuzz" --target="$name" -merge=1 -use_counters=0 "tests/fuzz/corpus/$name" "$found/$name" >"$folder/$name.log" 2>&1
     echo "fuzz: $name: $(find "tests/fuzz/corpus/$name" -type f | wc -l) inputs kept"
   done
   exit 0
