@@ -81,6 +81,7 @@ struct Errors {
     ++count;
   }
   std::string text(int decimals, double unit) const {
+    if (count == 0) return " – | – | – |";
     char text[80];
     std::snprintf(text, sizeof text, " %.*f | %.*f | %.0f |", decimals,
                   unit * std::sqrt(squares / count), decimals, unit * std::sqrt(predicted / count),

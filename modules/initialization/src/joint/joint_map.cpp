@@ -1,5 +1,6 @@
 #include "etalon/initialization/joint/joint_map.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -84,13 +85,6 @@ std::vector<Matrix3d> rotations(const ClosedFormMotion& motion) {
   return result;
 }
 
-/** @param factor on the tracks' information */
-JointSystem system(const InitializationProblem& problem, const ClosedFormMotion& motion,
-                   const TrackInformation& tracks, double factor, const JointEstimate& estimate,
-                   const JointModel& model) {
-  return {problem, motion, factor * tracks.S(), factor * tracks.s(), estimate, model};
-}
-
 /** Linear solutions until the gyro bias stands still. Costs are not computed. */
 SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOptions& options,
                           TrackInformation* tracks, std::vector<Preintegration>* preintegrations,
@@ -103,7 +97,8 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
     for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_VB);
     tracks->linearize(estimate->T_VB);
     const ImuBias before = estimate->bias;
-    if (!system(problem, *motion, *tracks, 1.0, *estimate, options.model).solve(estimate)) {
+    const JointSystem system(problem, *motion, tracks->S(), tracks->s(), *estimate, options.model);
+    if (!system.solve(estimate)) {
       summary.stop(Termination::kSingular, "the tracks do not determine velocity and gravity");
       return summary;
     }
@@ -115,6 +110,12 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
     *motion = composeMotion(*preintegrations, slowAcceleration(problem, options.model));
   }
   return summary;
+}
+
+double largestSigma(const Eigen::Matrix2d& covariance) {
+  const double largest =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()(1);
+  return std::sqrt(std::max(0.0, largest));
 }
 
 Expected<void> check(const JointMapOptions& options, const TrackInformation& tracks,
@@ -189,14 +190,20 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
     return refuse(RefusalStatus::kNotConverged, Value(options.max_passes),
                   " linear solutions did not come to rest");
   tracks.triangulate(estimate.T_VB);
+  Eigen::MatrixXd covariance;
+  // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
+  if (options.model.imu_noise && options.model.estimate_accel_bias) {
+    const NormalEquations visual = tracks.information(estimate.T_VB);
+    covariance = JointSystem(problem, motion, visual.curvature, tracks.s(), estimate, options.model)
+                     .covariance(estimate, nodes.keyframes, visual.score - visual.curvature);
+    if (covariance.size() == 0)
+      return refuse(RefusalStatus::kIllConditioned, "the tracks of ", Value(tracks.validCount()),
+                    " landmarks do not tell parallax from noise: they are too far away");
+    estimate.sigma_gravity = largestSigma(covariance.block<2, 2>(6, 6));
+  }
   if (const auto good = check(options, tracks, estimate); !good) return refuse(good.error());
   Initialization result = makeResult(problem, nodes, window, tracks, estimate);
-  // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
-  // The tracks' information is that of the last pass, whose step was too short to change it.
-  if (options.model.imu_noise && options.model.estimate_accel_bias)
-    result.covariance =
-        system(problem, motion, tracks, tracks.fisherShare(), estimate, options.model)
-            .covariance(estimate, nodes.keyframes);
+  result.covariance = std::move(covariance);
   result.timings = {{"start", start_ms}, {"closed_form", watch.lapMilliseconds()}};
   return result;
 }

@@ -63,6 +63,14 @@ MatrixXd sharedCovariance(const std::vector<SE3>& T_VB, double sigma_rad) {
   return sigma_rad * sigma_rad * covariance;
 }
 
+/** Whether S + Sigma^-1 is positive definite. */
+bool hasMinimum(const MatrixXd& S, const MatrixXd& sigma) {
+  const MatrixXd root = Eigen::LLT<MatrixXd>(sigma).matrixL();
+  MatrixXd whitened = root.transpose() * S * root;
+  whitened.diagonal().array() += 1.0;
+  return Eigen::LLT<MatrixXd>(whitened).info() == Eigen::Success;
+}
+
 /** `y9`: the nodes' errors against the poses of `estimate`, velocities as they are. */
 void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEstimate* estimate) {
   estimate->bias.gyro += solution.x.segment<3>(kGyroBias);
@@ -97,10 +105,10 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
     noise_y_ = poseRows(motion.covariance);
     noise_ = motion.covariance;
-    MatrixXd noise = poseRows(noise_y_.transpose());
+    sigma_ = poseRows(noise_y_.transpose());
     if (model.sigma_shared_rad > 0.0)
-      noise += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
-    MatrixXd M = S * noise;
+      sigma_ += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
+    MatrixXd M = S * sigma_;
     M.diagonal().array() += 1.0;
     whitening_.compute(M);
     W_ = whitening_.solve(S);
@@ -133,7 +141,9 @@ bool JointSystem::solve(JointEstimate* estimate) const {
 }
 
 MatrixXd JointSystem::covariance(const JointEstimate& estimate,
-                                 const std::vector<size_t>& keyframes) const {
+                                 const std::vector<size_t>& keyframes,
+                                 const MatrixXd& excess) const {
+  if (imu_noise_ && !hasMinimum(S_, sigma_)) return {};
   // Gravity moves in its tangent plane: x = T x', 12 x 11.
   MatrixXd T = MatrixXd::Zero(kUnknowns, kUnknowns - 1);
   T.topLeftCorner<9, 9>().setIdentity();
@@ -149,11 +159,13 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate,
     for (Index i = 0; i < kPose; ++i)
       rows.push_back(ClosedFormMotion::kError * static_cast<Index>(keyframes[k] - 1) + i);
   MatrixXd by_x = J9_(rows, Eigen::all), left = MatrixXd::Zero(by_x.rows(), by_x.rows());
+  MatrixXd by_gradient = MatrixXd::Zero(9 + by_x.rows(), S_.rows());  // of the poses
   if (imu_noise_) {
     const MatrixXd noise = noise_y_(Eigen::all, rows), weighted = noise.transpose() * W_;
     by_x.noalias() -= weighted * poseRows(J9_);
     left = noise_(rows, rows);
     left.noalias() -= weighted * noise;
+    by_gradient.bottomRows(by_x.rows()) = noise.transpose();
   }
   // [b_g, b_a, g, last velocity, poses]
   MatrixXd G = MatrixXd::Zero(9 + by_x.rows(), kUnknowns);
@@ -162,6 +174,9 @@ MatrixXd JointSystem::covariance(const JointEstimate& estimate,
   G.bottomRows(by_x.rows()) = by_x;
   MatrixXd in_V = G * P * G.transpose();
   in_V.bottomRightCorner(left.rows(), left.cols()) += left;
+  by_gradient += G * P * poseRows(J9_).transpose();
+  if (imu_noise_) by_gradient = (by_gradient * whitening_.inverse()).eval();
+  if (excess.size() > 0) in_V += by_gradient * excess * by_gradient.transpose();
   const Matrix3d R_WV = rotationBetween(estimate.g_V, -Vector3d::UnitZ());
   return covarianceInWorld(in_V, R_WV, R_WV * estimate.v_VB.back(), gravity_mps2_);
 }

@@ -7,6 +7,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
+#include "etalon/optimization/bundle/reduced_information.h"
 
 namespace etalon {
 
@@ -59,6 +60,7 @@ TrackInformation::TrackInformation(const VisualWindow& window, double scale)
 void TrackInformation::start(const StereoPoints& points, const std::vector<SE3>& T_VB) {
   landmarks_.assign(window_.landmark_ids.size(), Vector3d::Zero());
   valid_.assign(window_.landmark_ids.size(), 0);
+  at_infinity_.assign(window_.landmark_ids.size(), 0);
   r2_.assign(window_.measurements.size(), 0.0);
   for (size_t l = 0; l < landmarks_.size(); ++l) {
     std::vector<Vector3d> in_V;
@@ -98,6 +100,8 @@ void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
   if (!factor.isPositive() || !step.allFinite()) return;
+  // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
+  at_infinity_[index] = towards_.front().dot(step) >= 1.0;
   // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
   // camera would outweigh all others.
   double most = 1.0;
@@ -187,6 +191,30 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB, Index colu
     H_l.middleRows<6>(at) = whitened;
     s_.segment<6>(at).noalias() -= whitened * root_b;
   }
+}
+
+NormalEquations TrackInformation::information(const std::vector<SE3>& T_VB) const {
+  std::vector<InverseDepthLandmark> landmarks;
+  for (int l = 0; l < window_.landmarkCount(); ++l) {
+    const size_t index = l;
+    const VisualMeasurement& first = *window_.measurementsOf(index).begin();
+    const SE3 T_VC = T_VB[first.keyframe] * window_.T_CB[first.camera].inverse();
+    landmarks.emplace_back(valid_[index] ? landmarks_[index] : Vector3d(T_VC * Vector3d::UnitZ()),
+                           T_VC.t);
+    if (at_infinity_[index]) landmarks.back().parameters.z() = 0.0;
+  }
+  const double factor = score_scale_ * scale_ * scale_ / c2_;
+  const RobustWeights weights = [&](const VisualMeasurement& m, double r2) {
+    const double w = valid_[m.landmark] ? factor * weight(r2) : 0.0;
+    return RobustWeight{w, fisher_share_ * w};
+  };
+  NormalEquations all(6 * T_VB.size());
+  addReducedVisualInformation(window_, T_VB, {landmarks, at_infinity_}, weights, 6, &all);
+  const Index n = all.score.rows() - 6;  // the first pose is the frame
+  NormalEquations equations(n);
+  equations.add(0, 0, all.score.bottomRightCorner(n, n));
+  equations.curvature = all.curvature.bottomRightCorner(n, n);
+  return equations;
 }
 
 int TrackInformation::validCount() const { return std::count(valid_.begin(), valid_.end(), 1); }

@@ -309,5 +309,34 @@ TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
   EXPECT_EQ(tracks.inlierShare(kLargestChi2), 0.0);
 }
 
+/** With near landmarks curvature and score are the Schur complement that the steps use; landmarks at
+ * infinity turn noise into score, and the curvature by position is then noise around zero. */
+TEST(TrackInformation, OfFarLandmarksIsInTheScoreButNotInTheCurvature) {
+  const auto information = [](double distance_m, bool* same) {
+    SyntheticWindowOptions options = small();
+    options.landmarks = 120;
+    options.sigma_px = 0.5;
+    options.frames_per_keyframe = 1;
+    options.landmark_distance_m = distance_m;
+    const InformationCase c(options);
+    TrackInformation tracks(c.window, kNotRobust);
+    tracks.start(c.points, c.T_VB);
+    for (int i = 0; i < 8; ++i) tracks.triangulate(c.T_VB);
+    tracks.linearize(c.T_VB);
+    const NormalEquations equations = tracks.information(c.T_VB);
+    *same = (equations.score - tracks.S()).norm() < 1e-3 * tracks.S().norm();
+    double score = 0.0, curvature = 0.0;
+    for (Index k = 0; k + 1 < static_cast<Index>(c.T_VB.size()); ++k) {
+      score += equations.score.diagonal().segment<3>(6 * k + 3).sum();
+      curvature += equations.curvature.diagonal().segment<3>(6 * k + 3).sum();
+    }
+    return curvature / score;
+  };
+  bool same = false;
+  EXPECT_NEAR(information(3.0, &same), 1.0, 0.01);
+  EXPECT_TRUE(same);
+  EXPECT_LT(information(1e6, &same), 0.3);
+}
+
 }  // namespace
 }  // namespace etalon

@@ -139,44 +139,70 @@ void VisualTerms::eliminate(const Eliminated& e) {
   }
 }
 
+/** Adds block, its derivatives being by where images were taken, in terms of the states' poses. */
+static void addBlock(const WindowState& a, const WindowState& b, Eigen::Matrix<double, 6, 6> block,
+                     Eigen::MatrixXd* H) {
+  if (!a.T_BI.t.isZero(0.0)) block = imageByState(a.linearization.T_WB, a.T_BI).transpose() * block;
+  if (!b.T_BI.t.isZero(0.0)) block *= imageByState(b.linearization.T_WB, b.T_BI);
+  H->block<6, 6>(a.column, b.column) += block;
+  if (a.column != b.column) H->block<6, 6>(b.column, a.column) += block.transpose();
+}
+
+static void addGradient(const WindowState& a, Eigen::Matrix<double, 6, 1> g, Eigen::VectorXd* sum) {
+  if (!a.T_BI.t.isZero(0.0)) g = imageByState(a.linearization.T_WB, a.T_BI).transpose() * g;
+  sum->segment<6>(a.column) += g;
+}
+
+/**
+ * The derivative by a target's pose is T = diag(I, R_WH^T), the same for all of them, and that by
+ * the host's is T M_k with M_k = [L_k, (0; -I)], L_k of 6 x 3: with B = T^T H T the blocks are
+ * B_kl, (B M)_k and M^T B M.
+ */
 void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* equations) const {
   const HostSums& sums = hosts_[host];
-  const int n = window.states.size();
+  const size_t n = window.states.size();
   const WindowState& h = window.states[host];
-  std::vector<RelativeJacobians> J(n);
-  std::vector<int> seen;
-  for (int k = 0; k < n; ++k) {
-    if (k == host || sums.H(6 * k, 6 * k) == 0.0) continue;
+  const SE3 T_WH = h.linearization.T_WB * h.T_BI;
+  const Eigen::Matrix3d R_HW = T_WH.R.transpose();
+  std::vector<Matrix63d> L(n);
+  std::vector<Matrix6d> by_host(n, Matrix6d::Zero());  // (B M)_k
+  std::vector<size_t> seen;
+  for (size_t k = 0; k < n; ++k) {
+    const WindowState& target = window.states[k];
+    if (&target == &h || sums.H(6 * k, 6 * k) == 0.0) continue;
     seen.push_back(k);
-    J[k] = imageJacobians(h, window.states[k]);
+    const RelativeJacobians J = relativeJacobians(T_WH, target.linearization.T_WB * target.T_BI);
+    L[k].topRows<3>() = J.by_host.topLeftCorner<3, 3>();
+    L[k].bottomRows<3>().noalias() = T_WH.R * J.by_host.bottomLeftCorner<3, 3>();
   }
-  Eigen::MatrixXd& H = equations->H;
-  for (const int k : seen) {
-    const RelativeJacobians& J_k = J[k];
-    const Eigen::Index column = window.states[k].column;
-    Matrix6d by_host = Matrix6d::Zero();  // the row of k times the host's derivatives
-    for (const int l : seen) {
-      Matrix6d block;
-      if (l >= k)
-        block = sums.H.block<6, 6>(6 * k, 6 * l);
-      else
-        block = sums.H.block<6, 6>(6 * l, 6 * k).transpose();
-      by_host.noalias() += block * J[l].by_host;
-      if (l < k) continue;
-      const Eigen::Index other = window.states[l].column;
-      const Matrix6d absolute = J_k.by_target.transpose() * block * J[l].by_target;
-      H.block<6, 6>(column, other) += absolute;
-      if (l > k) H.block<6, 6>(other, column) += absolute.transpose();
+  const auto addTimesM = [&](const Matrix6d& block, size_t l, Matrix6d* sum) {
+    sum->leftCols<3>().noalias() += block * L[l];
+    sum->rightCols<3>() -= block.rightCols<3>();
+  };
+  Matrix6d of_host = Matrix6d::Zero();
+  Vector6d g_host = Vector6d::Zero();
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const size_t k = seen[i];
+    for (size_t j = i; j < seen.size(); ++j) {
+      const size_t l = seen[j];
+      Matrix6d block = sums.H.block<6, 6>(6 * k, 6 * l);
+      block.rightCols<3>() *= R_HW;
+      block.bottomRows<3>() = T_WH.R * block.bottomRows<3>().eval();
+      addBlock(window.states[k], window.states[l], block, &equations->H);
+      addTimesM(block, l, &by_host[k]);
+      if (l != k) addTimesM(block.transpose(), k, &by_host[l]);
     }
-    const Matrix6d mixed = J_k.by_target.transpose() * by_host;
-    H.block<6, 6>(column, h.column) += mixed;
-    H.block<6, 6>(h.column, column) += mixed.transpose();
-    H.block<6, 6>(h.column, h.column).noalias() += J_k.by_host.transpose() * by_host;
-    equations->g.segment<6>(column).noalias() +=
-        J_k.by_target.transpose() * sums.g.segment<6>(6 * k);
-    equations->g.segment<6>(h.column).noalias() +=
-        J_k.by_host.transpose() * sums.g.segment<6>(6 * k);
+    addBlock(window.states[k], h, by_host[k], &equations->H);
+    of_host.topRows<3>().noalias() += L[k].transpose() * by_host[k];
+    of_host.bottomRows<3>() -= by_host[k].bottomRows<3>();
+    Vector6d g = sums.g.segment<6>(6 * k);
+    g.tail<3>() = T_WH.R * g.tail<3>().eval();
+    g_host.head<3>().noalias() += L[k].transpose() * g;
+    g_host.tail<3>() -= g.tail<3>();
+    addGradient(window.states[k], g, &equations->g);
   }
+  addBlock(h, h, of_host, &equations->H);
+  addGradient(h, g_host, &equations->g);
 }
 
 void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& landmarks,

@@ -1,4 +1,4 @@
-#include "bundle/normal_equations.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 
 #include <Eigen/Cholesky>
 

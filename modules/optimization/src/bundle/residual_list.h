@@ -12,7 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "bundle/normal_equations.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 #include "residuals/pose_manifold.h"
 
 namespace etalon {

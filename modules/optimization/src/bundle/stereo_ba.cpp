@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "bundle/schur.h"
 #include "bundle/visual_problem.h"
+#include "etalon/optimization/bundle/reduced_information.h"
 
 namespace etalon {
 
@@ -69,7 +69,7 @@ StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE
     NormalEquations equations(n);
     visual.holdAtInfinity();
     addReducedVisualInformation(bundle.window, result.T_VB, {visual.landmarks(), visual.held()},
-                                huber, 6, &equations);
+                                huberOfInliers(huber), 6, &equations);
     result.covariance = truncationFactor(options.chi2_threshold, options.rounds) *
                         covarianceOrEmpty(equations.curvature.bottomRightCorner(n - 6, n - 6),
                                           equations.score.bottomRightCorner(n - 6, n - 6));

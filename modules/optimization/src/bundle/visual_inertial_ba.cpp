@@ -7,10 +7,10 @@
 
 #include "bundle/noise_check.h"
 #include "bundle/residual_list.h"
-#include "bundle/schur.h"
 #include "bundle/slow_error.h"
 #include "bundle/visual_problem.h"
 #include "etalon/core/angles.h"
+#include "etalon/optimization/bundle/reduced_information.h"
 #include "residuals/bias_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/preintegration_cost.h"
@@ -210,7 +210,7 @@ class VisualInertialSolver {
     NormalEquations equations(state_.columns()), seen(6 * n);
     addReducedVisualInformation(problem_.bundle.window, visual_.poses(),
                                 {visual_.landmarks(), visual_.held()},
-                                std::sqrt(options_.chi2_pixel), 6, &seen);
+                                huberOfInliers(std::sqrt(options_.chi2_pixel)), 6, &seen);
     eliminateErrors(SharedErrorCost::inverseSigma(sigma_shared_rad_).cwiseAbs2().replicate(n, 1),
                     &seen);
     for (Eigen::Index i = 0; i < n; ++i)

@@ -98,6 +98,31 @@ TEST(Etalon, SurvivesOutliers) {
   }
 }
 
+/** Parallax that is noise is no information: at infinity nothing is known, at 30 m what is said. */
+TEST(Etalon, RefusesLandmarksThatAreTooFarAndKnowsHowLittleFarOnesSay) {
+  double nees = 0.0;
+  int claiming = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed)
+    for (const double distance_m : {30.0, 1e6}) {
+      SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, seed, 0.3);
+      options.landmark_distance_m = distance_m;
+      options.landmarks = 120;
+      const Outcome o =
+          runOn(testing::withoutBiasWalk(options), options, *load("sigma_shared_deg = 0"));
+      if (distance_m == 1e6) {
+        ASSERT_FALSE(o.result) << "seed " << seed;
+        EXPECT_EQ(o.result.error().status, RefusalStatus::kIllConditioned);
+        EXPECT_NE(o.result.error().reason.find("too far away"), std::string::npos);
+      } else if (o.result) {
+        const Eigen::Vector3d e = testing::estimationError(*o.result, o.window).segment<3>(8);
+        nees += e.dot(o.result->covariance.block<3, 3>(8, 8).ldlt().solve(e)) / 3.0;
+        ++claiming;
+      }
+    }
+  ASSERT_GE(claiming, 10);
+  EXPECT_LT(nees / claiming, 1.5);
+}
+
 TEST(Etalon, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); },
                           withSlowError(testing::noisyOptions(Motion::kAggressive, 0.1, kBiases)));

@@ -30,8 +30,9 @@ struct JointMapOptions {
  * still. The seed is linear: stereo points of single frames, from how they turn b_g
  * (stereo_start.h).
  *
- * The covariance is empty where the model takes the IMU as exact, or b_a as known. Timings: "start",
- * "closed_form".
+ * The covariance is that of errors at a minimum of the cost: far landmarks, whose fitted depth makes
+ * a lever of noise, count by the cost's curvature (NormalEquations). It is empty where the model
+ * takes the IMU as exact, or b_a as known. Timings: "start", "closed_form".
  *
  * @return refused: too_few_tracks, implausible, ill_conditioned, not_converged
  */

@@ -52,12 +52,14 @@ class JointSystem {
 
   /**
    * Covariance of the error, in the order and the world of Initialization::covariance, at
-   * `estimate`. For S that is the tracks' Fisher information, not a robust approximation of it.
+   * `estimate`. For S that is the tracks' curvature (TrackInformation::information()); what their
+   * score has more is `excess`: with K = (I + S Sigma)^-1 it adds K excess K^T to the covariance of
+   * the poses' gradient.
    * @param keyframes nodes whose poses are wanted, the first of them node 0
-   * @return empty if the system is singular
+   * @return empty if the system is singular, or the cost has no minimum there
    */
-  Eigen::MatrixXd covariance(const JointEstimate& estimate,
-                             const std::vector<size_t>& keyframes) const;
+  Eigen::MatrixXd covariance(const JointEstimate& estimate, const std::vector<size_t>& keyframes,
+                             const Eigen::MatrixXd& excess = {}) const;
 
  private:
   double gravity_mps2_;
@@ -68,6 +70,7 @@ class JointSystem {
   Eigen::VectorXd c9_;
   Eigen::MatrixXd noise_y_;  ///< covariance of the poses' noise and all nodes', 6n x 9n
   Eigen::MatrixXd noise_;    ///< covariance of all nodes' noise, 9n x 9n
+  Eigen::MatrixXd sigma_;    ///< Sigma
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
   Eigen::MatrixXd H_;                               ///< information on x, priors included

@@ -5,6 +5,7 @@
 
 #include "etalon/core/se3.h"
 #include "etalon/initialization/steps/stereo_start.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 #include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon {
@@ -47,6 +48,12 @@ class TrackInformation {
    */
   double fisherShare() const { return fisher_share_; }
 
+  /**
+   * Fisher information (score) and second derivatives of the cost (curvature) by y, at the poses of
+   * the last triangulate(): far landmarks make the first larger than the second.
+   */
+  NormalEquations information(const std::vector<SE3>& T_VB) const;
+
  private:
   void eliminate(int l, const std::vector<SE3>& T_VB, Eigen::Index column);
   void moveLandmark(int l, const std::vector<SE3>& T_VB);
@@ -59,7 +66,8 @@ class TrackInformation {
   double c2_ = 1e12;
   std::vector<Eigen::Vector3d> landmarks_;  ///< p_V, m
   std::vector<char> valid_;
-  std::vector<double> r2_;  ///< squared residual of every measurement
+  std::vector<char> at_infinity_;  ///< where no finite depth is better
+  std::vector<double> r2_;         ///< squared residual of every measurement
   Eigen::MatrixXd S_;
   Eigen::VectorXd s_;
   /** What the elimination of all landmarks takes from S_ is this times its transpose, 3 columns a

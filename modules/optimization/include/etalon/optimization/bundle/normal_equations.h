@@ -1,6 +1,6 @@
 #pragma once
 
-// Normal equations and their inverse. Private to the module.
+// Normal equations and their inverse.
 
 #include <Eigen/Core>
 

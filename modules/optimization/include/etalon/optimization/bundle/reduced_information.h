@@ -1,14 +1,26 @@
 #pragma once
 
-// The reduced (Schur complement) information of poses, landmarks eliminated. Private to the module.
+// The reduced (Schur complement) information of poses, landmarks eliminated.
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
-#include "bundle/normal_equations.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 #include "etalon/optimization/bundle/visual_window.h"
 
 namespace etalon {
+
+/** What a robust loss makes of a measurement: the gradient holds `gradient` times its residual, the
+ * second derivatives `curvature` times the square of its derivative. Both 0: left out. */
+struct RobustWeight {
+  double gradient = 0.0, curvature = 0.0;
+};
+/** Of a measurement of the window with the squared residual r2. */
+using RobustWeights = std::function<RobustWeight(const VisualMeasurement&, double r2)>;
+
+/** Huber's loss for inliers; what is not an inlier is left out. @param width in sigmas */
+RobustWeights huberOfInliers(double width);
 
 /** A landmark of the normal equations: `held` where its rho is no unknown. */
 struct LandmarkEstimates {
@@ -18,13 +30,11 @@ struct LandmarkEstimates {
 
 /**
  * Adds the visual information of a window, landmarks marginalised: the pose of keyframe k stands at
- * `stride * k`, ordered [rotation, position]. Measurements that are not inliers are left out; Huber
- * weights as at the solution.
- * @param huber its width in sigmas
+ * `stride * k`, ordered [rotation, position].
  */
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                                 const LandmarkEstimates& estimates, double huber, int stride,
-                                 NormalEquations* equations);
+                                 const LandmarkEstimates& estimates, const RobustWeights& weights,
+                                 int stride, NormalEquations* equations);
 
 /**
  * Allows every pose an error of its own, Gaussian with the inverse covariance diag(`information`)

@@ -1,8 +1,9 @@
-#include "bundle/schur.h"
+#include "etalon/optimization/bundle/reduced_information.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <cmath>
 
 #include "etalon/optimization/residuals/huber.h"
 
@@ -24,24 +25,25 @@ struct PoseContribution {
 
 /** Sums over the inliers of landmark l; returns its own information. */
 Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                        const InverseDepthLandmark& landmark, bool held, size_t l, double huber,
-                        std::vector<PoseContribution>* poses) {
+                        const InverseDepthLandmark& landmark, bool held, size_t l,
+                        const RobustWeights& weights, std::vector<PoseContribution>* poses) {
   const double rho = landmark.parameters.z();
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   for (const VisualMeasurement& m : window.measurementsOf(l)) {
     Eigen::Vector2d r;
     Eigen::Matrix<double, 2, 6> J_pose;
     Eigen::Matrix<double, 2, 3> J_landmark;
-    if (!m.inlier || !window.residual(m, T_WB, landmark, &r, &J_pose, &J_landmark)) continue;
+    if (!window.residual(m, T_WB, landmark, &r, &J_pose, &J_landmark)) continue;
+    const auto [gradient, weight] = weights(m, r.squaredNorm());
+    if (weight == 0.0) continue;
     if (held) J_landmark.col(2).setZero();
-    const double weight = huberWeight(r.norm(), huber);
     if (poses->empty() || poses->back().keyframe != m.keyframe) poses->emplace_back(m.keyframe);
     PoseContribution& pose = poses->back();
     pose.H_pp.noalias() += weight * J_pose.transpose() * J_pose;
     pose.H_pl.noalias() += weight * J_pose.transpose() * J_landmark;
     // d(r)/d(position) is rho times what does not depend on rho, to first order.
     if (!held && rho > 0.0)
-      pose.mixed.noalias() += (weight / rho) * J_pose.rightCols<3>().transpose() * r;
+      pose.mixed.noalias() += (gradient / rho) * J_pose.rightCols<3>().transpose() * r;
     V.noalias() += weight * J_landmark.transpose() * J_landmark;
   }
   V.diagonal().array() += 1e-12 * V.trace();
@@ -78,17 +80,26 @@ void bend(const std::vector<SE3>& T_WB, const InverseDepthLandmark& landmark,
 
 }  // namespace
 
+RobustWeights huberOfInliers(double width) {
+  return [width](const VisualMeasurement& m, double r2) {
+    const double weight = m.inlier ? huberWeight(std::sqrt(r2), width) : 0.0;
+    return RobustWeight{weight, weight};
+  };
+}
+
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                                 const LandmarkEstimates& estimates, double huber, int stride,
-                                 NormalEquations* equations) {
+                                 const LandmarkEstimates& estimates, const RobustWeights& weights,
+                                 int stride, NormalEquations* equations) {
   std::vector<PoseContribution> poses;
   for (size_t l = 0; l < estimates.landmarks.size(); ++l) {
     poses.clear();
     const Eigen::Matrix3d V =
-        collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0, l, huber, &poses);
+        collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0, l, weights, &poses);
     if (poses.empty()) continue;
     const Eigen::Matrix3d V_inv = V.inverse();
-    if (!estimates.held[l]) bend(T_WB, estimates.landmarks[l], V_inv, &poses);
+    // The curvature's part is linear in the error of an inverse depth that is known.
+    if (!estimates.held[l] && V_inv(2, 2) <= kMaxSigmaInverseDepth * kMaxSigmaInverseDepth)
+      bend(T_WB, estimates.landmarks[l], V_inv, &poses);
     for (size_t i = 0; i < poses.size(); ++i) {
       const PoseContribution& a = poses[i];
       const Eigen::Index row = stride * a.keyframe;

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# Measures the tables of docs/odometry.md and docs/trial.md: OUT/TABLE.md each. About an hour on two cores for all of them; an
+# interrupted call goes on.
+#
+#   scripts/make_odometry_tables.sh RECORDINGS OUT [TABLE]...
+#
+# TABLE: whole (runs by default, with the final adjustment), faults (a grid of them), starts (twelve, by every initializer, to the end),
+# first_seconds (what a better start buys), survival (the shipped faults over the seven recordings); without: all of them.
+# RECORDINGS has, made by render_sequence, MH_01_easy, MH_03_medium, MH_04_difficult, V1_01_easy, V1_02_medium, V2_01_easy and
+# V2_02_medium with seed 1, those of docs/odometry.md ("Whole recordings"), and MH_01_easy_real.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+[[ $# -ge 2 && $1 != -* ]] || { sed -n '2,11p' "$0"; exit 2; }
+etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
+mkdir -p "$2"
+recordings=$(realpath "$1") out=$(realpath "$2")
+shift 2
+tables=("$@")
+((${#tables[@]})) || tables=(whole faults starts first_seconds survival)
+seven=(MH_01_easy MH_03_medium MH_04_difficult V1_01_easy V1_02_medium V2_01_easy V2_02_medium)
+cd "$recordings"
+
+trial() { # TABLE option...
+  local table=$1
+  shift
+  "$etalon" trial "$@" --out "$out/$table" --format markdown
+}
+
+whole() {
+  "$here/scripts/measure_odometry.sh" "$out/whole" V1_02_s7 MH_04_s10 V2_02_s8 V2_02_hard_s11 MH_01_easy_real -- --final-ba
+}
+faults() {
+  trial faults V1_02_s7 MH_04_s10 --starts 3 --seconds 20 --faults "$here/config/fault_grid.ini"
+}
+starts() {
+  trial starts V1_02_s7 MH_04_s10 --from 10,12,14,16,18,20,22,24,26,28,30,32 --seconds 0 --initializers all
+}
+# A recording after the other, each with the device file of all others.
+first_seconds() {
+  local name
+  for name in "${seven[@]}"; do
+    mkdir -p "$out/without_$name"
+    "$etalon" calibrate-device --base "$here/config/devices/euroc.ini" --without "$name" --out "$out/without_$name/known.ini" >/dev/null
+    trial "first_seconds_$name" "$name" --starts 12 --settings soon:pipeline.initializer=etalon --settings later:pipeline.min_keyframes=10 \
+      --settings "$out/without_$name/known.ini" |
+      sed -n "/^.*What the start is worth/,/^.*By recording/ s/^| \(what flew\|---*\|soon\|later\|known\)/| $name &/p"
+  done
+}
+survival() {
+  trial survival "${seven[@]}" --starts 3 --faults "$here/config/faults.ini"
+}
+
+for table in "${tables[@]}"; do
+  case "$table" in
+    whole | faults | starts | first_seconds | survival) ;;
+    *)
+      echo "make_odometry_tables.sh: unknown table '$table'; expected whole, faults, starts, first_seconds or survival" >&2
+      exit 2
+      ;;
+  esac
+done
+for table in "${tables[@]}"; do
+  echo "tables: $table"
+  "$table" >"$out/$table.md"
+done
