@@ -74,7 +74,7 @@ if $keep; then
   for name in "${names[@]}"; do
     mkdir -p "tests/fuzz/corpus/$name" "$found/$name"
     find build/fuzz*/corpus/"$name" -type f -size -3 -exec grep -LaF -e "$PWD" -e /dev/shm -e "$(hostname)" {} + |
-      xargs -r -I {} cp {} "$found/$name"
+      xargs -r -I {} cp {} "$found/$name" || true
     "$folder/bin/etalon_fuzz" --target="$name" -merge=1 -use_counters=0 "tests/fuzz/corpus/$name" "$found/$name" >"$folder/$name.log" 2>&1
     echo "fuzz: $name: $(find "tests/fuzz/corpus/$name" -type f | wc -l) inputs kept"
   done
