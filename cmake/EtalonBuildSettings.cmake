@@ -43,5 +43,8 @@ if(ETALON_SANITIZE)
   add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
   # float-cast-overflow: a number too large for the integer that it becomes; not among `undefined`.
   add_compile_options(-fsanitize=address,undefined,float-cast-overflow -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  if(ETALON_PREBUILT) # quickly: no check before each access to a member, which takes a quarter of the time to compile
+    add_compile_options(-fno-sanitize=null,alignment,vptr,object-size)
+  endif()
   add_link_options(-fsanitize=address,undefined)
 endif()

@@ -1,9 +1,24 @@
+# Preset fuzz-quick: what reads no files, and takes long to compile with sanitizers, comes from another build folder.
+set(ETALON_PREBUILT "" CACHE PATH "Build folder whose modules are used in place of own ones, but for those that read files")
+set(etalon_prebuilt_modules)
+if(ETALON_PREBUILT)
+  set(etalon_prebuilt_modules imu simulation frontend optimization map odometry initialization evaluation benchmark)
+endif()
+
 # etalon_add_module(NAME [PUBLIC ...] [PRIVATE ...])
 # A shared library etalon_<name>, alias etalon::<name>, of all src/*.cpp and src/*/*.cpp, with its public headers in
 # include/etalon/<name>/. PUBLIC and PRIVATE are the targets to link.
 function(etalon_add_module name)
   cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
   set(target etalon_${name})
+  if(name IN_LIST etalon_prebuilt_modules)
+    add_library(${target} SHARED IMPORTED GLOBAL)
+    add_library(etalon::${name} ALIAS ${target})
+    set_target_properties(${target} PROPERTIES IMPORTED_LOCATION "${ETALON_PREBUILT}/lib/lib${target}.so")
+    target_include_directories(${target} INTERFACE ${CMAKE_CURRENT_SOURCE_DIR}/include)
+    target_link_libraries(${target} INTERFACE ${ARG_PUBLIC})
+    return()
+  endif()
   file(GLOB sources CONFIGURE_DEPENDS src/*.cpp src/*/*.cpp)
   add_library(${target} SHARED ${sources})
   add_library(etalon::${name} ALIAS ${target})

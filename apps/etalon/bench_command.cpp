@@ -3,7 +3,6 @@
 #include <memory>
 #include <opencv2/core/utility.hpp>
 #include <sstream>
-#include <thread>
 
 #include "commands.h"
 #include "etalon/benchmark/benchmark.h"
@@ -30,13 +29,12 @@ struct BenchArguments {
   std::vector<std::string> sources, initializers;
   std::vector<int> keyframes;
   std::vector<double> rates_hz;
-  std::string out = "out/bench", tracks, vi_ba = "both", format = "text", shard = "1/1";
+  std::string tracks, vi_ba = "both";
   GroundTruthOption ground_truth;
   ConfigurationOptions configuration;
   double every_s = 2.5, min_coverage = kMinCoverage;
-  double time_limit_s = kDefaultTimeLimitS;
-  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  bool overwrite = false, grow = false, verbose = false;
+  bool grow = false;
+  SuiteOptions suite{"out/bench", kDefaultTimeLimitS};
 };
 
 SuiteConfiguration configure(const BenchArguments& arguments) {
@@ -52,7 +50,7 @@ SuiteConfiguration configure(const BenchArguments& arguments) {
  */
 SuiteConfiguration configureSafely(const BenchArguments& arguments) {
   IsolationLimits limits;
-  limits.cpu_s = arguments.time_limit_s;
+  limits.cpu_s = arguments.suite.time_limit_s;
   const auto configured = [&limits](const BenchArguments& tried) {
     return runIsolated(
         [&tried] {
@@ -99,7 +97,7 @@ void printNotes(const BenchmarkOutcome& outcome) {
 
 int bench(const BenchArguments& arguments) {
   arguments.ground_truth.check(arguments.sources);
-  const TableFormat format = tableFormatFromName(arguments.format);
+  const TableFormat format = tableFormatFromName(arguments.suite.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
   const std::string device =
       deviceInWords(arguments.configuration.ini(), configuration.pipeline.device);
@@ -107,7 +105,7 @@ int bench(const BenchArguments& arguments) {
   BenchmarkOptions options;
   options.sources = arguments.sources;
   options.ground_truth = arguments.ground_truth.path;
-  options.out = arguments.out;
+  options.out = arguments.suite.out;
   options.tracks = arguments.tracks;
   options.protocol.every_s = arguments.every_s;
   options.protocol.keyframes = arguments.keyframes;
@@ -119,11 +117,11 @@ int bench(const BenchArguments& arguments) {
   options.protocol.vi_ba = arguments.vi_ba == "both";
   if (arguments.grow) options.protocol.min_keyframes = configuration.pipeline.min_keyframes;
   options.min_coverage = arguments.min_coverage;
-  options.jobs = arguments.jobs;
-  options.time_limit_s = arguments.time_limit_s;
-  options.overwrite = arguments.overwrite;
+  options.jobs = arguments.suite.jobs;
+  options.time_limit_s = arguments.suite.time_limit_s;
+  options.overwrite = arguments.suite.overwrite;
   options.versions = versions();
-  readShard(arguments.shard, &options.shard, &options.shards);
+  readShard(arguments.suite.shard, &options.shard, &options.shards);
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
     line.update(p.done == p.total, [&p] { return describe(p); });
@@ -146,7 +144,7 @@ int bench(const BenchArguments& arguments) {
                  outcome.results_found + outcome.results_tried, outcome.results_missing);
     return kInterrupted;
   }
-  printBenchmarkTables(outcome.record, format, arguments.verbose);
+  printBenchmarkTables(outcome.record, format, arguments.suite.verbose);
   std::fprintf(stderr,
                "\n%zu results (%zu were there already); front end %s, windows %s\nwritten:\n",
                outcome.results_found + outcome.results_tried, outcome.results_found,
@@ -216,26 +214,13 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
                    "errors are not given")
       ->check(checkShare())
       ->capture_default_str();
-  command
-      ->add_option("--jobs", arguments->jobs, "Threads of the front end, processes of the windows")
-      ->check(within(1, 1024, "a whole number from 1 to 1024"))
-      ->capture_default_str();
-  addTimeLimitOption(command, "Processor time that an initializer, with VI-BA, may use on a window",
-                     &arguments->time_limit_s);
-  command->add_option("--out", arguments->out, "Folder for the results")
-      ->check(checkOutputPath())
-      ->capture_default_str();
   command->add_option("--tracks", arguments->tracks,
                       "Folder for the cached tracks of the front end (default: OUT/tracks)");
-  addShardOption(command, &arguments->shard);
-  command->add_flag("--overwrite", arguments->overwrite,
-                    "Begin anew: discard the results in the folder");
-  command->add_option("--format", arguments->format, "How to print the tables")
-      ->check(CLI::IsMember(tableFormatNames()))
-      ->capture_default_str();
-  command->add_flag(
-      "-v,--verbose", arguments->verbose,
-      "As text: a table for each figure with a row for each recording, not one table");
+  arguments->suite.add(
+      command, {"Threads of the front end, processes of the windows",
+                "Processor time that an initializer, with VI-BA, may use on a window",
+                "How to print the tables",
+                "As text: a table for each figure with a row for each recording, not one table"});
   arguments->configuration.addConfig(command);
   arguments->configuration.addOverrides(command);
   command->footer(

@@ -20,6 +20,7 @@
 #include "etalon/runlog/run_log.h"
 #include "support/checks.h"
 #include "support/print_tables.h"
+#include "support/systems.h"
 
 namespace etalon::app {
 
@@ -231,10 +232,7 @@ void drawSystems(const CompareArguments& arguments, const std::vector<NamedText>
 
 /** Trajectories of any system, TUM files, judged as `etalon trial` judges them. */
 void compareTrajectories(const CompareArguments& arguments, TableFormat format) {
-  std::vector<NamedText> systems;
-  for (const std::string& run : arguments.runs) systems.push_back({recordingName(run), run});
-  for (NamedText& system : systems)
-    if (fs::path(system.text).extension() == ".tum") system.name = fs::path(system.text).stem();
+  const std::vector<NamedText> systems = systemsOf(arguments.runs, arguments.recordings.size());
   const TrialRecord record = trialOfTrajectories(systems, arguments.recordings, TrialProtocol());
   if (!arguments.plot.empty()) drawSystems(arguments, systems);
   if (format == TableFormat::kText && !arguments.verbose)
@@ -280,7 +278,8 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
   command
       ->add_option("--recording", arguments->recordings,
                    "RUN are trajectories of these recordings: RECORDING.tum or "
-                   "RECORDING-FROM-FAULT.tum; repeatable")
+                   "RECORDING-FROM-FAULT.tum; repeatable. Of one recording any TUM file, or the "
+                   "folder of a run")
       ->allow_extra_args(false);
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))

@@ -25,7 +25,7 @@ struct EvaluateArguments {
   std::string trajectory, ground_truth, align = "all", unit = "frames", format = "text", plot;
   std::optional<double> delta;
   double max_time_difference_s = 0.01, min_coverage = kMinCoverage;
-  bool estimate_offset = false;
+  bool estimate_offset = false, verbose = false;
 };
 
 struct NamedAlignment {
@@ -70,15 +70,18 @@ std::vector<RelativeDelta> deltas(const EvaluateArguments& arguments) {
   return {{1, DeltaUnit::kFrames}, {10, DeltaUnit::kFrames}, {1, DeltaUnit::kMeters}};
 }
 
-Table emptyTable() {
+/** @param verbose all statistics, not those that fit into 100 columns alone; CSV always has all */
+Table emptyTable(bool verbose) {
   std::vector<Table::Column> columns = {
       {"error", "error"}, {"over", "alignment or delta"}, {"count", "count", true, 0}};
   for (const auto& [prefix, group, unit, factor] :
        {std::tuple("position_", "position [mm]", "_m", 1e3),
         std::tuple("rotation_", "rotation [deg]", "_deg", 1.0)})
-    for (const char* name : {"rmse", "mean", "median", "std", "min", "max"})
+    for (const auto& [name, headline] :
+         {std::pair("rmse", true), std::pair("mean", false), std::pair("median", true),
+          std::pair("std", false), std::pair("min", false), std::pair("max", true)})
       columns.push_back({std::string(prefix) + name + unit, name, true, factor > 1.0 ? 3 : 4,
-                         factor, false, group});
+                         factor, !headline && !verbose, group});
   columns.push_back({"position_sse_m2", "sse", true, 6, 1.0, true});
   columns.push_back({"rotation_sse_deg2", "sse", true, 6, 1.0, true});
   return Table(columns);
@@ -135,9 +138,9 @@ void evaluate(const EvaluateArguments& arguments) {
   const GroundTruth truth = readGroundTruth(arguments.ground_truth);
   const AssociatedTrajectories pair = associated(arguments, estimate, truth);
 
-  Table table = emptyTable();
+  Table table = emptyTable(arguments.verbose);
   table.setCaption(std::to_string(pair.estimate.size()) + " of " + std::to_string(estimate.size()) +
-                   " poses of " + arguments.trajectory + " associated with " +
+                   " poses of " + arguments.trajectory + "\nassociated with " +
                    arguments.ground_truth + ", which covers " +
                    std::to_string(coveredPoses(estimate, pair)) + " of them");
   for (const NamedAlignment& alignment : alignments())
@@ -195,6 +198,7 @@ void addEvaluateCommand(CLI::App& app, int* exit_code) {
   command->add_option("--format", arguments->format, "How to print the table")
       ->check(CLI::IsMember(tableFormatNames()))
       ->capture_default_str();
+  command->add_flag("-v,--verbose", arguments->verbose, "Also mean, standard deviation and least");
   command->add_option("--save-plot,--plot", arguments->plot,
                       "Draw the trajectory into this .png or .svg file");
   command->callback([arguments, exit_code] {

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utility.hpp>
-#include <thread>
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
@@ -27,13 +26,11 @@ namespace {
 
 struct TrialArguments {
   std::vector<std::string> sources, initializers, odometries, settings, systems;
-  std::string faults, out = "out/trial", format = "text", shard = "1/1";
+  std::string faults;
   GroundTruthOption ground_truth;
   ConfigurationOptions configuration;
   TrialProtocol protocol;
-  double time_limit_s = kTrialTimeLimitS;
-  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  bool overwrite = false, verbose = false;
+  SuiteOptions suite{"out/trial", kTrialTimeLimitS};
 };
 
 /** A setting: an INI file, or NAME:section.key=value;section.key=value. */
@@ -92,10 +89,10 @@ std::string describe(const BenchmarkProgress& p) {
 }
 
 void print(const TrialOutcome& outcome, const TrialArguments& arguments) {
-  const TableFormat format = tableFormatFromName(arguments.format);
+  const TableFormat format = tableFormatFromName(arguments.suite.format);
   if (format == TableFormat::kCsv) {
     std::fputs(runsCsv(outcome.record.results).c_str(), stdout);
-  } else if (format == TableFormat::kText && !arguments.verbose) {
+  } else if (format == TableFormat::kText && !arguments.suite.verbose) {
     std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
   } else {
     for (const TitledTable& table : trialTables(outcome.record))
@@ -123,16 +120,16 @@ int trial(const TrialArguments& arguments) {
   TrialOptions options;
   options.sources = arguments.sources;
   options.ground_truth = arguments.ground_truth.path;
-  options.out = arguments.out;
+  options.out = arguments.suite.out;
   options.protocol = arguments.protocol;
   options.odometries = arguments.odometries;
   if (!arguments.faults.empty()) options.faults = readFaultFile(arguments.faults);
   for (const std::string& text : arguments.systems) options.systems.push_back(readSystem(text));
-  options.jobs = arguments.jobs;
-  options.time_limit_s = arguments.time_limit_s;
-  options.overwrite = arguments.overwrite;
+  options.jobs = arguments.suite.jobs;
+  options.time_limit_s = arguments.suite.time_limit_s;
+  options.overwrite = arguments.suite.overwrite;
   options.versions = versions();
-  readShard(arguments.shard, &options.shard, &options.shards);
+  readShard(arguments.suite.shard, &options.shard, &options.shards);
   ProgressLine line;
   options.progress = [&line](const BenchmarkProgress& p) {
     line.update(p.done == p.total, [&p] { return describe(p); });
@@ -233,20 +230,8 @@ void addTrialCommand(CLI::App& app, int* exit_code) {
   arguments->ground_truth.add(command);
   addVariantOptions(command, arguments.get());
   addProtocolOptions(command, arguments.get());
-  command->add_option("--jobs", arguments->jobs, "Processes")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  addTimeLimitOption(command, "Processor time that a run may use", &arguments->time_limit_s);
-  command->add_option("--out", arguments->out, "Folder for the results")
-      ->check(checkOutputPath())
-      ->capture_default_str();
-  addShardOption(command, &arguments->shard);
-  command->add_flag("--overwrite", arguments->overwrite,
-                    "Begin anew: discard the results in the folder");
-  command->add_flag("--verbose", arguments->verbose, "Print all tables");
-  command->add_option("--format", arguments->format, "How to print the tables; csv: all runs")
-      ->check(CLI::IsMember(tableFormatNames()))
-      ->capture_default_str();
+  arguments->suite.add(command, {"Processes", "Processor time that a run may use",
+                                 "How to print the tables; csv: all runs", "Print all tables"});
   arguments->configuration.addConfig(command);
   arguments->configuration.addOverrides(command);
   command->footer(

@@ -111,6 +111,25 @@ TEST_F(TrialTest, OtherSystemsStandBesideOurs) {
                  "--recording", kFlight});
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   EXPECT_THAT(compared.out, AllOf(HasSubstr("theirs"), HasSubstr("fixed_lag-eta")));
+
+  // Folders of runs, and any file: names that tell them apart, and one picture of all.
+  for (const char* run : {"run_a", "run_b"}) {
+    fs::create_directories(out(run));
+    fs::copy_file(out("theirs") + "/flight-1-every_2nd.tum", out(run) + "/trajectory.tum");
+  }
+  fs::copy_file(out("run_a") + "/trajectory.tum", out("foreign.txt"));
+  const CommandResult drawn =
+      runEtalon({"compare", out("run_a"), out("run_b") + "/trajectory.tum", out("foreign.txt"),
+                 "--recording", kFlight, "--save-plot", out("all.png")});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(drawn.out,
+              AllOf(HasSubstr("\nrun_a "), HasSubstr("\ntrajectory "), HasSubstr("\nforeign ")));
+  EXPECT_TRUE(fs::exists(out("all.png")));
+  const CommandResult alike = runEtalon({"compare", out("run_a") + "/trajectory.tum",
+                                         out("run_b") + "/trajectory.tum", "--recording", kFlight});
+  EXPECT_THAT(alike.out, AllOf(HasSubstr("\nrun_a/trajectory "), HasSubstr("\nrun_b/trajectory ")));
+  EXPECT_EQ(runEtalon({"compare", out("run_a"), out("run_a"), "--recording", kFlight}).exit_code,
+            2);
 }
 
 TEST_F(TrialTest, RefusesWhatCannotBe) {

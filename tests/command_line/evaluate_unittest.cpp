@@ -16,6 +16,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 constexpr double kRadius = 2.0;
@@ -55,6 +56,8 @@ TEST(EvaluateCommand, PrintsAbsoluteAndRelativeErrors) {
   for (const char* word : {"100 of 100 poses", "ATE", "none", "SE(3)", "Sim(3)", "yaw and position",
                            "RPE", "1 frame", "10 frames", "1 m", "500.000"})
     EXPECT_THAT(result.out, HasSubstr(word));
+  EXPECT_THAT(result.out, Not(HasSubstr("mean")));
+  EXPECT_THAT(runEtalon({"evaluate", moved, truth, "--verbose"}).out, HasSubstr("mean"));
   const CommandResult csv =
       runEtalon({"evaluate", moved, truth, "--align", "none", "--delta", "5", "--format", "csv"});
   EXPECT_THAT(csv.out, StartsWith("error,over,count,position_rmse_m,position_mean_m,"));
@@ -98,7 +101,7 @@ TEST(EvaluateCommand, AsksForAMinimumOfGroundTruth) {
   const CommandResult wanted = runEtalon({"evaluate", estimate, truth, "--min-coverage", "0.05"});
   EXPECT_EQ(wanted.exit_code, 0) << wanted.err;
   EXPECT_THAT(wanted.out, HasSubstr("covers 9 of them"));
-  EXPECT_THAT(wanted.out, ::testing::Not(HasSubstr("nan")));
+  EXPECT_THAT(wanted.out, Not(HasSubstr("nan")));
   // One row aligns with anything, however little is asked for.
   const std::string row = folder.write("row.tum", linesOf(circleTum(0.0), 40, 41));
   EXPECT_EQ(runEtalon({"evaluate", estimate, row, "--min-coverage", "0"}).exit_code, 3);

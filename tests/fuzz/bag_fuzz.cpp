@@ -2,16 +2,15 @@
 
 #include "etalon/datasets/sensor_source.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
-  fuzz::Bytes bytes(data, size);
+void etalon::fuzz::bag(const std::uint8_t* data, std::size_t size) {
+  Bytes bytes(data, size);
   const char* name = bytes.take<std::uint8_t>() % 2 == 1 ? "flight.db3" : "flight.bag";
-  const std::string path = fuzz::inFile(name, bytes.rest());
-  fuzz::mayRefuse([&] {
+  const std::string path = inFile(name, bytes.rest());
+  mayRefuse([&] {
     const auto source = openSource(path);
     while (source->next()) {
     }
   });
-  return 0;
 }

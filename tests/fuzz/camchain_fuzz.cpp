@@ -2,6 +2,7 @@
 
 #include "etalon/datasets/sensor_source.h"
 #include "fuzz_recording.h"
+#include "fuzz_targets.h"
 
 namespace {
 
@@ -23,16 +24,14 @@ constexpr const char* kImu =
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
-  static const fuzz::Recording recording;
-  fuzz::Bytes bytes(data, size);
+void etalon::fuzz::camchain(const std::uint8_t* data, std::size_t size) {
+  static const Recording recording;
+  Bytes bytes(data, size);
   const bool of_imu = bytes.take<std::uint8_t>() % 2 == 1;
   const std::string input = bytes.rest();
   SourceOptions options;
   options.decode_images = false;
-  options.recording.camchain = fuzz::inFile("camchain.yaml", of_imu ? kCamchain : input);
-  options.recording.imu_yaml = fuzz::inFile("imu.yaml", of_imu ? input : kImu);
-  fuzz::mayRefuse([&] { openSource(recording.path(), options); });
-  return 0;
+  options.recording.camchain = inFile("camchain.yaml", of_imu ? kCamchain : input);
+  options.recording.imu_yaml = inFile("imu.yaml", of_imu ? input : kImu);
+  mayRefuse([&] { openSource(recording.path(), options); });
 }

@@ -2,14 +2,14 @@
 
 #include "etalon/datasets/sensor_source.h"
 #include "fuzz_recording.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
-  static fuzz::Recording recording;
-  fuzz::Bytes bytes(data, size);
-  const std::size_t file = bytes.take<std::uint8_t>() % fuzz::kFiles.size();
+void etalon::fuzz::euroc(const std::uint8_t* data, std::size_t size) {
+  static Recording recording;
+  Bytes bytes(data, size);
+  const std::size_t file = bytes.take<std::uint8_t>() % kFiles.size();
   recording.write(file, bytes.rest());
-  fuzz::mayRefuse([&] {
+  mayRefuse([&] {
     SourceOptions options;
     options.decode_images = false;
     const auto source = openSource(recording.path(), options);
@@ -17,5 +17,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
   });
   recording.restore(file);
-  return 0;
 }

@@ -2,11 +2,10 @@
 
 #include "etalon/simulation/faults/fault_scenario.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
+void etalon::fuzz::faults(const std::uint8_t* data, std::size_t size) {
   const std::string path =
-      fuzz::inFile("faults.ini", std::string(reinterpret_cast<const char*>(data), size));
-  fuzz::mayRefuse([&] { readFaultFile(path); });
-  return 0;
+      inFile("faults.ini", std::string(reinterpret_cast<const char*>(data), size));
+  mayRefuse([&] { readFaultFile(path); });
 }

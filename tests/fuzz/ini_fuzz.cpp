@@ -2,13 +2,12 @@
 
 #include "etalon/pipeline/run_configuration.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
+void etalon::fuzz::ini(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  fuzz::mayRefuse([&] {
+  mayRefuse([&] {
     IniFile ini = IniFile::fromText(text, "run.ini");
     loadRunConfiguration(ini, {});
   });
-  return 0;
 }

@@ -3,11 +3,10 @@
 #include "etalon/benchmark/store.h"
 #include "etalon/runlog/initialization_json.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
+void etalon::fuzz::json(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  fuzz::mayRefuse([&] { runRecordFromJson(text, "run"); });
-  fuzz::mayRefuse([&] { resultFromText(text); });
-  return 0;
+  mayRefuse([&] { runRecordFromJson(text, "run"); });
+  mayRefuse([&] { resultFromText(text); });
 }

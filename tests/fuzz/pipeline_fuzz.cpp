@@ -10,6 +10,7 @@
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/simulation/euroc_rig.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
 namespace {
 
@@ -91,10 +92,10 @@ TimeNs step(fuzz::Bytes* bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void etalon::fuzz::pipeline(const std::uint8_t* data, std::size_t size) {
   static const RunConfiguration run = loadRunConfiguration(IniFile(), {});
   static const StereoInertialCalibration rig = smallRig();
-  fuzz::Bytes bytes(data, size);
+  Bytes bytes(data, size);
   Pipeline pipeline(rig, run.pipeline, run.initializers);
   TimeNs t = 1'000'000'000;
   for (int i = 0; i < kMaxMeasurements && !bytes.empty(); ++i) {
@@ -117,5 +118,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   pipeline.finish();
   for (const FrameEstimate& estimate : pipeline.estimates())
     if (!estimate.nav.T_WB.t.allFinite()) std::abort();
-  return 0;
 }

@@ -3,15 +3,14 @@
 
 #include "etalon/initialization/plugin_loader.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
+void etalon::fuzz::plugin(const std::uint8_t* data, std::size_t size) {
   std::string content(reinterpret_cast<const char*>(data), size);
   // e_type of the ELF header: anything but a shared library.
   if (content.size() > 17 && content[16] == 3 && content[17] == 0) content[16] = 2;
-  const std::string path = fuzz::inFile("plugin.so", content);
+  const std::string path = inFile("plugin.so", content);
   PluginLoader loader({path});
   loader.available();
   if (loader.rejected().empty()) std::abort();
-  return 0;
 }

@@ -3,12 +3,11 @@
 #include "etalon/core/trajectory.h"
 #include "etalon/datasets/euroc_files.h"
 #include "fuzz_input.h"
+#include "fuzz_targets.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace etalon;
+void etalon::fuzz::tum(const std::uint8_t* data, std::size_t size) {
   const std::string path =
-      fuzz::inFile("poses.txt", std::string(reinterpret_cast<const char*>(data), size));
-  fuzz::mayRefuse([&] { readTum(path); });
-  fuzz::mayRefuse([&] { readGroundTruthCsv(path, 2); });
-  return 0;
+      inFile("poses.txt", std::string(reinterpret_cast<const char*>(data), size));
+  mayRefuse([&] { readTum(path); });
+  mayRefuse([&] { readGroundTruthCsv(path, 2); });
 }

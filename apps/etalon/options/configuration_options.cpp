@@ -42,7 +42,7 @@ IniFile ConfigurationOptions::ini() const {
 
 std::string deviceInWords(const IniFile& ini, const DeviceOptions& device) {
   const auto& values = ini.section("device");
-  if (values.empty()) return "";
+  if (values.empty() || (device.name.empty() && device.flights == 0)) return "";
   const std::string& origin = values.begin()->second.origin;
   return "device " + (device.name.empty() ? "without a name" : device.name) + ", " +
          counted(static_cast<size_t>(device.flights), "flight") + " (" +

@@ -33,7 +33,8 @@ struct ConfigurationOptions {
   IniFile ini() const;
 };
 
-/** "device euroc, 7 flights (config/devices/euroc.ini)"; empty where `ini` has no [device]. */
+/** "device euroc, 7 flights (config/devices/euroc.ini)"; empty where `ini` has no [device], or
+ * one that names no device and counts no flight. */
 std::string deviceInWords(const IniFile& ini, const DeviceOptions& device);
 
 }  // namespace etalon::app

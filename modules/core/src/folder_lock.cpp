@@ -24,4 +24,15 @@ FolderLock::FolderLock(const std::string& folder) {
 
 FolderLock::~FolderLock() { close(file_); }
 
+FolderTurn::FolderTurn(const std::string& folder)
+    : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (file_ < 0) return;
+  while (flock(file_, LOCK_EX) != 0 && errno == EINTR) {
+  }
+}
+
+FolderTurn::~FolderTurn() {
+  if (file_ >= 0) close(file_);
+}
+
 }  // namespace etalon

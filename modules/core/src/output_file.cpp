@@ -1,7 +1,6 @@
 #include "etalon/core/output_file.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/folder_lock.h"
 
 namespace etalon {
 
@@ -48,29 +48,6 @@ std::string behindLinks(const std::string& path) {
   const fs::path resolved = fs::weakly_canonical(path, error);
   return error ? path : resolved.string();
 }
-
-/**
- * Lets one process at a time move files into a folder; the others wait. On a file system without
- * locks it does nothing. This is not FolderLock's lock: a process that holds that one for its whole
- * run also moves its own files here, and would wait for itself.
- */
-class FolderTurn {
- public:
-  explicit FolderTurn(const std::string& folder)
-      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (file_ < 0) return;
-    while (flock(file_, LOCK_EX) != 0 && errno == EINTR) {
-    }
-  }
-  ~FolderTurn() {
-    if (file_ >= 0) close(file_);
-  }
-  FolderTurn(const FolderTurn&) = delete;
-  FolderTurn& operator=(const FolderTurn&) = delete;
-
- private:
-  int file_;
-};
 
 }  // namespace
 

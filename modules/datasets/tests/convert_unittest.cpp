@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "etalon/core/errors.h"
-#include "rawlog_test.h"
+#include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
 namespace {

@@ -4,11 +4,6 @@
 
 namespace etalon {
 
-void ImuPropagator::reset() {
-  imu_ = ImuBuffer();
-  state_.reset();
-}
-
 void ImuPropagator::correct(TimeNs t, const NavState& state) {
   state_ = state;
   t_ = t;
@@ -16,6 +11,8 @@ void ImuPropagator::correct(TimeNs t, const NavState& state) {
 }
 
 void ImuPropagator::add(const ImuSample& sample) {
+  if (!imu_.empty() && secondsBetween(imu_.samples().back().t, sample.t) > max_gap_s_)
+    imu_ = ImuBuffer();
   imu_.add(sample);
   if (imu_.samples().size() <= kMostSamples) return;
   if (const auto state = at(sample.t)) correct(sample.t, *state);

@@ -11,6 +11,7 @@ using Eigen::Vector3d;
 
 constexpr TimeNs kPeriod = 5'000'000;  // 200 Hz
 constexpr double kGravityNorm = 9.81;
+constexpr double kMaxGap = 2.0;  // s
 
 /** A body that turns about z at 0.5 rad/s and is accelerated along x of W at 2 m/s^2 for ever; both
  * sensors have a bias. */
@@ -53,7 +54,7 @@ class ImuPropagatorTest : public ::testing::Test {
   }
 
   Motion motion_;
-  ImuPropagator propagator_{ImuNoiseDensities(), kGravityNorm};
+  ImuPropagator propagator_{ImuNoiseDensities(), kGravityNorm, kMaxGap};
   TimeNs next_ = 0;
 };
 
@@ -96,7 +97,7 @@ TEST_F(ImuPropagatorTest, ANewEstimateTakesThePlaceOfTheOldOne) {
   EXPECT_LT((moved - Vector3d(1.0, 2.0, 3.5)).norm(), 1e-5);
 }
 
-TEST_F(ImuPropagatorTest, ForgettingTheStateKeepsTheSamplesAndResetDoesNot) {
+TEST_F(ImuPropagatorTest, ForgettingTheStateKeepsTheSamples) {
   addUntil(200'000'000);
   propagator_.correct(50'000'000, motion_.at(50'000'000));
   propagator_.forgetState();
@@ -104,13 +105,32 @@ TEST_F(ImuPropagatorTest, ForgettingTheStateKeepsTheSamplesAndResetDoesNot) {
   EXPECT_EQ(propagator_.end(), 200'000'000);
   propagator_.correct(100'000'000, motion_.at(100'000'000));
   expectTruthAt(200'000'000);
-  propagator_.reset();
-  EXPECT_FALSE(propagator_.at(100'000'000));
-  // The clock jumped back: earlier samples and estimates are taken.
-  next_ = 0;
-  addUntil(20'000'000);
-  propagator_.correct(10'000'000, motion_.at(10'000'000));
-  expectTruthAt(20'000'000);
+}
+
+TEST_F(ImuPropagatorTest, IntegratesAcrossNoGapThatIsTooLong) {
+  propagator_.correct(50'000'000, motion_.at(50'000'000));
+  addUntil(100'000'000);
+  next_ = 2'095'000'000;  // 1.995 s later: linear between the two, as everywhere
+  addUntil(2'200'000'000);
+  EXPECT_TRUE(propagator_.at(2'200'000'000));
+  next_ = 5'000'000'000;
+  addUntil(5'100'000'000);
+  EXPECT_FALSE(propagator_.at(2'200'000'000));
+  EXPECT_FALSE(propagator_.at(5'100'000'000));
+  // An estimate within the gap is itself known, and says nothing of what is behind it.
+  propagator_.correct(4'990'000'000, motion_.at(4'990'000'000));
+  EXPECT_TRUE(propagator_.at(4'990'000'000));
+  EXPECT_FALSE(propagator_.at(5'100'000'000));
+  propagator_.correct(5'050'000'000, motion_.at(5'050'000'000));
+  expectTruthAt(5'100'000'000);
+}
+
+TEST_F(ImuPropagatorTest, AnEstimateWithinAGapDoesNotBridgeIt) {
+  addUntil(100'000'000);
+  propagator_.correct(4'990'000'000, motion_.at(4'990'000'000));  // the images went on
+  next_ = 5'000'000'000;
+  addUntil(5'100'000'000);
+  EXPECT_FALSE(propagator_.at(5'100'000'000));
 }
 
 TEST_F(ImuPropagatorTest, WithoutEstimatesForLongTheStateGoesAlongWithTheSamples) {

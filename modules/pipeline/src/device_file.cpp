@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/text.h"
 #include "etalon/imu/bias_priors.h"
@@ -248,6 +249,11 @@ std::string DeviceFile::toIni() const {
 
 std::string updateDeviceFile(const std::string& path, const std::string& recording,
                              const FlightBias& flight) {
+  // Another run may add its flight at the same time: each reads what the one before it wrote.
+  std::error_code ignored;
+  const auto file_there =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
+  const FolderTurn turn(file_there.parent_path().string());
   const bool there = std::filesystem::exists(path);
   DeviceFile file = there ? DeviceFile::fromIni(IniFile::fromFile(path)) : DeviceFile();
   const std::vector<std::string> replaced = file.put(recording, flight);

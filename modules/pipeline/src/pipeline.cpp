@@ -42,7 +42,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
       front_(calibration, options.frontend, options.input.max_gap_s),
-      propagator_(noise_, options.window.gravity_mps2),
+      propagator_(noise_, options.window.gravity_mps2, options.input.max_gap_s),
       odometry_(calibration, options.window.odometry),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,

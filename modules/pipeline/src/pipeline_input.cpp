@@ -166,10 +166,6 @@ void Pipeline::propagate(const ImuSample& sample) {
   std::optional<ImuRateState> state;
   {
     const std::lock_guard<std::mutex> lock(shared_mutex_);
-    // Across a jump of the clock nothing is known until the next frame.
-    if (propagator_.end() > 0 &&
-        secondsBetween(propagator_.end(), sample.t) > options_.input.max_gap_s)
-      propagator_.reset();
     propagator_.add(sample);
     if (on_imu_state_) state = propagatedState(sample.t);
   }

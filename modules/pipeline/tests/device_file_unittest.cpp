@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "etalon/core/errors.h"
 #include "etalon/pipeline/pipeline_options.h"
@@ -155,6 +156,19 @@ TEST_F(DeviceFileTest, IsMadeAndUpdatedAndStaysWhereItCannotBe) {
   std::ofstream(path_, std::ios::trunc) << "[pipeline]\nkeyframes = 5\n";
   EXPECT_THROW(updateDeviceFile(path_, "d", flight(0)), ConfigError);
   EXPECT_EQ(content(), "[pipeline]\nkeyframes = 5\n");
+}
+
+TEST_F(DeviceFileTest, TwoAtATimeLoseNoFlight) {
+  constexpr int kFlights = 20;
+  const auto update = [this](const std::string& name, int part) {
+    for (int i = 0; i < kFlights; ++i)
+      updateDeviceFile(path_, name + std::to_string(i),
+                       flight(kDate + (4 * i + 2 * part) * kMinute));
+  };
+  std::thread other(update, "b", 1);
+  update("a", 0);
+  other.join();
+  EXPECT_EQ(DeviceFile::fromIni(IniFile::fromFile(path_)).flights().size(), 2U * kFlights);
 }
 
 TEST_F(DeviceFileTest, KeepsWhatIsNotItsOwn) {

@@ -216,13 +216,13 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 }
 
 TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndPosition) {
-  InitializationAttempt attempt;
-  attempt.init.emplace();
-  Initialization& init = *attempt.init;
+  Initialization init;
   init.states = {
       {7, SE3(expSO3(Vector3d(0.1, 0.2, 0.3)), Vector3d(1, 2, 3)), Vector3d(0.5, -0.5, 0.25)},
       {8, SE3(), Vector3d::Zero()}};
   init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
+  InitializationAttempt attempt;
+  attempt.init = init;
   const SE3 T_WA(expSO3(Vector3d(0, 0, M_PI / 2)), Vector3d(10, 0, 0));
   const OdometryStart start = odometryStart(attempt, T_WA, BiasPriors());
   EXPECT_LT((start.state.T_WB.t - Vector3d(8, 1, 3)).norm(), 1e-12);

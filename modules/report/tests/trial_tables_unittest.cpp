@@ -340,11 +340,5 @@ TEST(TrialPage, KeepsTheWorstFaultsAndCountsTheOthers) {
   EXPECT_THAT(page, HasSubstr("60 failed, e.g. a from 0 s, one, fault_01: lost since 7.10 s: xx"));
 }
 
-TEST(TrialPage, NamesAFailureWithItsReason) {
-  EXPECT_THAT(
-      trialPage(exampleTrial(), {}),
-      HasSubstr("failed: b from 20.1 s, two, dark: silent: off by 0.62 m at 7.10 s, 8 times"));
-}
-
 }  // namespace
 }  // namespace etalon

@@ -74,6 +74,11 @@ TEST(JsonReader, RefusesOtherTypesAndValuesOutOfRange) {
   EXPECT_NE(error("-1", stamp), "");
   EXPECT_NE(error("4000000000000000001", stamp), "");
   EXPECT_NE(error("18446744073709551615", stamp), "");  // no TimeNs
+  const auto integer = [](const JsonReader& r) { r.integer(); };
+  EXPECT_EQ(error("9223372036854775807", integer), "");
+  EXPECT_EQ(error("-9223372036854775808", integer), "");
+  EXPECT_NE(error("9223372036854775808", integer), "");
+  EXPECT_NE(error("18446744073709551616", integer), "");
 }
 
 }  // namespace

@@ -90,6 +90,9 @@ class TrajectoryTrial {
   }
 
   void read(const NamedText& system) {
+    for (const NamedText& other : record_.systems)
+      if (other.name == system.name)
+        throw ConfigError("two systems are called '" + system.name + "'");
     record_.systems.push_back(system);
     bool any = false;
     const auto add = [&](const fs::path& file, const Part& part) {

@@ -39,6 +39,11 @@ class TrajectoryTrialTest : public ::testing::Test {
   testing::TemporaryFolder folder_;
 };
 
+TEST_F(TrajectoryTrialTest, NamesTellSystemsApart) {
+  write("ours/tiny.tum", 0);
+  EXPECT_THROW(judged({{"a", folder_ / "ours"}, {"a", folder_ / "ours/tiny.tum"}}), ConfigError);
+}
+
 TEST_F(TrajectoryTrialTest, HoldsSystemsAgainstTheSameImages) {
   write("ours/tiny.tum", 0);
   write("theirs/tiny.tum", 2);

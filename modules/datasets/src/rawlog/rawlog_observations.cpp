@@ -1,12 +1,14 @@
 #include "rawlog/rawlog_observations.h"
 
-#include <mrpt/io/CFileGZInputStream.h>
-#include <mrpt/serialization/CArchive.h>
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationStereoImages.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <cstdint>
+#include <cstring>
 
 #include "etalon/core/errors.h"
+#include "rawlog/guarded_archive.h"
 
 namespace etalon {
 
@@ -24,59 +26,63 @@ static std::string messageOf(const std::exception& e) {
   return text;
 }
 
-/** Counts the bytes of the current object, which tells the end of the log from the end inside an
- * object. */
-struct RawlogObservations::Archive : public mrpt::serialization::CArchive {
-  mrpt::io::CFileGZInputStream stream;
-  size_t bytes_of_object = 0;
+/** Whether a byte that MRPT read into `flag` is none of a bool's; to look at it as one is undefined. */
+static bool isBroken(const bool& flag) {
+  std::uint8_t byte = 0;
+  std::memcpy(&byte, &flag, sizeof flag);
+  return byte > 1;
+}
 
-  size_t write(const void*, size_t) override { throw std::logic_error("opened for reading"); }
-  size_t read(void* buffer, size_t count) override {
-    const size_t got = stream.Read(buffer, count);
-    if (got > count) return 0;  // zlib's error code
-    bytes_of_object += got;
-    return got;
-  }
-  std::string getArchiveDescription() const override { return stream.getStreamDescription(); }
-};
+static bool hasBrokenFlags(const mrpt::obs::CObservation& observation) {
+  if (const auto* imu = dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation))
+    return std::any_of(imu->dataIsPresent.begin(), imu->dataIsPresent.end(), isBroken);
+  if (const auto* stereo = dynamic_cast<const mrpt::obs::CObservationStereoImages*>(&observation))
+    return isBroken(stereo->hasImageRight) || isBroken(stereo->hasImageDisparity);
+  return false;
+}
 
 RawlogObservations::RawlogObservations(const std::string& path)
-    : path_(path), archive_(std::make_unique<Archive>()) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
-    throw DataError(path, 0, "there is no such file; expected an MRPT rawlog");
-  if (!archive_->stream.open(path))
-    throw DataError(path, 0, "cannot be opened; expected an MRPT rawlog");
-}
+    : path_(path), archive_(std::make_unique<GuardedArchive>(path)) {}
 
 RawlogObservations::~RawlogObservations() = default;
 
 mrpt::obs::CObservation::Ptr RawlogObservations::next() {
+  const auto checked = [this](mrpt::obs::CObservation::Ptr observation) {
+    if (hasBrokenFlags(*observation))
+      throw DataError(path_, 0,
+                      where() + ": expected flags of 0 or 1, found others; is the log damaged?");
+    return observation;
+  };
   for (;;) {
-    if (frame_) {
-      if (in_frame_ < frame_->size()) return frame_->getObservationByIndex(in_frame_++);
-      frame_.reset();
-    }
-    archive_->bytes_of_object = 0;
-    ++objects_;
-    mrpt::serialization::CSerializable::Ptr object;
-    try {
-      object = archive_->ReadObject();
-    } catch (const std::exception& e) {
-      if (archive_->bytes_of_object == 0) {
-        --objects_;
-        return nullptr;
-      }
-      throw DataError(
-          path_, 0,
-          where() + " cannot be read after " + std::to_string(archive_->bytes_of_object) +
-              " bytes; expected an MRPT rawlog, is it truncated? (" + messageOf(e) + ")");
-    }
+    while (frame_ && in_frame_ < frame_->size())
+      if (auto observation = frame_->getObservationByIndex(in_frame_++))
+        return checked(std::move(observation));
+    frame_.reset();
+    const auto object = nextObject();
+    if (!object) return nullptr;
     if (auto observation = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object))
-      return observation;
+      return checked(std::move(observation));
     frame_ = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object);
     in_frame_ = 0;
   }
+}
+
+mrpt::serialization::CSerializable::Ptr RawlogObservations::nextObject() {
+  archive_->startObject();
+  ++objects_;
+  std::string reason;
+  try {
+    return archive_->ReadObject();
+  } catch (const std::exception& e) {
+    if (archive_->bytesOfObject() == 0) {
+      --objects_;
+      return nullptr;
+    }
+    reason = archive_->refusal().empty() ? messageOf(e) : archive_->refusal();
+  }
+  throw DataError(path_, 0,
+                  where() + " cannot be read after " + std::to_string(archive_->bytesOfObject()) +
+                      " bytes; expected an MRPT rawlog, is it truncated? (" + reason + ")");
 }
 
 }  // namespace etalon

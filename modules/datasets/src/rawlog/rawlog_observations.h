@@ -8,6 +8,8 @@
 
 namespace etalon {
 
+class GuardedArchive;
+
 /** The observations of a rawlog in file order; those of sensory frames one by one. */
 class RawlogObservations {
  public:
@@ -16,8 +18,9 @@ class RawlogObservations {
   ~RawlogObservations();
 
   /**
-   * The next observation; null at the end of the log. Objects of other classes are passed over.
-   * @throws DataError naming the object if the log ends inside it or if it cannot be read
+   * The next observation; null at the end of the log. Actions are passed over.
+   * @throws DataError naming the object if the log ends inside it, if it cannot be read, or if it is
+   * damaged (see GuardedArchive)
    */
   mrpt::obs::CObservation::Ptr next();
 
@@ -25,9 +28,11 @@ class RawlogObservations {
   std::string where() const { return "object " + std::to_string(objects_); }
 
  private:
-  struct Archive;
+  /** Null at the end of the log. */
+  mrpt::serialization::CSerializable::Ptr nextObject();
+
   std::string path_;
-  std::unique_ptr<Archive> archive_;
+  std::unique_ptr<GuardedArchive> archive_;
   mrpt::obs::CSensoryFrame::Ptr frame_;  ///< being taken apart
   size_t in_frame_ = 0;
   size_t objects_ = 0;

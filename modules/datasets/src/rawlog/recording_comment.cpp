@@ -1,6 +1,7 @@
 #include "etalon/datasets/recording_comment.h"
 
 #include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -37,9 +38,13 @@ OrderedJson cameraJson(const CameraCalibration& camera) {
   return json;
 }
 
-/** `json` as a whole number; nlohmann's get() would cut any number down to one. */
+/** `json` as a whole number, one beyond the type as the largest; nlohmann's get() would cut any number
+ * down to one. */
 std::int64_t wholeNumber(const Json& json) {
+  constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
   if (!json.is_number_integer()) throw std::runtime_error("expected a whole number");
+  if (json.is_number_unsigned() && json.get<std::uint64_t>() > std::uint64_t{kLargest})
+    return kLargest;
   return json.get<std::int64_t>();
 }
 

@@ -12,7 +12,7 @@
 #include <random>
 
 #include "etalon/core/errors.h"
-#include "rawlog_test.h"
+#include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
 namespace {

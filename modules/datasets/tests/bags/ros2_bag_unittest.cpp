@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "rawlog_test.h"
+#include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
 namespace {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <sstream>
 
 #include "etalon/core/text.h"
 #include "report_page.h"
@@ -11,6 +13,38 @@ namespace {
 
 /** Beyond so many variants the table of faults has no column for each. */
 constexpr size_t kMostColumns = 4;
+/** Longest line of a page. */
+constexpr size_t kPageWidth = 100;
+
+/** The text without its middle if it is longer than `longest` bytes. */
+std::string shortened(std::string text, size_t longest) {
+  if (text.size() <= longest) return text;
+  const auto inCharacter = [&](size_t at) { return (text[at] & 0xc0) == 0x80; };  // of UTF-8
+  size_t begin = longest / 2, end = text.size() - (longest - 1 - begin);
+  while (begin > 0 && inCharacter(begin)) --begin;
+  while (end < text.size() && inCharacter(end)) ++end;
+  return text.replace(begin, end - begin, "~");
+}
+
+/** The variants of a trial and what they are called in its tables. */
+struct Variants {
+  /** @param longest bytes of a label */
+  explicit Variants(const TrialRecord& record, size_t longest = std::string::npos)
+      : all(variantsOf(record)) {
+    for (const TrialVariant& variant : all)
+      labels.push_back(shortened(labelOf(variant, record), longest));
+  }
+
+  std::vector<TrialVariant> all;
+  std::vector<std::string> labels;  ///< of each
+};
+
+size_t longestLine(const std::string& text) {
+  std::istringstream in(text);
+  size_t longest = 0;
+  for (std::string line; std::getline(in, line);) longest = std::max(longest, displayWidth(line));
+  return longest;
+}
 
 std::string ofAll(int part, int all) { return std::to_string(part) + "/" + std::to_string(all); }
 
@@ -18,7 +52,7 @@ WhichRuns runsOf(const TrialVariant& variant) {
   return [variant](const TrialRun& run) { return run.variant == variant; };
 }
 
-TitledTable variantTable(const TrialRecord& record, const std::vector<TrialVariant>& variants) {
+TitledTable variantTable(const TrialRecord& record, const Variants& variants) {
   Table table({{"variant", "what flew"},
                {"survived", "survived"},
                {"silent", "silent", true, 0},
@@ -30,13 +64,14 @@ TitledTable variantTable(const TrialRecord& record, const std::vector<TrialVaria
                {"final_rpe_m", "final", true, 1, 1e3, false, "RPE 1 s [mm]"},
                {"error_over_predicted", "err/pred", true, 1},
                {"frame_ms", "[ms]", true, 1}});
-  for (const TrialVariant& variant : variants) {
+  for (size_t v = 0; v < variants.all.size(); ++v) {
+    const TrialVariant& variant = variants.all[v];
     const TrialSummary all = summaryOf(record, runsOf(variant));
     const TrialSummary plain = summaryOf(record, [&](const TrialRun& run) {
       return run.variant == variant && run.fault == kNoFault;
     });
     table.addRow();
-    table.setText("variant", labelOf(variant, record));
+    table.setText("variant", variants.labels[v]);
     table.setText("survived", ofAll(all.survived, all.runs));
     table.setNumber("silent", all.silent);
     table.setNumber("coverage", all.coverage);
@@ -94,14 +129,13 @@ std::vector<FaultRow> faultRows(const TrialRecord& record, size_t most) {
   return rows;
 }
 
-TitledTable faultTable(const TrialRecord& record, const std::vector<TrialVariant>& variants,
-                       size_t most_rows) {
-  const bool by_variant = variants.size() > 1 && variants.size() <= kMostColumns;
+TitledTable faultTable(const TrialRecord& record, const Variants& variants, size_t most_rows) {
+  const bool by_variant = variants.all.size() > 1 && variants.all.size() <= kMostColumns;
   std::vector<Table::Column> columns = {{"fault", "fault"}};
   if (by_variant)
-    for (size_t i = 0; i < variants.size(); ++i)
-      columns.push_back({"survived_" + std::to_string(i), labelOf(variants[i], record), false, 0,
-                         1.0, false, "survived"});
+    for (size_t i = 0; i < variants.all.size(); ++i)
+      columns.push_back(
+          {"survived_" + std::to_string(i), variants.labels[i], false, 0, 1.0, false, "survived"});
   else
     columns.push_back({"survived", "survived"});
   for (const Table::Column& column :
@@ -117,9 +151,9 @@ TitledTable faultTable(const TrialRecord& record, const std::vector<TrialVariant
     table.addRow();
     table.setText("fault", row.fault);
     if (!by_variant) table.setText("survived", ofAll(all.survived, all.runs));
-    for (size_t i = 0; by_variant && i < variants.size(); ++i) {
+    for (size_t i = 0; by_variant && i < variants.all.size(); ++i) {
       const TrialSummary one = summaryOf(record, [&](const TrialRun& run) {
-        return run.fault == row.fault && run.variant == variants[i];
+        return run.fault == row.fault && run.variant == variants.all[i];
       });
       table.setText("survived_" + std::to_string(i), ofAll(one.survived, one.runs));
     }
@@ -141,7 +175,7 @@ std::string keyOf(double after_s, const char* figure) {
   return (after_s > 0.0 ? format("after_%gs_", after_s) : std::string("at_end_")) + figure;
 }
 
-TitledTable afterStartTable(const TrialRecord& record, const std::vector<TrialVariant>& variants) {
+TitledTable afterStartTable(const TrialRecord& record, const Variants& variants) {
   std::vector<Table::Column> columns = {{"variant", "what flew"}};
   for (const double after_s : timesAfterStart()) {
     const std::string group = after_s > 0.0 ? format("after %g s", after_s) : "at the end";
@@ -150,9 +184,10 @@ TitledTable afterStartTable(const TrialRecord& record, const std::vector<TrialVa
     columns.push_back({keyOf(after_s, "tilt_deg"), "tilt", true, 2, 1.0, false, group});
   }
   Table table(columns);
-  for (const TrialVariant& variant : variants) {
+  for (size_t v = 0; v < variants.all.size(); ++v) {
+    const TrialVariant& variant = variants.all[v];
     table.addRow();
-    table.setText("variant", labelOf(variant, record));
+    table.setText("variant", variants.labels[v]);
     for (const double after_s : timesAfterStart()) {
       const auto median = [&](double ErrorsAfterStart::*figure) {
         return afterStart(record, variant, after_s, figure).median;
@@ -165,11 +200,11 @@ TitledTable afterStartTable(const TrialRecord& record, const std::vector<TrialVa
   TitledTable titled{
       "after_start", "What the start is worth: errors since it, without a fault (medians)",
       "ATE [mm] aligned in yaw and position, velocity [mm/s], roll and pitch [deg]: RMS.", table};
-  titled.headline = variants.size() > 1;
+  titled.headline = variants.all.size() > 1;
   return titled;
 }
 
-TitledTable recordingTable(const TrialRecord& record, const std::vector<TrialVariant>& variants) {
+TitledTable recordingTable(const TrialRecord& record, const Variants& variants) {
   Table table({{"recording", "recording"},
                {"variant", "what flew"},
                {"survived", "survived"},
@@ -180,7 +215,8 @@ TitledTable recordingTable(const TrialRecord& record, const std::vector<TrialVar
                {"largest_added_m", "largest", true, 1, 1e3, false, "ATE [mm]"},
                {"error_over_predicted", "err/pred", true, 1}});
   for (const BenchmarkSequence& sequence : record.sequences)
-    for (const TrialVariant& variant : variants) {
+    for (size_t v = 0; v < variants.all.size(); ++v) {
+      const TrialVariant& variant = variants.all[v];
       const auto which = [&](const TrialRun& run) {
         return run.recording == sequence.name && run.variant == variant;
       };
@@ -190,7 +226,7 @@ TitledTable recordingTable(const TrialRecord& record, const std::vector<TrialVar
           record, [&](const TrialRun& run) { return which(run) && run.fault == kNoFault; });
       table.addRow();
       table.setText("recording", sequence.name);
-      table.setText("variant", labelOf(variant, record));
+      table.setText("variant", variants.labels[v]);
       table.setText("survived", ofAll(all.survived, all.runs));
       table.setNumber("coverage", all.coverage);
       table.setNumber("causal_ate_m", plain.causal_ate_m.median);
@@ -202,7 +238,7 @@ TitledTable recordingTable(const TrialRecord& record, const std::vector<TrialVar
   return {"recordings", "By recording", "ATE: medians of the runs without a fault.", table};
 }
 
-TitledTable differenceTable(const TrialRecord& record, const std::vector<TrialVariant>& variants) {
+TitledTable differenceTable(const TrialRecord& record, const Variants& variants) {
   Table table({{"a", "what flew"},
                {"b", "less that of"},
                {"pairs", "runs", true, 0},
@@ -210,11 +246,11 @@ TitledTable differenceTable(const TrialRecord& record, const std::vector<TrialVa
                {"low_m", "from", true, 2, 1e3, false, "95 % interval"},
                {"high_m", "to", true, 2, 1e3, false, "95 % interval"},
                {"verdict", "significant"}});
-  for (size_t i = 1; i < variants.size(); ++i) {
-    const BootstrapInterval d = differenceOfAte(record, variants[i], variants[0]);
+  for (size_t i = 1; i < variants.all.size(); ++i) {
+    const BootstrapInterval d = differenceOfAte(record, variants.all[i], variants.all[0]);
     table.addRow();
-    table.setText("a", labelOf(variants[i], record));
-    table.setText("b", labelOf(variants[0], record));
+    table.setText("a", variants.labels[i]);
+    table.setText("b", variants.labels[0]);
     table.setNumber("pairs", d.pairs);
     table.setNumber("difference_m", d.difference);
     table.setNumber("low_m", d.low);
@@ -250,30 +286,40 @@ TitledTable failureTable(const TrialRecord& record) {
 }  // namespace
 
 std::vector<TitledTable> trialTables(const TrialRecord& record) {
-  const std::vector<TrialVariant> variants = variantsOf(record);
+  const Variants variants(record);
   std::vector<TitledTable> tables = {
       variantTable(record, variants), faultTable(record, variants, record.faults.size()),
       afterStartTable(record, variants), recordingTable(record, variants)};
-  if (variants.size() > 1) tables.push_back(differenceTable(record, variants));
+  if (variants.all.size() > 1) tables.push_back(differenceTable(record, variants));
   tables.push_back(failureTable(record));
   return tables;
 }
 
 std::string trialPage(const TrialRecord& record, const TextStyle& style, size_t lines) {
-  constexpr size_t kWidth = 100, kTableFrame = 5, kMostReasons = 4;
-  const std::vector<TrialVariant> variants = variantsOf(record);
-  const auto text = [&style](const TitledTable& table) {
-    return table.headline ? toString(table, TableFormat::kText, {style.mark, 0}) : std::string();
+  constexpr size_t kTableFrame = 5, kMostReasons = 4, kShortestLabel = 6;
+  size_t longest_label = kShortestLabel;
+  for (const std::string& label : Variants(record).labels)
+    longest_label = std::max(longest_label, label.size());
+  // The labels lose as many characters as the table needs.
+  const auto text = [&](const std::function<TitledTable(const Variants&)>& tableWith) {
+    for (size_t longest = longest_label;; --longest) {
+      const TitledTable table = tableWith(Variants(record, longest));
+      if (!table.headline) return std::string();
+      if (longest == kShortestLabel ||
+          longestLine(table.table.toString(TableFormat::kText)) <= kPageWidth)
+        return toString(table, TableFormat::kText, {style.mark, 0});
+    }
   };
   const auto countLines = [](const std::string& t) {
     return static_cast<size_t>(std::count(t.begin(), t.end(), '\n'));
   };
   const std::vector<FailureKind> failures = failuresOf(record);
-  std::string page = text(variantTable(record, variants));
-  const std::string after = text(afterStartTable(record, variants));
+  std::string page = text([&](const Variants& all) { return variantTable(record, all); });
+  const std::string after = text([&](const Variants& all) { return afterStartTable(record, all); });
   const size_t others =
       countLines(page) + countLines(after) + kTableFrame + std::min(failures.size(), kMostReasons);
-  page += text(faultTable(record, variants, lines > others ? lines - others : 0)) + after;
+  const size_t most = lines > others ? lines - others : 0;
+  page += text([&](const Variants& all) { return faultTable(record, all, most); }) + after;
   size_t used = countLines(page), left = 0;
   for (size_t i = 0; i < failures.size(); ++i) {
     const std::vector<size_t>& runs = failures[i].runs;
@@ -286,7 +332,7 @@ std::string trialPage(const TrialRecord& record, const TextStyle& style, size_t 
     std::string line = (runs.size() > 1 ? format("%zu failed, e.g. ", runs.size()) : "failed: ") +
                        run.recording + format(" from %g s, ", run.from_s) +
                        labelOf(run.variant, record) + ", " + run.fault + ": " + failures[i].reason;
-    if (displayWidth(line) > kWidth) line = line.substr(0, kWidth - 3) + "...";
+    if (displayWidth(line) > kPageWidth) line = line.substr(0, kPageWidth - 3) + "...";
     page += line + "\n";
     ++used;
   }

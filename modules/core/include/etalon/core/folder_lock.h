@@ -17,4 +17,20 @@ class FolderLock {
   int file_ = -1;
 };
 
+/**
+ * Lets one process (or thread) at a time change files of a folder; the others wait. On a file system
+ * without locks it does nothing. This is not FolderLock's lock: a process that holds that one for its
+ * whole run also changes files in its folder, and would wait for itself.
+ */
+class FolderTurn {
+ public:
+  explicit FolderTurn(const std::string& folder);
+  ~FolderTurn();
+  FolderTurn(const FolderTurn&) = delete;
+  FolderTurn& operator=(const FolderTurn&) = delete;
+
+ private:
+  int file_;
+};
+
 }  // namespace etalon

@@ -11,11 +11,11 @@ namespace etalon {
 /** The state between frames and ahead of the last one, by the IMU from the last estimate. */
 class ImuPropagator {
  public:
-  ImuPropagator(const ImuNoiseDensities& noise, double gravity_mps2)
-      : noise_(noise), g_W_(0.0, 0.0, -gravity_mps2) {}
+  /** @param max_gap_s samples that are further apart, because the clock jumped or some are missing,
+   * have nothing between them: no state is known until an estimate after them */
+  ImuPropagator(const ImuNoiseDensities& noise, double gravity_mps2, double max_gap_s)
+      : noise_(noise), g_W_(0.0, 0.0, -gravity_mps2), max_gap_s_(max_gap_s) {}
 
-  /** Forgets everything, because the clock jumped. */
-  void reset();
   /** Forgets the state, because the odometry ended; keeps samples for the next estimate. */
   void forgetState() { state_.reset(); }
 
@@ -29,7 +29,7 @@ class ImuPropagator {
   TimeNs end() const;
 
   /** The state at `t`, from the last estimate's stamp to end(); nothing outside of that, before the
-   * first estimate, or where the IMU does not cover the time since. */
+   * first estimate, or where the IMU does not cover the time since or has a gap in it. */
   std::optional<NavState> at(TimeNs t) const;
 
  private:
@@ -38,7 +38,8 @@ class ImuPropagator {
 
   ImuNoiseDensities noise_;
   Eigen::Vector3d g_W_;
-  ImuBuffer imu_;
+  double max_gap_s_;
+  ImuBuffer imu_;  ///< without a gap
   std::optional<NavState> state_;
   TimeNs t_ = 0;  ///< of state_
 };

@@ -71,7 +71,7 @@ std::map<std::string, FlightBias> readFlights(const IniFile& ini);
 std::string describe(const FlightBias& flight);
 
 /** The flight put into the file `path`, which is made if it is not there. Either all of it is
- * written or the file stays as it was. @throws ConfigError, DataError
+ * written or the file stays as it was; two processes that do it at a time wait for each other. @throws ConfigError, DataError
  * @return what was done, as a sentence */
 std::string updateDeviceFile(const std::string& path, const std::string& recording,
                              const FlightBias& flight);

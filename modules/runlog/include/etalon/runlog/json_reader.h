@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -53,7 +54,10 @@ class JsonReader {
     return json_->get<double>();
   }
   TimeNs integer() const {
-    if (!json_->is_number_integer()) fail("expected an integer");
+    // An unsigned number beyond the type would wrap; what is beyond that, too, is no integer.
+    if (!json_->is_number_integer() ||
+        (json_->is_number_unsigned() && json_->get<std::uint64_t>() > kLargest))
+      fail("expected an integer");
     return json_->get<TimeNs>();
   }
   TimeNs stamp() const {
@@ -83,6 +87,8 @@ class JsonReader {
   }
 
  private:
+  static constexpr std::uint64_t kLargest = std::numeric_limits<TimeNs>::max();
+
   JsonReader(const nlohmann::json& json, std::string document, std::string place)
       : json_(&json), document_(std::move(document)), place_(std::move(place)) {}
 

@@ -16,7 +16,8 @@ namespace etalon {
  * from FROM to the last pose that any of the systems has there. So a system that starts late or ends
  * early has less coverage. Of faults the names are known alone: images that a fault took away count.
  * @param systems names, each with its folder or file
- * @throws ConfigError, naming it, for a system without a file of these recordings
+ * @throws ConfigError, naming it, for a system without a file of these recordings, or with
+ * the name of another
  * @throws DataError for recordings and files that cannot be read
  */
 TrialRecord trialOfTrajectories(const std::vector<NamedText>& systems,
