@@ -47,7 +47,7 @@ SourceOptions withGroundTruth(const std::string& source, const std::string& grou
 }
 
 std::string contentOf(const RecordedSource& recording) {
-  const std::string files = recordingHash(recording);
+  std::string files = recordingHash(recording);
   if (recording.options().ground_truth.empty()) return files;
   ContentHash hash;
   hash.add(files);
