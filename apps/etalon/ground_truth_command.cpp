@@ -1,22 +1,25 @@
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 #include <string>
 #include <vector>
 
 #include "commands.h"
+#include "etalon/benchmark/content_hash.h"
 #include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/core/angles.h"
+#include "etalon/benchmark/vision_check.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/printable.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/ground_truth/smoothing.h"
-#include "etalon/report/plot.h"
+#include "etalon/report/ground_truth_report.h"
 #include "options/ground_truth_option.h"
 #include "options/recording_option.h"
+#include "support/checks.h"
+#include "support/progress_line.h"
 
 namespace etalon::app {
 
@@ -24,110 +27,10 @@ namespace {
 
 struct GroundTruthArguments {
   std::vector<std::string> sources;
-  std::string out;
+  std::string out, images, tracks;
+  bool no_images = false;
   GroundTruthOption recorded;
 };
-
-/** What a recording's ground truth has wrong. */
-struct Judged {
-  std::string name;
-  GroundTruthSmoothing found;
-};
-
-/** An offset this many standard errors large is there. */
-constexpr double kSignificant = 2.5;
-
-bool significant(const Measured& m) { return std::abs(m.value) > kSignificant * m.sigma; }
-
-std::string number(const Measured& m, double unit, int decimals) {
-  return format("%.*f +- %.*f", decimals, unit * m.value, decimals, unit * m.sigma);
-}
-
-std::string vector(const Measured3& m, double unit, int decimals) {
-  return format("%.*f %.*f %.*f +- %.*f", decimals, unit * m.value[0], decimals, unit * m.value[1],
-                decimals, unit * m.value[2], decimals, unit * m.sigma.maxCoeff());
-}
-
-/** What is significant, in words. */
-std::string words(const GroundTruthSmoothing& found) {
-  std::string text;
-  const auto say = [&text](const std::string& clause) {
-    text += (text.empty() ? "" : ", ") + clause;
-  };
-  const auto shifted = [&](const char* what, const Measured& shift) {
-    if (significant(shift))
-      say(format("%s %s ms %s", what, number({std::abs(shift.value), shift.sigma}, 1e3, 1).c_str(),
-                 shift.value < 0.0 ? "late" : "early"));
-  };
-  shifted("positions", found.offset.position_shift_s);
-  if (!text.empty() && std::isfinite(found.position_bandwidth_hz.value))
-    text += format(" below %.1f Hz (as one number %s)", found.position_bandwidth_hz.value,
-                   number({std::abs(found.plain_offset.position_shift_s.value),
-                           found.plain_offset.position_shift_s.sigma},
-                          1e3, 1)
-                       .c_str());
-  shifted("rotations", found.offset.rotation_shift_s);
-  for (int i = 0; i < 3; ++i) {
-    const Measured turn{found.offset.turn_rad.value[i], found.offset.turn_rad.sigma[i]};
-    if (!significant(turn)) continue;
-    say(format("turned %s deg about %c", number(turn, kDegreesPerRadian, 2).c_str(), 'x' + i));
-    if (std::isfinite(found.rotation_bandwidth_hz.value))
-      text += format(" below %.1f Hz (as one number %.2f)", found.rotation_bandwidth_hz.value,
-                     degrees(found.plain_offset.turn_rad.value[i]));
-  }
-  if (significant(found.tilt_rad))
-    say("tilted " + number(found.tilt_rad, kDegreesPerRadian, 2) + " deg");
-  if (!found.gaps.empty()) say(format("%zu gaps", found.gaps.size()));
-  return text.empty() ? "nothing significant" : text;
-}
-
-std::string bandwidth(const Measured& m) {
-  return std::isinf(m.value) ? "all" : number(m, 1.0, 2) + " Hz";
-}
-
-/** All that was found, a line each. */
-std::string details(const Judged& judged) {
-  const GroundTruthSmoothing& f = judged.found;
-  std::string text = "# " + judged.name + "\n\n" + words(f) + "\n\n";
-  const auto line = [&text](const std::string& what, const std::string& value) {
-    text += "| " + what + " | " + value + " |\n";
-  };
-  text += "| | in slow motion (of the tracker) |\n|---|---|\n";
-  const auto offset = [&](const BodyOffset& o) {
-    line("shift of positions, ms", number(o.position_shift_s, 1e3, 2));
-    line("shift of rotations, ms", number(o.rotation_shift_s, 1e3, 3));
-    line("one shift for both, ms",
-         number(o.common_shift_s, 1e3, 3) +
-             format("; the two differ by %.1f standard errors", o.shifts_differ_sigmas));
-    line("body turned about x, y, z, deg", vector(o.turn_rad, kDegreesPerRadian, 3));
-    line("lever arm x, y, z, mm", vector(o.lever_m, 1e3, 1));
-  };
-  offset(f.offset);
-  line("positions follow the tracker up to", bandwidth(f.position_bandwidth_hz));
-  line("rotations follow the tracker up to", bandwidth(f.rotation_bandwidth_hz));
-  line("world tilted, deg", number(f.tilt_rad, kDegreesPerRadian, 3));
-  line("gravity, m/s^2", format("%.4f", f.gravity_mps2));
-  line("error of positions, white, mm", number(f.position_error.white, 1e3, 2));
-  line("error of positions, correlated, mm", number(f.position_error.correlated, 1e3, 2));
-  line("its correlation time, s", number(f.position_error.correlation_time_s, 1.0, 2));
-  line("error of rotations, white, deg", number(f.rotation_error.white, kDegreesPerRadian, 4));
-  line("error of rotations, correlated, deg",
-       number(f.rotation_error.correlated, kDegreesPerRadian, 4));
-  line("its correlation time, s", number(f.rotation_error.correlation_time_s, 1.0, 2));
-  line("gyro's noise and walk, data sheets",
-       number(f.imu.gyro_noise, 1.0, 2) + ", " + number(f.imu.gyro_walk, 1.0, 2));
-  line("accelerometer's noise and walk, data sheets",
-       number(f.imu.accel_noise, 1.0, 2) + ", " + number(f.imu.accel_walk, 1.0, 2));
-  line("rows, believed, seconds, blocks",
-       format("%zu, %zu, %.1f, %d", f.rows, f.believed, f.length_s, f.blocks));
-  for (const GroundTruthGap& gap : f.gaps)
-    line(format("gap after %lld", static_cast<long long>(gap.after)),
-         format("%.3f s", gap.length_s));
-  text += "\nThe same as one number for all frequencies:\n\n| | |\n|---|---|\n";
-  offset(f.plain_offset);
-  text += "\n![corrected against recorded](difference.svg)\n";
-  return text;
-}
 
 std::string csvOf(const GroundTruth& truth) {
   std::string text =
@@ -147,7 +50,35 @@ std::string csvOf(const GroundTruth& truth) {
   return text;
 }
 
-Judged judge(const std::string& source, const GroundTruthArguments& arguments) {
+/** The recording's images, tracked; no frames where it has none that can be used. */
+SequenceTracks imagesOf(const std::string& source, const GroundTruthArguments& arguments,
+                        ProgressLine* line) {
+  const auto recording = openRecording(source);
+  const std::string name = recordingName(source);
+  TrackingOptions tracking;
+  tracking.decode_ahead = true;
+  tracking.progress = [&](size_t done, size_t total) {
+    line->update(done == total, [&] {
+      return format("ground-truth: %s: images %zu/%zu", name.c_str(), done, total);
+    });
+  };
+  const std::string folder =
+      arguments.tracks.empty() ? arguments.out + "/tracks" : arguments.tracks;
+  std::string note;
+  try {
+    SequenceTracks tracks =
+        loadOrTrack(*recording, recordingHash(*recording), name, folder, tracking, &note);
+    line->interrupt();
+    if (!note.empty()) std::fprintf(stderr, "note: %s\n", printable(note).c_str());
+    return tracks;
+  } catch (const DataError& e) {
+    line->interrupt();
+    std::fprintf(stderr, "warning: not checked by images: %s\n", printable(e.what()).c_str());
+    return withoutTracks(*recording);
+  }
+}
+
+GroundTruthJudgement judge(const std::string& source, const GroundTruthArguments& arguments) {
   SourceOptions options;
   options.ground_truth = arguments.recorded.of(source);
   const auto recording = openRecording(source, options);
@@ -157,45 +88,22 @@ Judged judge(const std::string& source, const GroundTruthArguments& arguments) {
       smoothGroundTruth(recorded, recording->imuSamples(), recording->calibration().imu.noise);
   if (!found) throw DataError(source, 0, "ground truth: " + found.error().reason);
 
-  Judged judged{recordingName(source), std::move(*found)};
-  const std::string folder = arguments.out + "/" + judged.name;
+  GroundTruthJudgement judgement{recordingName(source), std::move(*found), {}};
+  const GroundTruth& corrected = judgement.found.corrected;
+  const std::string folder = arguments.out + "/" + judgement.name;
   makeFolder(folder);
+  if (!arguments.no_images) {
+    ProgressLine line;
+    judgement.vision = checkByVision(
+        imagesOf(arguments.images.empty() ? source : arguments.images, arguments, &line), recorded,
+        corrected);
+  }
   Trajectory poses;
-  for (const StampedState& state : judged.found.corrected.states)
-    poses.push_back({state.t, state.T_WB});
-  writeFile(folder + "/data.csv", csvOf(judged.found.corrected));
+  for (const StampedState& state : corrected.states) poses.push_back({state.t, state.T_WB});
+  writeFile(folder + "/data.csv", csvOf(corrected));
   writeTum(folder + "/corrected.tum", poses);
-  writeFile(folder + "/report.md", details(judged));
-  TrajectoryPlotOptions plot;
-  plot.title = judged.name + ": corrected against recorded";
-  plot.alignment = AlignmentType::kSE3;
-  drawTrajectoryPlot(folder + "/difference.svg", poses, recorded, plot);
-  return judged;
-}
-
-void print(const std::vector<Judged>& all) {
-  std::printf("%-16s %-14s %-14s %-14s %-25s %-12s\n", "recording", "positions, ms",
-              "as one number", "rotations, ms", "turned x y z, deg", "tilted, deg");
-  for (const Judged& one : all) {
-    const GroundTruthSmoothing& f = one.found;
-    std::printf("%-16s %-14s %-14s %-14s %-25s %-12s\n", one.name.substr(0, 16).c_str(),
-                number(f.offset.position_shift_s, 1e3, 1).c_str(),
-                number(f.plain_offset.position_shift_s, 1e3, 1).c_str(),
-                number(f.offset.rotation_shift_s, 1e3, 2).c_str(),
-                vector(f.offset.turn_rad, kDegreesPerRadian, 2).c_str(),
-                number(f.tilt_rad, kDegreesPerRadian, 2).c_str());
-  }
-  std::printf("%-16s %-24s %-16s %-12s %-14s %-8s\n", "", "lever x y z, mm", "positions follow",
-              "error, mm", "error, deg", "gaps");
-  for (const Judged& one : all) {
-    const GroundTruthSmoothing& f = one.found;
-    std::printf("%-16s %-24s %-16s %-12s %-14s %-8zu\n", one.name.substr(0, 16).c_str(),
-                vector(f.offset.lever_m, 1e3, 0).c_str(),
-                bandwidth(f.position_bandwidth_hz).c_str(),
-                number(f.position_error.correlated, 1e3, 1).c_str(),
-                number(f.rotation_error.correlated, kDegreesPerRadian, 3).c_str(), f.gaps.size());
-  }
-  for (const Judged& one : all) std::printf("%s: %s\n", one.name.c_str(), words(one.found).c_str());
+  writeFile(folder + "/report.html", groundTruthReportHtml(judgement, recorded));
+  return judgement;
 }
 
 }  // namespace
@@ -206,17 +114,34 @@ void addGroundTruthCommand(CLI::App& app, int* exit_code) {
       "ground-truth", "Smooth a recorded ground truth with the IMU and say what is wrong with it.");
   command->add_option("SRC", arguments->sources, kSourceFormats)->required();
   command->add_option("--out", arguments->out, "Folder for the corrected ones and the reports")
+      ->check(checkOutputPath())
       ->required();
   arguments->recorded.add(command);
+  CLI::Option* images = command->add_option(
+      "--images", arguments->images,
+      "Recording whose images check the result, in place of SRC's own (a part of the same flight)");
+  command->add_flag("--no-images", arguments->no_images, "Do not look at images")->excludes(images);
+  command->add_option("--tracks", arguments->tracks,
+                      "Folder for the cached tracks of the front end (default: OUT/tracks)");
   command->footer(
-      "Writes NAME/{data.csv, corrected.tum, report.md, difference.svg} into the folder.\n"
-      "Exit codes: 0 done, 2 usage, 3 data.");
+      "Writes NAME/{data.csv, corrected.tum, report.html} into the folder.\n"
+      "Exit codes: 0 done, 2 usage, 3 data (a recording could not be used; the others are done).");
   command->callback([arguments, exit_code] {
     arguments->recorded.check(arguments->sources);
-    std::vector<Judged> all;
-    for (const std::string& source : arguments->sources) all.push_back(judge(source, *arguments));
-    print(all);
+    if (!arguments->images.empty() && arguments->sources.size() > 1)
+      throw ConfigError("--images belongs to one recording; expected a single SRC with it");
+    cv::setNumThreads(1);
+    std::vector<GroundTruthJudgement> all;
     *exit_code = kOk;
+    for (const std::string& source : arguments->sources) {
+      try {
+        all.push_back(judge(source, *arguments));
+      } catch (const DataError& e) {
+        std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
+        *exit_code = kDataErrorExit;
+      }
+    }
+    if (!all.empty()) std::fputs(groundTruthPage(all).c_str(), stdout);
   });
 }
 

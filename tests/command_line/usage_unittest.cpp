@@ -86,9 +86,21 @@ TEST(Usage, BenchSaysThatAutoIsForReplay) {
   EXPECT_THAT(result.err, HasSubstr("'auto' is for replay alone"));
 }
 
+TEST(Usage, OneGroundTruthBelongsToOneRecording) {
+  for (const char* command : {"ground-truth", "bench", "trial"}) {
+    const CommandResult result =
+        runEtalon({command, "a", "b", "--ground-truth", "/no/such/file", "--out", "out"});
+    EXPECT_EQ(result.exit_code, 2) << command;
+    EXPECT_THAT(result.err, HasSubstr("expected a folder with one for each of the 2")) << command;
+  }
+}
+
 TEST(Usage, RefusesAnOptionInPlaceOfAPath) {
-  const std::vector<std::vector<std::string>> wrong = {
-      {"bench", "."}, {"merge", "."}, {"calibrate-device", "."}, {"replay", "."}};
+  const std::vector<std::vector<std::string>> wrong = {{"bench", "."},
+                                                       {"merge", "."},
+                                                       {"calibrate-device", "."},
+                                                       {"replay", "."},
+                                                       {"ground-truth", "."}};
   for (std::vector<std::string> arguments : wrong) {
     arguments.insert(arguments.end(), {"--out", "--help"});
     const CommandResult result = runEtalon(arguments);

@@ -60,6 +60,7 @@ class TrajectoryPlot {
   }
 
   void write(const std::string& path) const { canvas_.write(path); }
+  std::string svg() const { return canvas_.svg(); }
 
  private:
   double secondsAt(TimeNs t) const { return secondsBetween(estimate_.front().t, t); }
@@ -231,6 +232,13 @@ void drawTrajectoryPlot(const std::string& path, const Trajectory& estimate,
   TrajectoryPlot plot(estimate, ground_truth, options);
   plot.draw();
   plot.write(path);
+}
+
+std::string trajectoryPlotSvg(const Trajectory& estimate, const GroundTruth& ground_truth,
+                              const TrajectoryPlotOptions& options) {
+  TrajectoryPlot plot(estimate, ground_truth, options);
+  plot.draw();
+  return plot.svg();
 }
 
 }  // namespace etalon

@@ -183,6 +183,10 @@ void PlotCanvas::verticalText(cv::Point2d at, const std::string& text, double si
 
 void PlotCanvas::write(const std::string& path) const {
   if (std::filesystem::path(path).extension() != ".svg") return writePng(path);
+  writeFile(path, svg());
+}
+
+std::string PlotCanvas::svg() const {
   const cv::Size size = image_.size() / kOversampling;
   char head[240];
   std::snprintf(head, sizeof head,
@@ -190,7 +194,7 @@ void PlotCanvas::write(const std::string& path) const {
                 "viewBox=\"0 0 %d %d\" font-family=\"sans-serif\">\n"
                 "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
                 size.width, size.height, size.width, size.height);
-  writeFile(path, head + svg_ + "</svg>\n");
+  return head + svg_ + "</svg>\n";
 }
 
 void PlotCanvas::writePng(const std::string& path) const {

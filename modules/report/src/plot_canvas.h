@@ -37,6 +37,8 @@ class PlotCanvas {
 
   /** Writes a .png or .svg file. @throws DataError if it cannot be written. */
   void write(const std::string& path) const;
+  /** The text of an <svg> element. */
+  std::string svg() const;
 
  private:
   void writePng(const std::string& path) const;

@@ -26,6 +26,10 @@ struct TrajectoryPlotOptions {
 void drawTrajectoryPlot(const std::string& path, const Trajectory& estimate,
                         const GroundTruth& ground_truth, const TrajectoryPlotOptions& options = {});
 
+/** The same picture as the text of an <svg> element. */
+std::string trajectoryPlotSvg(const Trajectory& estimate, const GroundTruth& ground_truth,
+                              const TrajectoryPlotOptions& options = {});
+
 /** A trajectory and what it is called in a legend (ASCII). */
 struct NamedTrajectory {
   std::string name;
