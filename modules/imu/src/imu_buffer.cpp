@@ -34,7 +34,8 @@ Iterator firstNotBefore(const std::vector<ImuSample>& samples, TimeNs t) {
 /** The measurement at `t`, linear between two samples a.t < t < b.t. */
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, TimeNs t) {
   const double u = secondsBetween(a.t, t) / secondsBetween(a.t, b.t);
-  return {t, a.gyro + u * (b.gyro - a.gyro), a.accel + u * (b.accel - a.accel)};
+  return {t, a.gyro + u * (b.gyro - a.gyro), a.accel + u * (b.accel - a.accel),
+          static_cast<std::uint8_t>(a.saturated | b.saturated)};
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "etalon/imu/preintegration.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -90,6 +91,29 @@ class CovarianceSum {
     navigation_.bottomRightCorner<6, 6>().noalias() +=
         (accel_walk2_ * weight_s * A).lazyProduct(A.transpose());
     accel_bias_ += weight_s * A;
+  }
+
+  /**
+   * What a saturated sample did not show, as white noise of its axes: as large as an error of
+   * kOvershoot times the measured value that holds for kOvershootS.
+   */
+  void addOvershoot(const Responses& r, const Matrix3d& dR, const ImuSample& sample,
+                    double weight_s) {
+    constexpr double kOvershoot = 0.5, kOvershootS = 0.1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3d along = dR.col(axis);
+      const auto add = [&](double value, const Vector3d& phi, const Vector3d& dp,
+                           const Vector3d& dv) {
+        Eigen::Matrix<double, 9, 1> G;
+        G << phi, dp, dv;
+        const double q = kOvershoot * kOvershoot * value * value * kOvershootS * weight_s;
+        navigation_.noalias() += q * G * G.transpose();
+      };
+      if (sample.saturated & saturatedGyro(axis))
+        add(sample.gyro[axis], along, -r.dp.cross(along), -r.dv.cross(along));
+      if (sample.saturated & saturatedAccel(axis))
+        add(sample.accel[axis], Vector3d::Zero(), r.dt * along, along);
+    }
   }
 
   /** P in the order of state_index, the rotation error moved from B0 to the body at the end. */
@@ -191,11 +215,16 @@ void Preintegration::integrate() {
   const std::vector<Node> nodes = integrateRotations(samples_, bias_);
   Responses responses;
   CovarianceSum covariance(noise_);
-  covariance.add(responses, 0.5 * nodes[nodes.size() - 2].dt);
+  const auto addSample = [&](size_t k, double weight_s) {
+    covariance.add(responses, weight_s);
+    if (samples_[k].saturated)
+      covariance.addOvershoot(responses, nodes[k].dR, samples_[k], weight_s);
+  };
+  addSample(nodes.size() - 1, 0.5 * nodes[nodes.size() - 2].dt);
   for (size_t k = nodes.size() - 1; k-- > 0;) {
     responses.prepend(nodes[k], nodes[k + 1]);
     const double before = k > 0 ? nodes[k - 1].dt : 0.0;
-    covariance.add(responses, 0.5 * (before + nodes[k].dt));
+    addSample(k, 0.5 * (before + nodes[k].dt));
   }
   deltas_ = {nodes.back().dR, responses.dv, responses.dp};
   covariance_ = covariance.total(deltas_.dR, responses.dt);

@@ -135,7 +135,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
 
 }  // namespace
 
-inline namespace abi_v6 {
+inline namespace abi_v7 {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (const auto check = checkProblem(problem); !check) return refuse(check.error());
@@ -150,7 +150,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v6
+}  // namespace abi_v7
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

@@ -26,6 +26,8 @@ const std::vector<FaultText>& faultTexts() {
       {F::kImuNotFinite, "imu_not_finite", "IMU sample", "dropped: not a finite number", nullptr},
       {F::kImuTooLarge, "imu_too_large", "IMU sample",
        "dropped: beyond [input] max_gyro_rps or max_accel_mps2", ""},
+      {F::kImuSaturated, "imu_saturated", "IMU sample",
+       "at the end of the range of an axis: used, with the noise of what it did not show", ""},
       {F::kImuRepeatedStamp, "imu_repeated_stamp", "IMU sample",
        "dropped: the stamp is that of the sample before", nullptr},
       {F::kImuFromThePast, "imu_from_the_past", "IMU sample",
@@ -91,6 +93,11 @@ void InputOptions::declare(ParameterSet& parameters) {
                  "IMU samples with a larger rate are dropped, rad/s.");
   parameters.add("max_accel_mps2", &max_accel_mps2, {0.1, 1e6},
                  "IMU samples with a larger specific force are dropped, m/s^2.");
+  parameters.add("gyro_range_rps", &gyro_range_rps, {0.0, 1e6},
+                 "End of the gyro's range: a sample there shows less than the truth, rad/s; 0: the "
+                 "largest value, where it comes several times in a row.");
+  parameters.add("accel_range_mps2", &accel_range_mps2, {0.0, 1e6},
+                 "The same of the accelerometer, m/s^2.");
 }
 
 const char* toString(InputFault fault) { return textOf(fault).name; }
@@ -113,7 +120,7 @@ std::string describe(InputFault fault, const InputFaultCount& count) {
 }
 
 InputBorder::InputBorder(const StereoInertialCalibration& calibration, const InputOptions& options)
-    : options_(options) {
+    : options_(options), saturation_(options.gyro_range_rps, options.accel_range_mps2) {
   for (size_t c = 0; c < 2; ++c) {
     widths_[c] = calibration.cameras[c].model.width();
     heights_[c] = calibration.cameras[c].model.height();
@@ -187,7 +194,7 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   stream->last = t;
 }
 
-void InputBorder::pass(const ImuSample& sample) {
+void InputBorder::pass(ImuSample sample) {
   if (!first_imu_) first_imu_ = sample.t;
   if (imu_.last && secondsBetween(*imu_.last, sample.t) > options_.max_gap_s) {
     // What still waits from before the jump would wait for ever.
@@ -195,6 +202,11 @@ void InputBorder::pass(const ImuSample& sample) {
     count(InputFault::kImuJump, sample.t, secondsBetween(*imu_.last, sample.t));
     ready_.emplace_back(ClockJump{*imu_.last, sample.t});
     first_imu_ = sample.t;
+  }
+  if (saturation_.mark(&sample)) {
+    const bool gyro = sample.saturated % saturatedAccel(0) != 0;
+    count(InputFault::kImuSaturated, sample.t,
+          (gyro ? sample.gyro : sample.accel).cwiseAbs().maxCoeff());
   }
   ready_.emplace_back(sample);
   while (!waiting_.empty() && waiting_.front().t <= sample.t) release(false);

@@ -27,7 +27,12 @@ std::string text(const char* format, Values... values) {
 
 }  // namespace
 
-void MissingInput::sample(TimeNs t) {
+void MissingInput::sample(TimeNs t, bool saturated) {
+  if (saturated) {
+    saturated_.last = t;
+    ++saturated_.count;
+    new_saturated_ = true;
+  }
   const double step_s = secondsBetween(last_sample_, t);
   if (last_sample_ > 0 && step_s > kLongestImuStepS) {
     gaps_.last = t;
@@ -79,6 +84,11 @@ void MissingInput::watchImu(const Frame& frame, Said* said) {
     gaps_.on = true;
   }
   new_gap_s_ = 0.0;
+  if (new_saturated_ && !saturated_.on) {
+    said->push_back("the IMU is at the end of its range: it counts for less");
+    saturated_.on = true;
+  }
+  new_saturated_ = false;
   if (frame.imu || clock_jumped_) return;
   if (!no_imu_.on) said->push_back("no IMU reaches the images: they carry on alone");
   no_imu_.on = true;
@@ -131,6 +141,10 @@ void MissingInput::endLacks(TimeNs t, bool all, Said* said) {
     if (gaps_.count > 1)
       said->push_back(text("the IMU had %d gaps, %.2f s in all", gaps_.count, gaps_.seconds));
     gaps_ = Lack();
+  }
+  if (isOver(saturated_, kAgainS)) {
+    said->push_back(text("%d IMU samples were at the end of the range", saturated_.count));
+    saturated_ = Lack();
   }
   if (isOver(no_imu_, kAgainS)) {
     said->push_back(text(all ? "%d images were without IMU" : "the IMU is back after %d images",

@@ -78,7 +78,7 @@ void Pipeline::estimate(const ClockJump& jump) {
 
 void Pipeline::estimate(const ImuSample& sample) {
   keepSample(sample, last_frame_, &imu_);
-  missing_.sample(sample.t);
+  missing_.sample(sample.t, sample.saturated != 0);
   if (options_.live) noticeMissingImages(sample.t);
 }
 

@@ -165,6 +165,23 @@ TEST_F(InputBorderTest, WhatIsHeldPassesAtTheEnd) {
   EXPECT_THAT(passed(), ElementsAre(5, 0, 90'000, -90'000));
 }
 
+TEST_F(InputBorderTest, SamplesAtTheEndOfTheRangePassMarkedAndAreCounted) {
+  for (int i = 0; i < 20; ++i) {
+    ImuSample sample = sampleAt((i + 1) * 5 * kMs);
+    sample.accel.z() = i < 10 ? 9.8 : 12.0;
+    border.add(sample);
+  }
+  int marked = 0, all = 0;
+  while (const auto input = border.next()) {
+    ++all;
+    marked += std::get<ImuSample>(*input).saturated == saturatedAccel(2);
+  }
+  EXPECT_EQ(all, 20);
+  EXPECT_EQ(marked, 10 - SaturationDetector::kRun + 1);
+  EXPECT_EQ(count(InputFault::kImuSaturated), marked);
+  EXPECT_EQ(border.faults().at(InputFault::kImuSaturated).value, 12.0);
+}
+
 TEST(InputFault, EveryOneHasANameAndASentence) {
   std::vector<std::string> names;
   for (const InputFault fault : inputFaults()) {

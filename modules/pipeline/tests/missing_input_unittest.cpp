@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -51,6 +52,24 @@ Said fly(const std::function<bool(int, TrackedFrame*, MissingInput::Frame*)>& la
   }
   add(missing.finish());
   return all;
+}
+
+TEST(MissingInput, AnImuAtTheEndOfItsRangeIsSaidOnceAndCounted) {
+  MissingInput missing(eurocCalibration());
+  Said all;
+  for (int k = 0; k < 60; ++k) {
+    missing.sample(stamp(k), k >= 10 && k < 15);
+    MissingInput::Frame frame;
+    frame.t = stamp(k);
+    const TrackedFrame tracked = seen(true, true);
+    frame.tracked = &tracked;
+    for (const std::string& said : missing.frame(frame)) all.push_back(said);
+  }
+  // The samples are 50 ms apart here, which is a gap, too.
+  EXPECT_EQ(
+      std::count(all.begin(), all.end(), "the IMU is at the end of its range: it counts for less"),
+      1);
+  EXPECT_EQ(std::count(all.begin(), all.end(), "5 IMU samples were at the end of the range"), 1);
 }
 
 TEST(MissingInput, NothingIsSaidWhereNothingIsMissing) {

@@ -16,7 +16,7 @@ namespace etalon {
  * it. */
 #define ETALON_INITIALIZER_ABI 6
 
-inline namespace abi_v6 {
+inline namespace abi_v7 {
 
 /**
  * Finds gravity, velocities and IMU biases from a window of keyframes: the interface of a plugin.
@@ -49,7 +49,7 @@ class Initializer : public mrpt::rtti::CObject {
   virtual InitializationResult solve(const InitializationProblem& problem) const = 0;
 };
 
-}  // namespace abi_v6
+}  // namespace abi_v7
 
 /** What a plugin library says of itself, as plain C, so that it can be read before anything else is
  * trusted: abi_version first, the rest only if that is ETALON_INITIALIZER_ABI. */

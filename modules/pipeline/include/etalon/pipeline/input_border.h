@@ -11,6 +11,7 @@
 #include "etalon/core/parameters.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/imu/imu_sample.h"
+#include "etalon/imu/saturation.h"
 
 namespace etalon {
 
@@ -20,6 +21,8 @@ struct InputOptions {
   double max_wait_s = 1.0;
   double max_gyro_rps = 100.0;
   double max_accel_mps2 = 1000.0;
+  double gyro_range_rps = 0.0;    ///< 0: learnt, SaturationDetector
+  double accel_range_mps2 = 0.0;  ///< as above
 
   void declare(ParameterSet& parameters);
 };
@@ -29,6 +32,7 @@ enum class InputFault {
   kImuInvalidStamp,     ///< outside of what a stamp can be: dropped
   kImuNotFinite,        ///< dropped
   kImuTooLarge,         ///< beyond max_gyro_rps or max_accel_mps2: dropped
+  kImuSaturated,        ///< an axis at the end of its range: used, counting for less there
   kImuRepeatedStamp,    ///< the stamp of the sample before: dropped
   kImuFromThePast,      ///< earlier than the sample before: dropped
   kImuStampAlone,       ///< far ahead, and the next sample is not: dropped
@@ -116,7 +120,7 @@ class InputBorder {
 
   template <typename Measurement>
   void order(Measurement measurement, Stream<Measurement>* stream, const StreamFaults& faults);
-  void pass(const ImuSample& sample);
+  void pass(ImuSample sample);
   void pass(StereoFrame frame);
   bool plausible(const ImuSample& sample);
   void release(bool without_imu);
@@ -126,6 +130,7 @@ class InputBorder {
   Stream<ImuSample> imu_;
   Stream<StereoFrame> frames_;
   std::optional<TimeNs> first_imu_;
+  SaturationDetector saturation_;
   std::deque<StereoFrame> waiting_;  ///< for the IMU
   std::deque<AdmittedInput> ready_;
   InputFaultCounts faults_;

@@ -38,7 +38,7 @@ class MissingInput {
       : image_rate_hz_(calibration.cameras[0].rate_hz) {}
 
   /** An IMU sample, in time order. */
-  void sample(TimeNs t);
+  void sample(TimeNs t, bool saturated = false);
   /** Between these stamps nothing is missing. @return what is to be said of it */
   std::string clockJumped(TimeNs from, TimeNs to);
   /** @return what is to be said of it: clauses; most often none */
@@ -66,11 +66,12 @@ class MissingInput {
   double image_rate_hz_;
   TimeNs last_frame_ = 0, last_sample_ = 0;  ///< 0: none yet
   std::array<Lack, 2> blind_;                ///< by camera
-  Lack gaps_, no_imu_, images_, unlocated_;
-  bool clock_jumped_ = false;  ///< since the last frame
-  double new_gap_s_ = 0.0;     ///< since the last frame; 0: none
-  std::deque<int> away_;       ///< images that were missing before the last frames
-  int images_since_ = 0;       ///< that should have come since images_ began
+  Lack gaps_, saturated_, no_imu_, images_, unlocated_;
+  bool clock_jumped_ = false;   ///< since the last frame
+  bool new_saturated_ = false;  ///< since the last frame
+  double new_gap_s_ = 0.0;      ///< since the last frame; 0: none
+  std::deque<int> away_;        ///< images that were missing before the last frames
+  int images_since_ = 0;        ///< that should have come since images_ began
 };
 
 }  // namespace etalon
