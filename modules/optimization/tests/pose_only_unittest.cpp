@@ -118,8 +118,8 @@ TEST(PoseOnly, WithNoiseItErrsAsTheNormalEquationsSay) {
   // freedom each: known to a tenth. The inliers' cut at 95 % takes information away that the
   // covariance of all counts: some percent more.
   double sum = 0.0;
-  constexpr int kRuns = 60;
-  for (int run = 0; run < kRuns; ++run) {
+  constexpr int kPoses = 60;
+  for (int run = 0; run < kPoses; ++run) {
     const Scene scene(40, kSigmaPx, static_cast<unsigned>(run + 1));
     const PoseOnlyResult result = scene.solve(scene.from(0.01, 0.02));
     Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
@@ -134,7 +134,7 @@ TEST(PoseOnly, WithNoiseItErrsAsTheNormalEquationsSay) {
     e << logSO3(scene.T_WB.R.transpose() * result.T_WB.R), result.T_WB.t - scene.T_WB.t;
     sum += e.dot(H * e) / 6.0;
   }
-  EXPECT_NEAR(sum / kRuns, 1.15, 0.3);
+  EXPECT_NEAR(sum / kPoses, 1.15, 0.3);
 }
 
 TEST(PoseOnly, SaysWhereThePointsDoNotDetermineIt) {

@@ -11,7 +11,7 @@
 namespace etalon {
 namespace {
 
-constexpr int kPageWidth = 100;
+constexpr int kScreenWidth = 100;
 constexpr size_t kNameWidth = 16;  // in the tables, which are as wide as the page with it
 
 /** An offset this many standard errors large is there. */
@@ -39,14 +39,14 @@ Table::Column column(const std::string& key, const std::string& title) {
   return column;
 }
 
-/** A text in lines of kPageWidth, those after the first indented. */
+/** A text in lines of kScreenWidth, those after the first indented. */
 std::string wrapped(const std::string& text) {
   std::string result, line;
   size_t begin = 0;
   while (begin < text.size()) {
     const size_t end = std::min(text.find(' ', begin), text.size());
     const std::string word = text.substr(begin, end - begin);
-    if (!line.empty() && displayWidth(line + " " + word) > kPageWidth) {
+    if (!line.empty() && displayWidth(line + " " + word) > kScreenWidth) {
       result += line + "\n";
       line = "   ";
     }
