@@ -173,12 +173,8 @@ TEST(JointSystem, BiasCovarianceIsTheInverseOfTheCurvature) {
   EXPECT_LT((covariance.topLeftCorner<6, 6>() - expected).norm(), 1e-3 * expected.norm());
 }
 
-/** Of unknowns x and poses y, y = J x + n, the poses' part of the inverse information. */
-TEST(JointSystem, PoseCovarianceIsThatOfUnknownsAndPosesTogether) {
-  const JointCase c;
-  const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
-  JointEstimate solved = c.estimate;
-  ASSERT_TRUE(system.solve(&solved));
+/** The inverse of the whole information on [v_0, b_g, b_a, tilt] and the poses y = J x + n. */
+MatrixXd inverseOfAll(const JointCase& c, const JointEstimate& solved) {
   const Vector12 x = unknowns(c.estimate, solved);
   const Index n = c.S.rows();
   MatrixXd J(n, 11);
@@ -193,24 +189,60 @@ TEST(JointSystem, PoseCovarianceIsThatOfUnknownsAndPosesTogether) {
   information.diagonal().segment<3>(3).array() += std::pow(priors.sigma_gyro_rps, -2.0);
   information.diagonal().segment<3>(6).array() += std::pow(priors.sigma_accel_mps2, -2.0);
   const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  const MatrixXd inverse =
-      scale.asDiagonal() *
-      MatrixXd((scale.asDiagonal() * information * scale.asDiagonal()).inverse()) *
-      scale.asDiagonal();
+  return scale.asDiagonal() *
+         MatrixXd((scale.asDiagonal() * information * scale.asDiagonal()).inverse()) *
+         scale.asDiagonal();
+}
+
+std::vector<size_t> allKeyframes(const JointCase& c) {
   std::vector<size_t> keyframes(c.estimate.T_VB.size());
   std::iota(keyframes.begin(), keyframes.end(), 0);
-  const MatrixXd covariance = system.covariance(solved, keyframes);
+  return keyframes;
+}
+
+/** Poses and gyro bias of a covariance against an expected one, as correlations: J is a difference
+ * quotient. */
+void expectPosesAndGyroBias(const MatrixXd& covariance, const MatrixXd& expected) {
+  const Index n = expected.rows() - 11;
   ASSERT_EQ(covariance.rows(), 11 + n);
   const VectorXd sigma = covariance.diagonal().cwiseSqrt().tail(n);
-  const MatrixXd difference = covariance.bottomRightCorner(n, n) - inverse.bottomRightCorner(n, n);
-  // As a correlation; J is a difference quotient.
+  const MatrixXd difference = covariance.bottomRightCorner(n, n) - expected.bottomRightCorner(n, n);
   EXPECT_LT((sigma.cwiseInverse().asDiagonal() * difference * sigma.cwiseInverse().asDiagonal())
                 .cwiseAbs()
                 .maxCoeff(),
             1e-3);
-  // And with the gyro bias.
-  EXPECT_LT((covariance.block(0, 11, 3, n) - inverse.block(3, 11, 3, n)).norm(),
-            1e-3 * inverse.block(3, 11, 3, n).norm());
+  EXPECT_LT((covariance.block(0, 11, 3, n) - expected.block(3, 11, 3, n)).norm(),
+            1e-3 * expected.block(3, 11, 3, n).norm());
+}
+
+TEST(JointSystem, PoseCovarianceIsThatOfUnknownsAndPosesTogether) {
+  const JointCase c;
+  const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(system.solve(&solved));
+  expectPosesAndGyroBias(system.covariance(solved, allKeyframes(c)), inverseOfAll(c, solved));
+}
+
+/** A gradient that is noisier than the curvature says makes the error A^-1 B A^-1. */
+TEST(JointSystem, ExcessOfTheScoreIsBetweenTwoInverses) {
+  const JointCase c;
+  const JointSystem system(c.problem, c.motion, c.S, c.s, c.estimate, {});
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(system.solve(&solved));
+  const Index n = c.S.rows();
+  const MatrixXd excess = 0.5 * c.S;
+  const MatrixXd inverse = inverseOfAll(c, solved);
+  const MatrixXd expected = inverse + inverse.rightCols(n) * excess * inverse.bottomRows(n);
+  expectPosesAndGyroBias(system.covariance(solved, allKeyframes(c), excess), expected);
+}
+
+TEST(JointSystem, HasNoCovarianceWhereTheCostHasNoMinimum) {
+  const JointCase c;
+  JointEstimate solved = c.estimate;
+  ASSERT_TRUE(JointSystem(c.problem, c.motion, c.S, c.s, c.estimate, {}).solve(&solved));
+  // Curvature that noise has made negative, beyond what the IMU makes good.
+  const JointSystem saddle(c.problem, c.motion, -c.S, c.s, c.estimate, {});
+  EXPECT_EQ(saddle.covariance(solved, allKeyframes(c)).size(), 0);
 }
 
 TEST(JointSystem, TakesForExactWhatTheModelSays) {
