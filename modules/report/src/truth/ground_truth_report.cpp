@@ -46,7 +46,7 @@ std::string wrapped(const std::string& text) {
   while (begin < text.size()) {
     const size_t end = std::min(text.find(' ', begin), text.size());
     const std::string word = text.substr(begin, end - begin);
-    if (!line.empty() && displayWidth(line + " " + word) > kScreenWidth) {
+    if (!line.empty() && displayWidth(line) + 1 + displayWidth(word) > kScreenWidth) {
       result += line + "\n";
       line = "   ";
     }

@@ -26,7 +26,7 @@ struct TrajectoryPlotOptions {
 void drawTrajectoryPlot(const std::string& path, const Trajectory& estimate,
                         const GroundTruth& ground_truth, const TrajectoryPlotOptions& options = {});
 
-/** The same picture as the text of an <svg> element. */
+/** The same picture as the text of an svg element. */
 std::string trajectoryPlotSvg(const Trajectory& estimate, const GroundTruth& ground_truth,
                               const TrajectoryPlotOptions& options = {});
 
