@@ -22,7 +22,7 @@ void GroundTruthOption::check(const std::vector<std::string>& sources) const {
 }
 
 std::string GroundTruthOption::of(const std::string& source) const {
-  return path.empty() ? path : groundTruthOf(recordingName(source), path);
+  return groundTruthOf(recordingName(source), path);
 }
 
 }  // namespace etalon::app

@@ -12,10 +12,8 @@ namespace {
 constexpr int kSearchLevel = 1;      // half resolution
 constexpr int kSearchRadius = 4;     // 9 x 9 patch
 constexpr double kSearchStep = 1.0;  // px at that level
-
 constexpr int kSearchSide = 2 * kSearchRadius + 1;
 constexpr int kSearchCount = kSearchSide * kSearchSide;
-using SearchPatch = std::array<int, kSearchCount>;
 
 /** The upper left corner of the patch around `centre` (rounded); null if it leaves the image. */
 const uchar* cornerOfPatch(const cv::Mat& image, const cv::Point2f& centre) {
@@ -31,7 +29,7 @@ const uchar* cornerOfPatch(const cv::Mat& image, const cv::Point2f& centre) {
  * 2^31.
  */
 struct SearchReference {
-  SearchPatch deviations;
+  std::array<int, kSearchCount> deviations;
   double norm = 0.0;  ///< of the gray levels less their mean; 0: no patch, or no contrast
 };
 
@@ -42,6 +40,7 @@ double squaredContrast(int sum, int squares) {
   return contrast < kSearchCount ? 0.0 : contrast;
 }
 
+/** Of the patch around `centre`. */
 SearchReference searchReference(const cv::Mat& image, const cv::Point2f& centre) {
   SearchReference reference;
   const uchar* corner = cornerOfPatch(image, centre);

@@ -18,7 +18,8 @@ namespace {
 std::unique_ptr<RecordedSource> openSound(const std::string& source,
                                           const std::string& ground_truth,
                                           BenchmarkSequence* sequence) {
-  const SourceOptions options = withGroundTruth(source, ground_truth);
+  SourceOptions options;
+  options.ground_truth = groundTruthOf(sequence->name, ground_truth);
   std::unique_ptr<RecordedSource> recording = openRecording(source, options);
   sequence->source_kind = recording->kind();
   const std::vector<TimeNs>& stamps = recording->imageStamps();
@@ -38,13 +39,6 @@ std::unique_ptr<RecordedSource> openSound(const std::string& source,
 }
 
 }  // namespace
-
-SourceOptions withGroundTruth(const std::string& source, const std::string& ground_truth) {
-  SourceOptions options;
-  if (!ground_truth.empty())
-    options.ground_truth = groundTruthOf(recordingName(source), ground_truth);
-  return options;
-}
 
 std::string contentOf(const RecordedSource& recording) {
   std::string files = recordingHash(recording);

@@ -10,10 +10,6 @@
 
 namespace etalon {
 
-/** What a recording is opened with.
- * @param ground_truth as in BenchmarkOptions @throws DataError if it has none of the recording */
-SourceOptions withGroundTruth(const std::string& source, const std::string& ground_truth);
-
 /**
  * Opens the recordings of a benchmark or trial and describes each in `sequences`. One that cannot
  * be used is null, and its `error` says why.

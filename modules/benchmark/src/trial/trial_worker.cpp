@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
-#include "suite/open_recordings.h"
+#include "etalon/datasets/ground_truth_file.h"
 
 namespace etalon {
 namespace {
@@ -44,7 +44,7 @@ const TrialCut& TrialWorker::cutOf(const TrialTask& task) {
   const BenchmarkSequence& sequence = record_.sequences[task.sequence];
   const TimeNs from = sequence.first_image + durationNs(task.from_s);
   cut_.emplace(sequence.source, task.from_s, options_.protocol.seconds, TrialCut::kMostBytes,
-               withGroundTruth(sequence.source, options_.ground_truth).ground_truth);
+               groundTruthOf(sequence.name, options_.ground_truth));
   cut_of_ = {task.sequence, task.from_s};
   const std::unique_ptr<SensorSource> source = cut_->open();
   const std::vector<TimeNs>& stamps = source->imageStamps();

@@ -15,7 +15,8 @@ bool isGroundTruthFolder(const std::string& path);
 
 /**
  * What readGroundTruth() should read for a recording: `path` itself, or where it is a folder of
- * several, the first that is there of NAME.csv, NAME.tum, NAME/data.csv and the recording NAME.
+ * several, the first that is there of NAME.csv, NAME.tum, NAME/data.csv and the recording NAME. An
+ * empty path stays empty.
  * @param recording its name
  * @throws DataError if the folder has none of these
  */
