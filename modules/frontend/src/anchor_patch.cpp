@@ -13,11 +13,6 @@ constexpr int kParameters = 6;  // a11, a12, a21, a22, tx, ty
 using Vector6 = Eigen::Matrix<double, kParameters, 1>;
 using Matrix6 = Eigen::Matrix<double, kParameters, kParameters>;
 
-float dot(const float* a, const float* b, size_t count) {
-  return Eigen::Map<const Eigen::VectorXf>(a, count).dot(
-      Eigen::Map<const Eigen::VectorXf>(b, count));
-}
-
 /** Places in an image are counted in 1/65536 px, its gray levels in 1/16384. */
 constexpr int kPlaceBits = 16, kGrayBits = 14;
 
@@ -112,23 +107,22 @@ AnchorPatch::AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, in
   const Matrix6 H = (G.transpose() * G).cast<double>();
   const Eigen::LDLT<Matrix6> factors(H);
   if (factors.info() != Eigen::Success || factors.vectorD().minCoeff() < 1e-3) return;
-  const Eigen::Matrix<float, Eigen::Dynamic, kParameters> scaled =
+  products_.resize(count, Eigen::NoChange);
+  products_.col(0) = T;
+  products_.rightCols<kParameters>().noalias() =
       G * factors.solve(Matrix6::Identity()).cast<float>();
-  patch_.assign(T.data(), T.data() + count);
-  steepest_descent_.assign(scaled.data(), scaled.data() + scaled.size());
 }
 
 double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterations,
                           double epsilon_px) const {
   std::vector<float> values;
-  const size_t count = patch_.size();
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     if (!sample(image, *pose, &values)) return -1.0;
-    const float gain = dot(values.data(), patch_.data(), count) / patch_squares_;
+    const Eigen::Map<const Eigen::VectorXf> I(values.data(), products_.rows());
+    const Eigen::Matrix<float, 1 + kParameters, 1> products = products_.transpose() * I;
+    const float gain = products[0] / patch_squares_;
     if (gain < 0.1F) return -1.0;  // nothing of the patch is there
-    Vector6 delta;
-    for (int i = 0; i < kParameters; ++i)
-      delta[i] = dot(&steepest_descent_[i * count], values.data(), count) / gain;
+    const Vector6 delta = (products.tail<kParameters>() / gain).cast<double>();
     Eigen::Matrix2d step;
     step << 1.0 + delta[0], delta[1], delta[2], 1.0 + delta[3];
     const double determinant = step.determinant();
@@ -138,7 +132,6 @@ double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterati
     pose->centre -= moved;
     if (moved.norm() > epsilon_px) continue;
     // Of the values before this last step, which is too small to show.
-    const Eigen::Map<const Eigen::VectorXf> I(values.data(), static_cast<Eigen::Index>(count));
     const float squares = (I.array() - I.mean()).square().sum();
     return gain * std::sqrt(patch_squares_ / std::max(squares, 1.0F));
   }
