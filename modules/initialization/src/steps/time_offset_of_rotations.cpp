@@ -23,6 +23,7 @@ namespace {
 constexpr double kSigmaCameraRotation = radians(0.5);
 constexpr double kSignificant = 6.0;   // standard deviations
 constexpr double kTolerated = 2e-3;    // s
+constexpr double kFits = 10.0;         // chi2 a degree of freedom
 constexpr double kFarthest = 0.1;      // s
 constexpr double kStandsStill = 1e-5;  // s
 constexpr int kPasses = 20, kFewestPairs = 5;
@@ -83,7 +84,7 @@ Rows rowsAt(const Vector7d& x, const InitializationProblem& problem, const Visua
 }  // namespace
 
 bool RotationTimeOffset::certain() const {
-  return std::abs(offset_s) > std::max(kTolerated, kSignificant * sigma_s);
+  return chi2_per_dof < kFits && std::abs(offset_s) > std::max(kTolerated, kSignificant * sigma_s);
 }
 
 std::string RotationTimeOffset::inWords() const {

@@ -120,6 +120,13 @@ TEST(TimeOffsetOfRotations, NeedsMotionAndKeyframes) {
   EXPECT_TRUE(!far || !far->certain());
 }
 
+TEST(TimeOffsetOfRotations, IsNotCertainWhereTheRotationsDisagreeWithItOrItIsSmall) {
+  EXPECT_TRUE((RotationTimeOffset{0.02, 3e-3, 9.0, 9}.certain()));
+  EXPECT_FALSE((RotationTimeOffset{0.02, 3e-3, 11.0, 9}.certain()));
+  EXPECT_FALSE((RotationTimeOffset{0.02, 4e-3, 1.0, 9}.certain()));
+  EXPECT_FALSE((RotationTimeOffset{-1.9e-3, 1e-5, 1.0, 9}.certain()));
+}
+
 TEST(TimeOffsetOfRotations, SaysWhichWay) {
   EXPECT_EQ((RotationTimeOffset{-0.0101, 2e-4, 1.0, 9}.inWords()),
             "the stamps of the images are 10.1 ms (+- 0.2) too late");

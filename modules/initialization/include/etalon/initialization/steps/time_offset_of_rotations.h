@@ -29,7 +29,8 @@ struct RotationTimeOffset {
   double chi2_per_dof = 0.0;  ///< of the rotations, with the offset
   int pairs = 0;  ///< of neighbouring keyframes, those whose shifted interval the IMU covers
 
-  /** More than six standard deviations and 2 ms, less than which no start is refused for. */
+  /** More than six standard deviations and 2 ms, less than which no start is refused for; and the
+   * rotations agree with it (chi2_per_dof < 10), so that it is no minimum beside the right one. */
   bool certain() const;
   /** E.g. "the stamps of the images are 10.1 ms (+- 0.2) too late". */
   std::string inWords() const;
