@@ -271,9 +271,8 @@ void run(const Arguments& arguments) {
       "odometry  | ATE, m | yaw, m | 5 s, m | deg | tilt, deg | corrected | velocity, m/s | scale, "
       "%% | "
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
-  FlightRecord record(tracks.calibration,
-                      {options.imu_noise, options.gravity_mps2, options.sigma_px,
-                       suite.pipeline.map.sigma_factor, arguments.final_ba ? 100000U : 0U});
+  FlightRecord record(tracks.calibration, {options.imu_noise, options.gravity_mps2,
+                                           options.sigma_px, arguments.final_ba ? 100000U : 0U});
   const Run fixed_lag = runFixedLag(
       tracks, beginning, options, suite.pipeline.map,
       arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr, &record);

@@ -18,7 +18,8 @@ void MapOptions::declare(ParameterSet& parameters) {
   parameters.add("spread_deg", &spread_deg, {0.1, 360.0},
                  "... as a view that is turned by this, deg.");
   parameters.add("sigma_factor", &sigma_factor, {0.1, 100.0},
-                 "Standard deviation of a pixel that is found again over that of a track's.");
+                 "Standard deviation of a pixel that is found again over that of a track's, in the "
+                 "running odometry.");
   parameters.add(
       "chi2_gate", &chi2_gate, {0.1, 1e9},
       "A pixel whose squared distance from its prediction, in its standard deviations, is "

@@ -75,8 +75,7 @@ FinalFlight FlightRecord::finalBa(
   const Keyframe* before = nullptr;
   for (const Keyframe& keyframe : keyframes_) {
     for (const Observation& o : keyframe.recalled)
-      recalled.push_back({static_cast<int>(frames.size()), &o,
-                          options_.recalled_sigma_factor * options_.sigma_px});
+      recalled.push_back({static_cast<int>(frames.size()), &o, options_.sigma_px});
     frames.push_back(&keyframe.frame);
     problem.states.push_back(keyframe.state);
     if (before)

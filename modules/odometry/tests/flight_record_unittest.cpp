@@ -112,8 +112,7 @@ TEST(FlightRecord, WhatWasFoundAgainHoldsTheFinalTrajectory) {
     FixedLagOptions odometry_options;
     odometry_options.imu_noise = flight.imu_noise;
     FixedLagOdometry odometry(flight.calibration, odometry_options);
-    FlightRecordOptions record_options = Recorded::recordOptions(flight, 1000);
-    record_options.recalled_sigma_factor = 1.0;
+    const FlightRecordOptions record_options = Recorded::recordOptions(flight, 1000);
     FlightRecord record(flight.calibration, record_options);
     FlightRecord blind(flight.calibration, record_options);
     for (size_t k = 0; k < flight.frames.size(); ++k) {

@@ -42,7 +42,6 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       odometry_(calibration, options.window.odometry),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
-               options.map.sigma_factor,
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
       missing_(calibration),
       window_(options.keyframes, options.keyframe_rate_hz),

@@ -17,7 +17,6 @@ struct FlightRecordOptions {
   ImuNoiseDensities imu_noise;
   double gravity_mps2 = 9.81;
   double sigma_px = kTrackSigmaPx;
-  double recalled_sigma_factor = 4.0;  ///< of a pixel in OdometryOutput::recalled
   /** For finalBa(); of a longer flight the newest ones. 0: nothing is kept for it. */
   size_t max_keyframes = 0;
 };
@@ -61,8 +60,8 @@ class FlightRecord {
 
   /**
    * solveTrajectoryBa() over the keyframes that are kept; a landmark is one where its id is, and
-   * where the odometry has found it again. Where
-   * the IMU is missing a body that keeps its velocity takes its place, as in the odometry.
+   * where the odometry has found it again, with the same standard deviation. Where the IMU is
+   * missing a body that keeps its velocity takes its place, as in the odometry.
    * @param priors of the first keyframe's biases
    * @param calibration the cameras, if they are not as they were given
    */
