@@ -13,49 +13,38 @@ constexpr int kParameters = 6;  // a11, a12, a21, a22, tx, ty
 using Vector6 = Eigen::Matrix<double, kParameters, 1>;
 using Matrix6 = Eigen::Matrix<double, kParameters, kParameters>;
 
-float dot(const float* a, const float* b, size_t count) {
-  return Eigen::Map<const Eigen::VectorXf>(a, count).dot(
-      Eigen::Map<const Eigen::VectorXf>(b, count));
-}
+/** Places in an image are counted in 1/65536 px, its gray levels in 1/16384. */
+constexpr int kPlaceBits = 16, kGrayBits = 14;
 
-/** Four values between `left` and `right`. */
-cv::v_float32x4 between(const cv::v_int32x4& left, const cv::v_int32x4& step,
-                        const cv::v_float32x4& share) {
-  return cv::v_cvt_f32(left) + share * cv::v_cvt_f32(step);
-}
+int fixedPoint(double px) { return cvRound(px * (1 << kPlaceBits)); }
 
 /** Bilinear values of an 8-bit image at eight places inside it. */
-void interpolateEight(const cv::Mat& image, const float* x, const float* y, float* values) {
-  const auto step = static_cast<int>(image.step);
-  const cv::v_int32x4 last_x = cv::v_setall_s32(image.cols - 2),
-                      last_y = cv::v_setall_s32(image.rows - 2), steps = cv::v_setall_s32(step);
-  std::array<int, 8> corner;  // upper left pixel
-  std::array<cv::v_float32x4, 2> right, down;
+void interpolateEight(const cv::Mat& image, const int* x, const int* y, float* values) {
+  const cv::v_int32x4 fraction = cv::v_setall_s32((1 << kPlaceBits) - 1);
+  const cv::v_int32x4 whole = cv::v_setall_s32(1 << kGrayBits);
+  const cv::v_int16x8 steps =  // by a column and by a row, in turn
+      cv::v_reinterpret_as_s16(cv::v_setall_s32((static_cast<int>(image.step) << 16) + 1));
+  std::array<int, 8> corner;            // upper left pixel
+  std::array<cv::v_int16x8, 2> across;  // weights of the left and the right pixel, in turn
+  std::array<cv::v_float32x4, 2> down;
   for (int half = 0; half < 2; ++half) {
-    const cv::v_float32x4 px = cv::v_load(x + 4 * half), py = cv::v_load(y + 4 * half);
-    // Not negative: truncation is the floor.
-    const cv::v_int32x4 xi = cv::v_min(cv::v_trunc(px), last_x);
-    const cv::v_int32x4 yi = cv::v_min(cv::v_trunc(py), last_y);
-    right[half] = px - cv::v_cvt_f32(xi);
-    down[half] = py - cv::v_cvt_f32(yi);
-    cv::v_store(corner.data() + 4 * half, yi * steps + xi);
+    const cv::v_int32x4 px = cv::v_load(x + 4 * half), py = cv::v_load(y + 4 * half);
+    const cv::v_int32x4 pixel = (cv::v_shr<kPlaceBits>(py) << 16) | cv::v_shr<kPlaceBits>(px);
+    cv::v_store(corner.data() + 4 * half, cv::v_dotprod(cv::v_reinterpret_as_s16(pixel), steps));
+    const cv::v_int32x4 right = cv::v_shr<kPlaceBits - kGrayBits>(px & fraction);
+    across[half] = cv::v_reinterpret_as_s16((right << 16) | (whole - right));
+    down[half] = cv::v_cvt_f32(py & fraction) * cv::v_setall_f32(1.0F / (1 << kPlaceBits));
   }
-  // Of neighbouring pixels the left one is the lower byte.
-  const cv::v_uint16x8 byte = cv::v_setall_u16(255);
-  const auto upper = cv::v_reinterpret_as_u16(cv::v_lut_pairs(image.data, corner.data()));
-  const auto lower = cv::v_reinterpret_as_u16(cv::v_lut_pairs(image.data + step, corner.data()));
-  std::array<cv::v_int32x4, 2> top, top_step, low, low_step;
-  const auto split = [&byte](const cv::v_uint16x8& pairs, auto* left, auto* across) {
-    const cv::v_int16x8 first = cv::v_reinterpret_as_s16(pairs & byte);
-    cv::v_expand(first, (*left)[0], (*left)[1]);
-    cv::v_expand(cv::v_reinterpret_as_s16(pairs >> 8) - first, (*across)[0], (*across)[1]);
-  };
-  split(upper, &top, &top_step);
-  split(lower, &low, &low_step);
+  std::array<cv::v_uint16x8, 2> upper, lower;
+  cv::v_expand(cv::v_lut_pairs(image.data, corner.data()), upper[0], upper[1]);
+  cv::v_expand(cv::v_lut_pairs(image.data + image.step, corner.data()), lower[0], lower[1]);
   for (int half = 0; half < 2; ++half) {
-    const cv::v_float32x4 above = between(top[half], top_step[half], right[half]);
-    const cv::v_float32x4 below = between(low[half], low_step[half], right[half]);
-    cv::v_store(values + 4 * half, above + down[half] * (below - above));
+    const cv::v_float32x4 above =
+        cv::v_cvt_f32(cv::v_dotprod(cv::v_reinterpret_as_s16(upper[half]), across[half]));
+    const cv::v_float32x4 below =
+        cv::v_cvt_f32(cv::v_dotprod(cv::v_reinterpret_as_s16(lower[half]), across[half]));
+    cv::v_store(values + 4 * half,
+                (above + down[half] * (below - above)) * cv::v_setall_f32(1.0F / (1 << kGrayBits)));
   }
 }
 
@@ -63,24 +52,23 @@ void interpolateEight(const cv::Mat& image, const float* x, const float* y, floa
 
 bool AnchorPatch::sample(const cv::Mat& image, const PatchPose& pose,
                          std::vector<float>* values) const {
+  constexpr double kRounding = 0.001;  // px, of places
   const double r = radius_;
-  const double reach_x = r * (std::abs(pose.A(0, 0)) + std::abs(pose.A(0, 1)));
-  const double reach_y = r * (std::abs(pose.A(1, 0)) + std::abs(pose.A(1, 1)));
+  const double reach_x = r * (std::abs(pose.A(0, 0)) + std::abs(pose.A(0, 1))) + kRounding;
+  const double reach_y = r * (std::abs(pose.A(1, 0)) + std::abs(pose.A(1, 1))) + kRounding;
   if (!(pose.centre.x() >= reach_x && pose.centre.y() >= reach_y &&
         pose.centre.x() + reach_x < image.cols - 1 && pose.centre.y() + reach_y < image.rows - 1))
     return false;
   const int side = 2 * radius_ + 1, count = side * side;
   constexpr int kLanes = 8;  // a whole number of them is computed
-  cv::AutoBuffer<float, 1024> x(count + kLanes), y(count + kLanes);
-  const auto a00 = static_cast<float>(pose.A(0, 0)), a10 = static_cast<float>(pose.A(1, 0));
+  cv::AutoBuffer<int, 1024> x(count + kLanes), y(count + kLanes);
+  const int right_x = fixedPoint(pose.A(0, 0)), right_y = fixedPoint(pose.A(1, 0));
   for (int v = 0; v < side; ++v) {
-    const double down = v - radius_;
-    const auto x0 = static_cast<float>(pose.centre.x() - r * pose.A(0, 0) + down * pose.A(0, 1));
-    const auto y0 = static_cast<float>(pose.centre.y() - r * pose.A(1, 0) + down * pose.A(1, 1));
-    float *row_x = x.data() + v * side, *row_y = y.data() + v * side;
-    for (int u = 0; u < side; ++u) {
-      row_x[u] = x0 + static_cast<float>(u) * a00;
-      row_y[u] = y0 + static_cast<float>(u) * a10;
+    const Eigen::Vector2d left = pose.centre + pose.A * Eigen::Vector2d(-r, v - r);
+    int place_x = fixedPoint(left.x()), place_y = fixedPoint(left.y());
+    for (int i = v * side; i < (v + 1) * side; ++i, place_x += right_x, place_y += right_y) {
+      x[i] = place_x;
+      y[i] = place_y;
     }
   }
   std::fill_n(x.data() + count, kLanes, x[count - 1]);
@@ -119,23 +107,22 @@ AnchorPatch::AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, in
   const Matrix6 H = (G.transpose() * G).cast<double>();
   const Eigen::LDLT<Matrix6> factors(H);
   if (factors.info() != Eigen::Success || factors.vectorD().minCoeff() < 1e-3) return;
-  const Eigen::Matrix<float, Eigen::Dynamic, kParameters> scaled =
+  products_.resize(count, Eigen::NoChange);
+  products_.col(0) = T;
+  products_.rightCols<kParameters>().noalias() =
       G * factors.solve(Matrix6::Identity()).cast<float>();
-  patch_.assign(T.data(), T.data() + count);
-  steepest_descent_.assign(scaled.data(), scaled.data() + scaled.size());
 }
 
 double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterations,
                           double epsilon_px) const {
   std::vector<float> values;
-  const size_t count = patch_.size();
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     if (!sample(image, *pose, &values)) return -1.0;
-    const float gain = dot(values.data(), patch_.data(), count) / patch_squares_;
+    const Eigen::Map<const Eigen::VectorXf> I(values.data(), products_.rows());
+    const Eigen::Matrix<float, 1 + kParameters, 1> products = products_.transpose() * I;
+    const float gain = products[0] / patch_squares_;
     if (gain < 0.1F) return -1.0;  // nothing of the patch is there
-    Vector6 delta;
-    for (int i = 0; i < kParameters; ++i)
-      delta[i] = dot(&steepest_descent_[i * count], values.data(), count) / gain;
+    const Vector6 delta = (products.tail<kParameters>() / gain).cast<double>();
     Eigen::Matrix2d step;
     step << 1.0 + delta[0], delta[1], delta[2], 1.0 + delta[3];
     const double determinant = step.determinant();
@@ -145,7 +132,6 @@ double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterati
     pose->centre -= moved;
     if (moved.norm() > epsilon_px) continue;
     // Of the values before this last step, which is too small to show.
-    const Eigen::Map<const Eigen::VectorXf> I(values.data(), static_cast<Eigen::Index>(count));
     const float squares = (I.array() - I.mean()).square().sum();
     return gain * std::sqrt(patch_squares_ / std::max(squares, 1.0F));
   }

@@ -91,7 +91,7 @@ TEST(AnchorPatch, APatchThatLeavesTheImageIsNone) {
   const cv::Mat image = imageOf(Matrix2d::Identity(), Vector2d::Zero());
   // Ten pixels on every side, and one more for the derivatives; the last column is for
   // interpolation.
-  EXPECT_TRUE(AnchorPatch(image, {11.0, 60.0}, kSide).valid());
+  EXPECT_TRUE(AnchorPatch(image, {11.1, 60.0}, kSide).valid());
   EXPECT_FALSE(AnchorPatch(image, {10.9, 60.0}, kSide).valid());
   EXPECT_TRUE(AnchorPatch(image, {147.9, 60.0}, kSide).valid());
   EXPECT_FALSE(AnchorPatch(image, {148.1, 60.0}, kSide).valid());

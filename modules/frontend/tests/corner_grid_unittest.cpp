@@ -47,6 +47,29 @@ TEST(CornerGrid, GivesEveryCellItsStrongestCornerStrongestFirst) {
   EXPECT_TRUE(grid.detect(image, 100).empty());
 }
 
+TEST(CornerGrid, TheStrongestIsTheOneOfOpenCv) {
+  cv::Mat image(kSize, CV_8UC1);
+  cv::theRNG().state = 1;
+  cv::randu(image, 0, 255);
+  cv::GaussianBlur(image, image, {9, 9}, 2.0);
+  StereoTrackerOptions o = options();
+  o.max_features = 1;
+  cv::Mat response;
+  cv::cornerMinEigenVal(image, response, 5, 3);
+  const cv::Rect inner(o.border_px, o.border_px, kSize.width - 2 * o.border_px,
+                       kSize.height - 2 * o.border_px);
+  double strongest = 0.0;
+  cv::Point at;
+  cv::minMaxLoc(response(inner), nullptr, &strongest, nullptr, &at);
+  // The threshold is in the same scale, too.
+  o.min_corner_response = 0.9999 * strongest;
+  const auto corners = CornerGrid(kSize, o).detect(image, 1);
+  ASSERT_EQ(corners.size(), 1U);
+  EXPECT_EQ(cv::Point(corners[0]), at + inner.tl());
+  o.min_corner_response = 1.0001 * strongest;
+  EXPECT_TRUE(CornerGrid(kSize, o).detect(image, 1).empty());
+}
+
 TEST(CornerGrid, NoMoreThanAreWanted) {
   const StereoTrackerOptions o = options();
   const cv::Mat image = squaresAt({{30, 30}, {130, 30}, {230, 30}, {330, 30}});

@@ -51,30 +51,25 @@ void VisualTerms::eliminateFromCalibration(const Eigen::Vector3d& damping) {
 void VisualTerms::calibrationToAbsolute(const Window& window, int host,
                                         NormalEquations* equations) {
   const HostSums& sums = hosts_[host];
-  const int n = static_cast<int>(window.states.size());
   const WindowState& h = window.states[host];
   Matrix6Cd* H_pc = &calibration_.H_host[static_cast<size_t>(host) * hosts_.size()];
-  std::vector<int> seen;
-  std::vector<Vector6d> by_time(n);
-  for (int k = 0; k < n; ++k) {
-    if (k == host || sums.H(6 * k, 6 * k) == 0.0) continue;
-    seen.push_back(k);
-    by_time[k] = byTimeOffset(h, window.states[k]);
-  }
+  const std::vector<int>& seen = sums.seen();
+  std::vector<Vector6d> by_time(window.states.size());
+  for (const int k : seen) by_time[k] = byTimeOffset(h, window.states[k]);
   for (const int k : seen) {
     // What the relative poses have with the time offset, whose row in H they fill.
     Vector6d with_time = Vector6d::Zero();
     for (const int l : seen) {
       if (l >= k)
-        with_time.noalias() += sums.H.block<6, 6>(6 * k, 6 * l) * by_time[l];
+        with_time.noalias() += sums.H(k, l) * by_time[l];
       else
-        with_time.noalias() += sums.H.block<6, 6>(6 * l, 6 * k).transpose() * by_time[l];
+        with_time.noalias() += sums.H(l, k).transpose() * by_time[l];
     }
     const CalibrationVector row = H_pc[k].transpose() * by_time[k];  // its time offset is zero
     calibration_.H.row(kTimeOffset) += row.transpose();
     calibration_.H.col(kTimeOffset) += row;
     calibration_.H(kTimeOffset, kTimeOffset) += by_time[k].dot(with_time);
-    calibration_.g[kTimeOffset] += by_time[k].dot(sums.g.segment<6>(6 * k));
+    calibration_.g[kTimeOffset] += by_time[k].dot(sums.g(k));
     H_pc[k].col(kTimeOffset) += with_time;
   }
   for (const int k : seen) {

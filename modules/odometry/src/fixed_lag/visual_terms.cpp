@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "etalon/core/so3.h"
@@ -115,27 +116,35 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   if (with_calibration_) eliminateFromCalibration(V.diagonal() - undamped);
 }
 
+void VisualTerms::HostSums::clear(size_t states) {
+  seen_.clear();
+  is_seen_.assign(states, 0);
+  H_.resize(states * (states + 1) / 2);
+  g_.resize(states);
+}
+
+void VisualTerms::HostSums::see(int state) {
+  if (is_seen_[state]) return;
+  is_seen_[state] = 1;
+  seen_.push_back(state);
+  g_[state].setZero();
+  for (const int other : seen_) H(std::min(state, other), std::max(state, other)).setZero();
+}
+
 /** The landmark's Schur complement, added to its host's sums. */
 void VisualTerms::eliminate(const Eliminated& e) {
   HostSums& sums = hosts_[e.landmark->host];
-  const Eigen::Index size = 6 * hosts_.size();
-  if (!sums.used) {
-    sums.used = true;
-    sums.H.setZero(size, size);
-    sums.g.setZero(size);
-  }
   const Eigen::Vector3d best = e.inverse * e.g_l;
   for (size_t i = e.first; i < e.last; ++i) {
     Target& a = targets_[i];
-    const Eigen::Index row = 6 * a.state;
     a.scaled.noalias() = a.H_pl * e.inverse;
-    sums.H.block<6, 6>(row, row) += a.H_pp;
-    sums.g.segment<6>(row) += a.g_p;
-    sums.g.segment<6>(row).noalias() -= a.H_pl * best;
-    for (size_t j = e.first; j <= i; ++j) {  // in time order: j's block stands above
-      const Target& b = targets_[j];
-      sums.H.block<6, 6>(6 * b.state, row).noalias() -= b.scaled.lazyProduct(a.H_pl.transpose());
-    }
+    sums.see(a.state);
+    sums.H(a.state, a.state) += a.H_pp;
+    sums.g(a.state) += a.g_p;
+    sums.g(a.state).noalias() -= a.H_pl * best;
+    for (size_t j = e.first; j <= i; ++j)  // in time order: j's block stands above
+      sums.H(targets_[j].state, a.state).noalias() -=
+          targets_[j].scaled.lazyProduct(a.H_pl.transpose());
   }
 }
 
@@ -166,26 +175,25 @@ void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* eq
   const Eigen::Matrix3d R_HW = T_WH.R.transpose();
   std::vector<Matrix63d> L(n);
   std::vector<Matrix6d> by_host(n, Matrix6d::Zero());  // (B M)_k
-  std::vector<size_t> seen;
-  for (size_t k = 0; k < n; ++k) {
+  std::vector<int> seen = sums.seen();
+  std::sort(seen.begin(), seen.end());
+  for (const int k : seen) {
     const WindowState& target = window.states[k];
-    if (&target == &h || sums.H(6 * k, 6 * k) == 0.0) continue;
-    seen.push_back(k);
     const RelativeJacobians J = relativeJacobians(T_WH, target.linearization.T_WB * target.T_BI);
     L[k].topRows<3>() = J.by_host.topLeftCorner<3, 3>();
     L[k].bottomRows<3>().noalias() = T_WH.R * J.by_host.bottomLeftCorner<3, 3>();
   }
-  const auto addTimesM = [&](const Matrix6d& block, size_t l, Matrix6d* sum) {
+  const auto addTimesM = [&](const Matrix6d& block, int l, Matrix6d* sum) {
     sum->leftCols<3>().noalias() += block * L[l];
     sum->rightCols<3>() -= block.rightCols<3>();
   };
   Matrix6d of_host = Matrix6d::Zero();
   Vector6d g_host = Vector6d::Zero();
   for (size_t i = 0; i < seen.size(); ++i) {
-    const size_t k = seen[i];
+    const int k = seen[i];
     for (size_t j = i; j < seen.size(); ++j) {
-      const size_t l = seen[j];
-      Matrix6d block = sums.H.block<6, 6>(6 * k, 6 * l);
+      const int l = seen[j];
+      Matrix6d block = sums.H(k, l);
       block.rightCols<3>() *= R_HW;
       block.bottomRows<3>() = T_WH.R * block.bottomRows<3>().eval();
       addBlock(window.states[k], window.states[l], block, &equations->H);
@@ -195,7 +203,7 @@ void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* eq
     addBlock(window.states[k], h, by_host[k], &equations->H);
     of_host.topRows<3>().noalias() += L[k].transpose() * by_host[k];
     of_host.bottomRows<3>() -= by_host[k].bottomRows<3>();
-    Vector6d g = sums.g.segment<6>(6 * k);
+    Vector6d g = sums.g(k);
     g.tail<3>() = T_WH.R * g.tail<3>().eval();
     g_host.head<3>().noalias() += L[k].transpose() * g;
     g_host.tail<3>() -= g.tail<3>();
@@ -213,7 +221,7 @@ void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& 
   targets_.clear();
   eliminated_.clear();
   hosts_.resize(n);
-  for (HostSums& sums : hosts_) sums.used = false;
+  for (HostSums& sums : hosts_) sums.clear(n);
   relative_.resize(n * n);
   for (size_t h = 0; h < n; ++h)
     for (size_t k = 0; k < n; ++k)
@@ -224,7 +232,7 @@ void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& 
   equations->cost += cost_.total();
   for (const Eliminated& e : eliminated_) eliminate(e);
   for (size_t h = 0; h < n; ++h) {
-    if (!hosts_[h].used) continue;
+    if (!hosts_[h].used()) continue;
     toAbsolute(window, static_cast<int>(h), equations);
     if (calibration) calibrationToAbsolute(window, static_cast<int>(h), equations);
   }
@@ -235,7 +243,7 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
   const size_t n = window.states.size();
   std::vector<Vector6d> relative(n * n);
   for (size_t h = 0; h < n; ++h) {
-    if (!hosts_[h].used) continue;
+    if (!hosts_[h].used()) continue;
     for (size_t k = 0; k < n; ++k) {
       if (h == k) continue;
       const WindowState &a = window.states[h], &b = window.states[k];

@@ -98,10 +98,26 @@ class VisualTerms {
     size_t first = 0, last = 0;  ///< of targets_
   };
   /** Sums in relative poses over the landmarks of a host. */
-  struct HostSums {
-    bool used = false;
-    Eigen::MatrixXd H;  ///< 6 x 6 blocks by state, upper ones
-    Eigen::VectorXd g;
+  class HostSums {
+   public:
+    /** None; @param states of the window */
+    void clear(size_t states);
+    bool used() const { return !seen_.empty(); }
+    /** Makes the sums of a state, if it has none. */
+    void see(int state);
+    /** The states that have sums, in the order of see(). */
+    const std::vector<int>& seen() const { return seen_; }
+    /** Of two of them, `row` not after `column`. */
+    Matrix6d& H(int row, int column) { return H_[column * (column + 1) / 2 + row]; }
+    const Matrix6d& H(int row, int column) const { return H_[column * (column + 1) / 2 + row]; }
+    Vector6d& g(int state) { return g_[state]; }
+    const Vector6d& g(int state) const { return g_[state]; }
+
+   private:
+    std::vector<int> seen_;
+    std::vector<char> is_seen_;
+    std::vector<Matrix6d> H_;
+    std::vector<Vector6d> g_;
   };
 
   using Matrix6Cd = Eigen::Matrix<double, 6, kCalibrationSize>;

@@ -240,8 +240,14 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
     const Saved saved(*window, landmarks_);
     moveStates(step, window);
     visual_.solveLandmarks(*window, step);
-    const bool last = result.iterations + 1 >= iterations ||
-                      promised < options_.converged_sigmas * options_.converged_sigmas;
+    result.converged =
+        damping == 0.0 && promised < options_.converged_sigmas * options_.converged_sigmas;
+    if (result.converged) {  // no worse than promised, to first order of what is left
+      ++result.iterations;
+      result.cost -= promised;
+      break;
+    }
+    const bool last = result.iterations + 1 >= iterations;
     NormalEquations next(0);
     const double cost = last ? costOf(*window) : (linearize(window, &next), next.cost);
     if (!(cost <= result.cost * (1.0 + 1e-9) + 1e-9)) {
@@ -253,7 +259,6 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
     ++result.iterations;
     result.cost = cost;
     damping = damping > 1e-6 ? 0.1 * damping : 0.0;
-    result.converged = promised < options_.converged_sigmas * options_.converged_sigmas;
     if (last) break;
     equations = std::move(next);
   }

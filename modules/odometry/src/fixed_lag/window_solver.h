@@ -10,8 +10,9 @@ namespace etalon::fixed_lag {
 
 struct SolverOptions {
   int iterations = 3;
-  /** Converged is a step shorter than this in its own standard deviations, all states together. */
-  double converged_sigmas = 0.02;
+  /** Converged is a step shorter than this in its own standard deviations, all states together: it
+   * is the last. */
+  double converged_sigmas = 0.3;
 };
 
 struct SolverResult {

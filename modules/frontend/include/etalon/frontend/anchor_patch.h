@@ -28,7 +28,7 @@ class AnchorPatch {
    * texture. */
   AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, int side);
 
-  bool valid() const { return !patch_.empty(); }
+  bool valid() const { return products_.rows() > 0; }
 
   /**
    * Moves `pose` to where the patch fits best.
@@ -43,10 +43,10 @@ class AnchorPatch {
   bool sample(const cv::Mat& image, const PatchPose& pose, std::vector<float>* values) const;
 
   int radius_ = 0;
-  std::vector<float> patch_;  ///< less its mean
-  float patch_squares_ = 0;   ///< its squared norm
-  std::vector<float>
-      steepest_descent_;  ///< 6 images one after the other, pre-multiplied by the inverse Hessian
+  float patch_squares_ = 0;  ///< squared norm of the patch less its mean
+  /** What an image under the patch is multiplied by: the patch less its mean, and 6
+   * steepest-descent images, pre-multiplied by the inverse Hessian. */
+  Eigen::Matrix<float, Eigen::Dynamic, 7> products_;
 };
 
 }  // namespace etalon

@@ -16,7 +16,7 @@ struct StereoTrackerOptions {
   int klt_window_px = 9;              ///< side of the KLT patch
   int klt_levels = 4;                 ///< pyramid levels above the full image
   int klt_iterations = 30;            ///< per level, at most
-  double klt_epsilon_px = 0.01;       ///< a KLT iteration that moves less ends the level
+  double klt_epsilon_px = 0.02;       ///< a KLT iteration that moves less ends the level
   double forward_backward_px = 0.3;   ///< a track must come back to where it started
   double epipolar_px = 1.5;           ///< distance of a right pixel from its epipolar line
   double temporal_epipolar_px = 1.0;  ///< distance from where the motion takes it; 0: no check
