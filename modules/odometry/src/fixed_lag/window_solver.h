@@ -12,7 +12,7 @@ struct SolverOptions {
   int iterations = 3;
   /** Converged is a step shorter than this in its own standard deviations, all states together: it
    * is the last. */
-  double converged_sigmas = 0.3;
+  double converged_sigmas = 0.1;
 };
 
 struct SolverResult {
