@@ -55,9 +55,7 @@ Eigen::MatrixXd slowCovariance(const std::vector<Preintegration>& preintegration
     for (Eigen::Index l = 0; l < n; ++l) {
       const double apart =
           last.t + 0.5 * p.dt() - motion.nodes[l].t - 0.5 * preintegrations[l].dt();
-      correlation.block<3, 3>(3 * k, 3 * l)
-          .diagonal()
-          .setConstant(slow.correlation(apart));
+      correlation.block<3, 3>(3 * k, 3 * l).diagonal().setConstant(slow.correlation(apart));
     }
   }
   return slow.sigma_mps2 * slow.sigma_mps2 * by_error * correlation * by_error.transpose();
