@@ -4,6 +4,32 @@
 
 namespace etalon {
 
+namespace {
+
+/** The samples from t0 to t1 as they are to images that are `offset` later, in the IMU's time, than
+ * their stamps. Where that is beyond the newest sample the mean of as long before stands for what
+ * is yet to come. */
+std::vector<ImuSample> samplesAtStamps(const ImuBuffer& imu, TimeNs t0, TimeNs t1, TimeNs offset) {
+  if (offset == 0 || imu.empty()) return imu.between(t0, t1);
+  const TimeNs newest = imu.samples().back().t, end = t1 + offset;
+  std::vector<ImuSample> samples = imu.between(t0 + offset, std::min(end, newest));
+  if (samples.empty()) return samples;
+  if (end > newest) {
+    ImuSample mean;
+    mean.t = end;
+    const std::vector<ImuSample> last = imu.between(newest - (end - newest), newest);
+    for (const ImuSample& sample : last) {
+      mean.gyro += sample.gyro / static_cast<double>(last.size());
+      mean.accel += sample.accel / static_cast<double>(last.size());
+    }
+    samples.push_back(mean);
+  }
+  for (ImuSample& sample : samples) sample.t -= offset;
+  return samples;
+}
+
+}  // namespace
+
 KeyframeWindow::KeyframeWindow(int keyframes, double rate_hz)
     : keyframes_(keyframes), rate_hz_(rate_hz), selector_(KeyframeSelectorOptions{rate_hz}) {}
 
@@ -33,7 +59,8 @@ InitializationProblem KeyframeWindow::problem(const StereoInertialCalibration& c
   std::vector<int> indices;
   for (size_t i = 0; i < frames.size(); ++i)
     if (std::binary_search(stamps_.begin(), stamps_.end(), frames[i].t)) indices.push_back(i);
-  ImuBuffer samples(imu.between(stamps_.front(), stamps_.back()));
+  ImuBuffer samples(
+      samplesAtStamps(imu, stamps_.front(), stamps_.back(), durationNs(options.time_offset_s)));
   const ImuNoiseDensities densities = noise.apply(calibration.imu.noise, samples.samples());
   return makeProblem(calibration, densities, options, std::move(frames), std::move(indices),
                      std::move(samples));

@@ -1,14 +1,10 @@
 #include "etalon/pipeline/pipeline.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
 
-#include "etalon/core/angles.h"
 #include "etalon/core/stopwatch.h"
-#include "etalon/pipeline/odometry_start.h"
 #include "odometry_kinds.h"
 
 namespace etalon {
@@ -212,98 +208,6 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   window_.restart();
 }
 
-void Pipeline::tryInitialize() {
-  imu_.dropBefore(window_.stamps().front());
-  if (keyframesCollected() < (options_.windowsGrow() ? options_.min_keyframes : options_.keyframes))
-    return;
-  const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
-    return window_.problem(calibration_, options_.imu_noise, options, imu_);
-  });
-  if (outcome == Starter::Outcome::kRefused) return;
-  const InitializationAttempt& attempt = attempts().back();
-  if (outcome == Starter::Outcome::kTakesOver) {
-    handed_over_at_ = attempt.t;
-    adopt(attempt, keepingYawAndPosition(attempt));
-  } else if (state_ == PipelineState::kLost) {
-    startAgain(attempt);
-  } else {
-    start(attempt);
-  }
-}
-
-void Pipeline::start(const InitializationAttempt& attempt) {
-  initialized_at_ = attempt.t;
-  std::optional<OdometryOutput> inertial;
-  if (auto odometry = makeOdometry(calibration_, options_, views_))
-    inertial = startInertially(std::move(odometry), attempt, SE3());
-  // The last keyframe is the current frame: there the visual frame is tied to the world.
-  const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
-  const SE3 T_WV = T_WB * odometry_.pose().inverse();
-  for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
-  if (inertial)
-    replaceLast(*inertial);
-  else
-    adopt(attempt, SE3());
-}
-
-void Pipeline::startAgain(const InitializationAttempt& attempt) {
-  const SE3 before = estimates_.back().nav.T_WB;
-  replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
-                              keepingYawAndPosition(attempt)));
-  PoseJump jump;
-  jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
-  jump.covariance = lost_covariance_;
-  events_.back().jump = jump;
-}
-
-/** The odometry begins at the window's first keyframe and runs through the window's frames. */
-OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
-                                         const InitializationAttempt& attempt, const SE3& T_WA) {
-  clock_shift_ = 0;
-  clock_jumped_ = false;
-  inertial_ = std::move(odometry);
-  const std::deque<TrackedFrame>& frames = window_.frames();
-  showWindowImage(frames.front().t);
-  OdometryOutput output =
-      inertial_->start(odometryStart(attempt, T_WA, options_.window.priors), frames.front());
-  record_.add(output.t, frames.front(), {}, output, inertial_.get());
-  for (size_t i = 1; i < frames.size(); ++i) {
-    const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
-    showWindowImage(frames[i].t);
-    output = inertial_->process(frames[i], imu);
-    record_.add(output.t, frames[i], imu, output, inertial_.get());
-  }
-  window_.clear();
-  window_images_.clear();
-  starter_.endWaitForMotion();
-  const std::string by =
-      attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
-  enter(PipelineState::kInertial, output.t, by + " accepted");
-  return output;
-}
-
-/** The map takes its views from the window's frames, too, when the odometry runs through them. */
-void Pipeline::keepWindowImages(const StereoFrame& frame) {
-  StereoFrame& kept = window_images_[frame.t];
-  kept.left = frame.left.clone();
-  kept.right = frame.right.clone();
-  const std::deque<TrackedFrame>& frames = window_.frames();
-  const auto first = frames.empty() ? window_images_.end() : window_images_.find(frames.front().t);
-  window_images_.erase(window_images_.begin(), first);
-}
-
-void Pipeline::showWindowImage(TimeNs t) {
-  if (!views_) return;
-  const StereoFrame& frame = window_images_.at(t);
-  views_->show(frame.left, frame.right);
-}
-
-/** The last pose is the fixed-lag odometry's first. */
-void Pipeline::replaceLast(const OdometryOutput& output) {
-  estimates_.pop_back();
-  keep(output);
-}
-
 Trajectory Pipeline::smoothedTrajectory() const {
   return carriedAlong(trajectory(), record_.smoothed());
 }
@@ -313,33 +217,6 @@ FinalFlight Pipeline::finalBa() const {
   options.least_noise_factor =
       std::min(1.0, options_.fixed_lag.least_sigma_px / options_.fixed_lag.sigma_px);
   return record_.finalBa(options_.window.priors, options, calibrationInUse());
-}
-
-/** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and
- * position. */
-SE3 Pipeline::keepingYawAndPosition(const InitializationAttempt& attempt) const {
-  // The rotation about z that brings the attempt's current pose nearest to the odometry's: the
-  // trace of Rz(yaw)^T R_WB R_AB^T is greatest.
-  const SE3& T_WB = odometry_.pose();
-  const SE3 T_AB = attempt.poses().back();
-  const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
-  const double yaw = aligningYaw(R);
-  const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return {R_WA, T_WB.t - R_WA * T_AB.t};
-}
-
-/** Moves the stereo odometry to the attempt's estimate, whose world is A. */
-void Pipeline::adopt(const InitializationAttempt& attempt, const SE3& T_WA) {
-  const std::vector<SE3> poses = attempt.poses();
-  odometry_.transform(T_WA * poses.back() * odometry_.pose().inverse());
-  Trajectory keyframes;
-  for (size_t k = 0; k < attempt.keyframes.size(); ++k)
-    keyframes.push_back({attempt.keyframes[k], T_WA * poses[k]});
-  std::map<LandmarkId, Eigen::Vector3d> landmarks;
-  for (const auto& [id, p_A] : attempt.landmarks) landmarks[id] = T_WA * p_A;
-  odometry_.adopt(keyframes, landmarks);
-  bias_ = attempt.bias();
-  if (!starter_.waitsForMotion()) window_.clear();
 }
 
 }  // namespace etalon

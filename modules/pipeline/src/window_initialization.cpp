@@ -72,10 +72,29 @@ VisualInertialBaResult refine(const InitializationProblem& problem, const Initia
   return refined;
 }
 
-InitializationAttempt attemptInitialization(const InitializationProblem& problem,
-                                            const Initializer& initializer,
-                                            const WindowOptions& options) {
+namespace {
+
+/** Whether the window was refused because of the stamps of its images. */
+void lookForTimeOffset(const InitializationProblem& problem, InitializationAttempt* attempt) {
+  if (attempt->accepted()) return;
+  Refusal& refusal = attempt->decision.error();
+  if (refusal.status != RefusalStatus::kNotConverged &&
+      refusal.status != RefusalStatus::kImplausible)
+    return;
+  const Expected<VisualSolution>& visual = problem.visualSolution();
+  if (!visual) return;
+  Expected<RotationTimeOffset> found = timeOffsetOfRotations(problem, *visual);
+  if (!found || !found->certain()) return;
+  found->offset_s += attempt->time_offset_used_s;
+  refusal.reason += "; by the rotations of images and gyro " + found->inWords();
+  attempt->time_offset = *found;
+}
+
+InitializationAttempt initializeAndJudge(const InitializationProblem& problem,
+                                         const Initializer& initializer,
+                                         const WindowOptions& options) {
   InitializationAttempt attempt;
+  attempt.time_offset_used_s = options.time_offset_s;
   for (int k = 0; k < problem.keyframeCount(); ++k)
     attempt.keyframes.push_back(problem.keyframe(k).t);
   if (!attempt.keyframes.empty()) attempt.t = attempt.keyframes.back();
@@ -113,6 +132,16 @@ InitializationAttempt attemptInitialization(const InitializationProblem& problem
   attempt.vi_ba_ms = watch.lapMilliseconds();
   attempt.has_vi_ba = true;
   attempt.decision = judge(attempt.vi_ba, options.acceptance);
+  return attempt;
+}
+
+}  // namespace
+
+InitializationAttempt attemptInitialization(const InitializationProblem& problem,
+                                            const Initializer& initializer,
+                                            const WindowOptions& options) {
+  InitializationAttempt attempt = initializeAndJudge(problem, initializer, options);
+  lookForTimeOffset(problem, &attempt);
   return attempt;
 }
 

@@ -65,5 +65,30 @@ TEST(KeyframeWindow, TheProblemHoldsItsFramesAndTheSamplesFromItsFirstToItsLastK
   EXPECT_EQ(samples.back().t, window.stamps().back());
 }
 
+TEST(KeyframeWindow, ATimeOffsetMovesTheSamplesToTheStampsOfTheImages) {
+  const SyntheticWindow synthetic = testing::makeSyntheticWindow({});
+  KeyframeWindow window(4, 4.0);
+  for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
+  WindowOptions options;
+  for (const double offset_s : {-0.012, 0.012}) {
+    options.time_offset_s = offset_s;
+    const TimeNs offset = durationNs(offset_s);
+    const InitializationProblem problem =
+        window.problem(synthetic.calibration, {}, options, synthetic.imu);
+    const std::vector<ImuSample>& samples = problem.imu().samples();
+    EXPECT_EQ(samples.front().t, window.stamps().front());
+    EXPECT_EQ(samples.back().t, window.stamps().back());
+    const std::vector<ImuSample> imu =
+        synthetic.imu.between(window.stamps().front() + offset, synthetic.imu.samples().back().t);
+    // Past the newest sample there is one more: the mean of as long before.
+    for (size_t i = 0; i + 1 < samples.size(); ++i) {
+      EXPECT_EQ(samples[i].t + offset, imu[i].t);
+      EXPECT_EQ(samples[i].gyro, imu[i].gyro);
+    }
+    const Eigen::Vector3d newest = synthetic.imu.samples().back().gyro;
+    if (offset_s > 0.0) EXPECT_LT((samples.back().gyro - newest).norm(), 0.02);  // 2 rad/s^2
+  }
+}
+
 }  // namespace
 }  // namespace etalon

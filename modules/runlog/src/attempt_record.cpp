@@ -58,6 +58,8 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   for (const StageTiming& timing : attempt.init_timings) record.timings.push_back(timing);
 
   record.extrinsics = attempt.extrinsics;
+  record.time_offset = attempt.time_offset;
+  record.time_offset_used_s = attempt.time_offset_used_s;
   if (attempt.init) {
     StageRecord stage = makeStage(kStageInit, attempt.init->states, attempt.init->bias,
                                   attempt.init->covariance, gravity_mps2, truth);

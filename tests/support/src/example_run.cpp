@@ -51,6 +51,7 @@ RunRecord exampleRecord() {
   refused.status = "too_few_tracks";
   refused.reason = "12 landmarks, at least 30 are needed";
   refused.reason_value = 12;
+  refused.time_offset = RotationTimeOffset{-0.0101, 1.0 / 3000.0, 1.5, 8};
   record.attempts.push_back(refused);
 
   AttemptRecord accepted;
@@ -59,6 +60,7 @@ RunRecord exampleRecord() {
   accepted.status = kStatusSuccess;
   accepted.timings = {{kTimingStereoOdometry, 12.5}, {kTimingInitialize, 3.25}, {kTimingViBa, 30}};
   const SE3 T_BC(Eigen::Matrix3d::Identity(), {0.1, 0.2, -0.3});  // reads back to the last bit
+  accepted.time_offset_used_s = -0.0101;
   accepted.extrinsics = FoundExtrinsics{T_BC, 1.25, 0.05};
   accepted.stages = {exampleStage(kStageInit, 1.1), exampleStage(kStageViBa, 0.7)};
   accepted.stages[1].covariance.resize(2, 2);

@@ -31,10 +31,7 @@ MatrixXd rotationWhitening(const VisualSolution& visual,
   const Index n = preintegrations.size();
   if (weights == RowWeights::kNone) return {};
   MatrixXd covariance = MatrixXd::Zero(3 * n, 3 * n);
-  if (weights == RowWeights::kImuAndVision && visual.covariance.rows() == 6 * n) {
-    const MatrixXd J = rotationByPoses(visual);
-    covariance = J * visual.covariance * J.transpose();
-  }
+  if (weights == RowWeights::kImuAndVision) covariance = covarianceOfRotations(visual);
   for (Index k = 0; k < n; ++k)
     covariance.block<3, 3>(3 * k, 3 * k) += preintegrations[k].covariance().topLeftCorner<3, 3>();
   const Eigen::LLT<MatrixXd> factor(covariance);
@@ -43,6 +40,13 @@ MatrixXd rotationWhitening(const VisualSolution& visual,
 }
 
 }  // namespace
+
+MatrixXd covarianceOfRotations(const VisualSolution& visual) {
+  const Index n = visual.T_VB.size() - 1;
+  if (visual.covariance.rows() != 6 * n) return MatrixXd::Zero(3 * n, 3 * n);
+  const MatrixXd J = rotationByPoses(visual);
+  return J * visual.covariance * J.transpose();
+}
 
 Expected<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
                                            const VisualSolution& visual, RowWeights weights,

@@ -87,6 +87,14 @@ std::optional<CalibrationInformation> calibrationInformation(const LinearRows& p
   return of;
 }
 
+CalibrationWatch::CalibrationWatch(const CalibrationOptions& options, const CalibrationVector& used)
+    : options_(options), used_(used) {
+  for (size_t i = 0; i < kQuantityCount; ++i) {
+    const CalibrationQuantity& q = kCalibrationQuantities[i];
+    in_use_[i] = !used.segment(q.first, q.size).isZero(0.0);
+  }
+}
+
 bool CalibrationWatch::isFree(Eigen::Index column) const {
   if (column >= kFocal) return options_.intrinsics != CalibrationMode::kOff;
   return (column == kTimeOffset ? options_.time_offset : options_.extrinsics) !=

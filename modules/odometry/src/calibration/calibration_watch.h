@@ -46,7 +46,9 @@ extern const std::array<CalibrationQuantity, kQuantityCount> kCalibrationQuantit
  */
 class CalibrationWatch {
  public:
-  explicit CalibrationWatch(const CalibrationOptions& options) : options_(options) {}
+  /** @param used the deviation that is in use from the start; quantities with one are followed */
+  explicit CalibrationWatch(const CalibrationOptions& options,
+                            const CalibrationVector& used = CalibrationVector::Zero());
 
   /** After every frame. @return the deviation to use from now on, if it is another one */
   std::optional<CalibrationVector> update(const Window& window, const OdometryOutput& output);

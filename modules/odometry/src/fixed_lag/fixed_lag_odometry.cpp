@@ -61,7 +61,10 @@ class FixedLagOdometry::Impl {
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
     calibration_ = given_;
-    calibration_watch_ = fixed_lag::CalibrationWatch(options_.calibration);
+    const bool has_offset = options_.calibration.time_offset != CalibrationMode::kOff;
+    fixed_lag::CalibrationVector deviation = fixed_lag::CalibrationVector::Zero();
+    deviation[fixed_lag::kTimeOffset] = has_offset ? start.time_offset_s : 0.0;
+    calibration_watch_ = fixed_lag::CalibrationWatch(options_.calibration, deviation);
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
     rest_ = fixed_lag::RestDetector();
     const Eigen::LLT<Matrix15d> factor(start.covariance);
@@ -70,6 +73,7 @@ class FixedLagOdometry::Impl {
     window_ = fixed_lag::windowAt(calibration_, {0.0, 0.0, -options_.gravity_mps2}, start.state,
                                   frame.t, factor.matrixL().solve(Matrix15d::Identity()));
     if (options_.calibration.any()) addCalibrationColumns(given_, &window_);
+    if (!deviation.isZero(0.0)) setCalibration(deviation, &window_);
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     tracks_.createLandmarks(measured, &window_);
     if (map_.enabled) {

@@ -1,6 +1,7 @@
 #include "window.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "etalon/core/so3.h"
 
@@ -96,15 +97,29 @@ void setCalibration(const CalibrationVector& deviation, Window* window) {
   }
 }
 
+/** The rate that turns the body between the stamp `t` and the image: the mean of samples over as
+ * long, because a sample's own vibration, times the offset, would make the offset look smaller. */
+static Eigen::Vector3d rateAt(TimeNs t, const std::vector<ImuSample>& imu, double time_offset) {
+  const TimeNs reach = durationNs(std::abs(time_offset));
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const ImuSample& sample : imu) {
+    if (std::abs(sample.t - t) > reach) continue;
+    sum += sample.gyro;
+    ++count;
+  }
+  return sum / static_cast<double>(count);
+}
+
 void updateImageTimes(Window* window) {
   if (!window->calibration.unknown) return;
   for (size_t i = window->firstFull(); i < window->states.size(); ++i) {
     WindowState& state = window->states[i];
     const bool first = state.imu.samples().empty();  // the IMU of the next begins there
     if (first && i + 1 == window->states.size()) continue;
-    const ImuSample& sample =
-        first ? window->states[i + 1].imu.samples().front() : state.imu.samples().back();
-    state.twist_B << sample.gyro - state.now.bias.gyro,
+    const std::vector<ImuSample>& imu = (first ? window->states[i + 1] : state).imu.samples();
+    state.twist_B << rateAt(state.t, imu, window->calibration.now[kTimeOffset]) -
+                         state.now.bias.gyro,
         state.now.T_WB.R.transpose() * state.now.v_WB;
     placeImage(window->calibration.now[kTimeOffset], &state);
   }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "../simulated_flight.h"
@@ -33,7 +34,8 @@ struct Flown {
 };
 
 Flown fly(const SimulatedFlight& flight, const StereoInertialCalibration& given,
-          const SimulatedFlightOptions& simulated, CalibrationMode mode) {
+          const SimulatedFlightOptions& simulated, CalibrationMode mode,
+          double known_offset_s = 0.0) {
   FixedLagOptions options;
   options.imu_noise = flight.imu_noise;
   options.sigma_px = simulated.sigma_px;
@@ -41,11 +43,12 @@ Flown fly(const SimulatedFlight& flight, const StereoInertialCalibration& given,
   options.calibration.intrinsics = mode;
   options.calibration.accel_scale_sigma = 0.0;  // as simulated
   FixedLagOdometry odometry(given, options);
+  OdometryStart start = flight.startAt(0, startSigma(), 7);
+  start.time_offset_s = known_offset_s;
   Flown flown;
   for (size_t i = 0; i < flight.frames.size(); ++i)
-    flown.outputs.push_back(
-        i == 0 ? odometry.start(flight.startAt(0, startSigma(), 7), flight.frames[0])
-               : odometry.process(flight.frames[i], flight.between(i - 1, i)));
+    flown.outputs.push_back(i == 0 ? odometry.start(start, flight.frames[0])
+                                   : odometry.process(flight.frames[i], flight.between(i - 1, i)));
   for (const CalibrationFinding& finding : odometry.calibrationFindings())
     flown.findings[finding.quantity] = finding;
   return flown;
@@ -97,6 +100,31 @@ TEST(CalibratedFlight, FindsATimeOffset) {
   WrongCalibration wrong;
   wrong.time_offset = 5.0;
   expectRecovered(wrong, "time offset");
+}
+
+TEST(CalibratedFlight, ATimeOffsetThatTheStartKnowsIsUsedFromTheFirstImageOnAndFollowed) {
+  SimulatedFlightOptions options = shortFlight(3);
+  options.duration_s = 10.0;
+  options.time_offset_s = -0.015;
+  const SimulatedFlight flight = simulateFlight(options);
+  // Over the first three seconds, before an offset that is not known is found.
+  const auto error = [&](const Flown& flown) {
+    double sum = 0.0;
+    for (size_t i = 0; i < 30; ++i)
+      sum += (flown.outputs[i].state.v_WB - flight.truth[i].v_WB).squaredNorm();
+    return std::sqrt(sum / 30.0);
+  };
+  const Flown known = fly(flight, flight.calibration, options, CalibrationMode::kAuto, -0.0145);
+  const Flown not_known = fly(flight, flight.calibration, options, CalibrationMode::kAuto);
+  const CalibrationFinding& finding = known.findings.at("time offset");
+  EXPECT_LT(std::abs(finding.used[0] + 15.0), 3.5 * finding.sigma[0]) << finding.words;
+  for (const OdometryOutput& output : known.outputs) EXPECT_TRUE(output.remarks.empty());
+  EXPECT_LT(error(known), 0.5 * error(not_known));
+  // Off: it is taken as given.
+  const Flown off = fly(flight, flight.calibration, options, CalibrationMode::kOff, -0.0145);
+  const Flown given = fly(flight, flight.calibration, options, CalibrationMode::kOff);
+  for (size_t i = 0; i < off.outputs.size(); ++i)
+    ASSERT_EQ(off.outputs[i].state.T_WB.t, given.outputs[i].state.T_WB.t) << i;
 }
 
 TEST(CalibratedFlight, FindsThatTheCamerasAreTurnedInTheBody) {

@@ -33,7 +33,8 @@ class KeyframeWindow {
   const std::deque<TrackedFrame>& frames() const { return frames_; }
 
   /**
-   * The window as an initializer sees it, once it has a keyframe and `imu` reaches over it.
+   * The window as an initializer sees it, once it has a keyframe and `imu` reaches over it,
+   * and over as much before its first keyframe as the time offset of `options` is negative.
    * @param noise makes the densities to use from the data sheet's and the window's samples
    */
   InitializationProblem problem(const StereoInertialCalibration& calibration,

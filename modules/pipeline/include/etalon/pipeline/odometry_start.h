@@ -16,4 +16,13 @@ namespace etalon {
 OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_WA,
                             const BiasPriors& priors);
 
+/**
+ * Moves the start from the instant of the first image to that of its stamp, with constant rate and
+ * acceleration.
+ * @param offset_s by which the image is later, in the IMU's time, than its stamp
+ * @param imu samples between the two instants, at least one
+ */
+void moveToStamp(double offset_s, const std::vector<ImuSample>& imu, double gravity_mps2,
+                 OdometryStart* start);
+
 }  // namespace etalon

@@ -173,7 +173,10 @@ class Pipeline {
   bool collecting() const {
     return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
   }
+
+  // The start (pipeline_start.cpp).
   void tryInitialize();
+  void correctTimeOffset();
   void start(const InitializationAttempt& attempt);
   void startAgain(const InitializationAttempt& attempt);
   OdometryOutput startInertially(std::unique_ptr<Odometry> odometry,

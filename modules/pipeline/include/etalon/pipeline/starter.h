@@ -53,6 +53,9 @@ class Starter {
   /** An attempt at a window; what was accepted is the last of attempts(). */
   Outcome attempt(const KeyframeWindow& window, const MakeProblem& problem);
 
+  /** From the next attempt on the images are later by this, in the IMU's time, than their stamps. */
+  void setTimeOffset(double offset_s) { options_.time_offset_s = offset_s; }
+
   /** Whether the odometry was started at rest, and the initializer for motion has not taken over
    * yet. */
   bool waitsForMotion() const { return waits_for_motion_; }

@@ -6,6 +6,7 @@
 
 #include "etalon/initialization/acceptance.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/initialization/steps/time_offset_of_rotations.h"
 #include "etalon/odometry/stereo_odometry.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 
@@ -19,6 +20,9 @@ struct WindowOptions {
   VisualInertialBaOptions vi_ba;
   AcceptanceOptions acceptance;
   double gravity_mps2 = 9.81;
+  /** By which images are later, in the IMU's time, than their stamps: the problem's IMU is moved to
+   * the stamps. Not a key. */
+  double time_offset_s = 0.0;
   /** Without, an attempt ends with the initializer: what it calls a success is accepted. Not a
    * key. */
   bool refine = true;
@@ -44,6 +48,10 @@ struct InitializationAttempt {
   bool used_stereo_odometry = false;
   double visual_rms_px = 0.0;
   std::optional<FoundExtrinsics> extrinsics;  ///< of methods that estimate them
+  /** Of a refusal that may come from the stamps of the images (kNotConverged, kImplausible), where it
+   * is certain: by how much they are off, all in all. The refusal's reason says so, too. */
+  std::optional<RotationTimeOffset> time_offset;
+  double time_offset_used_s = 0.0;  ///< WindowOptions::time_offset_s
 
   bool accepted() const { return decision.has_value(); }
   /** The estimate that counts, in the attempt's world: VI-BA's, or the plugin's where there is

@@ -89,6 +89,14 @@ void members(Archive& json, Member<Archive, FoundExtrinsics>& found) {
 }
 
 template <typename Archive>
+void members(Archive& json, Member<Archive, RotationTimeOffset>& found) {
+  json("images_later_s", found.offset_s);
+  json("sigma_s", found.sigma_s);
+  json("chi2_per_dof", found.chi2_per_dof);
+  json("keyframe_pairs", found.pairs);
+}
+
+template <typename Archive>
 void members(Archive& json, Member<Archive, AttemptRecord>& attempt) {
   json("stamp_ns", attempt.t);
   json.unlessNone("initializer", attempt.initializer);
@@ -101,6 +109,9 @@ void members(Archive& json, Member<Archive, AttemptRecord>& attempt) {
   json("keyframes_ns", attempt.keyframes);
   json("stages", attempt.stages);
   if (Archive::kReads || attempt.extrinsics) json.added("extrinsics", attempt.extrinsics);
+  if (Archive::kReads || attempt.time_offset) json.added("time_offset", attempt.time_offset);
+  if (Archive::kReads || attempt.time_offset_used_s != 0.0)
+    json.added("time_offset_used_s", attempt.time_offset_used_s);
 }
 
 }  // namespace etalon

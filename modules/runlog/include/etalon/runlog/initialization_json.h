@@ -10,6 +10,7 @@
 #include "etalon/evaluation/metrics.h"
 #include "etalon/imu/imu_sample.h"
 #include "etalon/initialization/initialization_result.h"
+#include "etalon/initialization/steps/time_offset_of_rotations.h"
 
 namespace etalon {
 
@@ -55,6 +56,8 @@ struct AttemptRecord {
   std::vector<StageRecord> stages;   ///< those that were reached
   std::vector<StageTiming> timings;  ///< ms, steady clock
   std::optional<FoundExtrinsics> extrinsics;
+  std::optional<RotationTimeOffset> time_offset;  ///< InitializationAttempt::time_offset
+  double time_offset_used_s = 0.0;
 
   bool accepted() const { return status == kStatusSuccess; }
   /** The stage of this name; null if it was not reached. */

@@ -36,6 +36,10 @@ struct RotationBias {
                                const VisualSolution& visual) const;
 };
 
+/** Covariance of stereo odometry's rotations from keyframe to keyframe, right perturbations, rad:
+ * 3(N-1) x 3(N-1); zero where it has none. */
+Eigen::MatrixXd covarianceOfRotations(const VisualSolution& visual);
+
 /**
  * Linear least squares from the mean of the priors; the raw IMU is integrated anew at each result,
  * because a linear step leaves an error of the order of (|db_g| dt)^2 / dt.

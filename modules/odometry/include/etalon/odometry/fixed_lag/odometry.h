@@ -21,6 +21,9 @@ struct OdometryStart {
   /** Of the state's error, 15 x 15 in the order of state_index, positive definite. Position and yaw
    * are free: give them a small variance. */
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Identity();
+  /** By which the images are later, in the IMU's time, than their stamps, as far as is known before;
+   * of no effect with CalibrationOptions::time_offset off. */
+  double time_offset_s = 0.0;
 };
 
 /** A landmark that was found in an old keyframe. */

@@ -15,6 +15,10 @@ enum class CalibrationMode {
   kAuto,  ///< estimates it, and uses the estimate only where the calibration is certainly wrong
 };
 
+/** A time offset farther from what was given is not believed, s: five standard deviations of what is
+ * believed before any measurement. */
+constexpr double kFarthestTimeOffset = 0.025;
+
 /** Keys of section [odometry]. */
 struct CalibrationOptions {
   CalibrationMode time_offset = CalibrationMode::kAuto;
