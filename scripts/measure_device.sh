@@ -35,7 +35,7 @@ done
 
 for case in cold known; do
   for source in "$@"; do
-    tail -n +2 "$out/${case}_$(basename "$source")/windows.csv" | sed "s/^/$case,/"
+    sed "s/^/$case,/" "$out/${case}_$(basename "$source")/windows.csv"
   done
 done | awk -F, '
   function sorted(values, n, result,   i, j) {
@@ -52,16 +52,28 @@ done | awk -F, '
     sorted(v, n, s)
     return n
   }
-  function add(key,   c, i) {
+  function of(field) { return $(column[field]) + 0 }
+  function add(key,   field, i) {
     if (!(key in count)) order[++keys] = key
     count[key]++
-    if ($9 != "success") return
+    if ($(column["status"]) != "success") return
     i = ++good[key]
-    for (c = 1; c <= 10; c++) value[key, c, i] = $(NF - c) + 0
-    if ($(NF - 9) < 2 && $(NF - 8) < 0.1) success[key]++
-    for (c = 1; c <= 4; c++) sum[key, c] += $(NF - c)
+    for (field in wanted) {
+      value[key, field, i] = of(field)
+      sum[key, field] += of(field)
+    }
+    if (of("gravity_deg") < 2 && of("velocity_mps") < 0.1) success[key]++
     # Chi-squares of 2 and 3 degrees of freedom that are as improbable as 3.5 sigma of one.
-    if (2 * $(NF - 4) > 15.35 || 3 * $(NF - 1) > 17.73) beyond[key]++
+    if (2 * of("tilt_nees") > 15.35 || 3 * of("accel_bias_nees") > 17.73) beyond[key]++
+  }
+  BEGIN {
+    split("gravity_deg velocity_mps accel_bias_mps2 tilt_nees velocity_nees accel_bias_nees", fields, " ")
+    for (f in fields) wanted[fields[f]]
+  }
+  $2 == "sequence" {
+    for (c = 1; c <= NF; c++) column[$c] = c
+    for (field in wanted) if (!(field in column)) { print "windows.csv has no column " field; exit 1 }
+    next
   }
   { add($1 "," $2); if ($2 !~ /_real$/) add($1 ",all but _real") }
   END {
@@ -71,11 +83,11 @@ done | awk -F, '
       key = order[k <= keys ? k : k - keys]
       if ((key ~ /,all/) != (k > keys)) continue
       split(key, name, ",")
-      n = load(key, 9); gravity = sprintf("%.3f / %.3f (%.2f)", at(0.5, n), at(0.9, n), s[n])
-      load(key, 8); velocity = sprintf("%.4f / %.4f", at(0.5, n), at(0.9, n))
-      load(key, 6); bias = sprintf("%.3f / %.3f", at(0.5, n), at(0.9, n))
+      n = load(key, "gravity_deg"); gravity = sprintf("%.3f / %.3f (%.2f)", at(0.5, n), at(0.9, n), s[n])
+      load(key, "velocity_mps"); velocity = sprintf("%.4f / %.4f", at(0.5, n), at(0.9, n))
+      load(key, "accel_bias_mps2"); bias = sprintf("%.3f / %.3f", at(0.5, n), at(0.9, n))
       printf "%-6s %-16s %5d of %3d %26s %18s %18s %6.2f %9.2f %6.2f %7d\n", name[1], name[2], success[key], count[key], gravity, velocity, bias, \
-        sum[key, 4] / n, sum[key, 3] / n, sum[key, 1] / n, beyond[key]
+        sum[key, "tilt_nees"] / n, sum[key, "velocity_nees"] / n, sum[key, "accel_bias_nees"] / n, beyond[key]
     }
   }'
 

@@ -183,9 +183,16 @@ TEST(NoiseCalibration, CorrectsByTheRootWhereTheCouplingIsNotKnown) {
 
 /** The factor of white and slow noise together over an interval. */
 double factorOf(double white, double slow_mps2, double time_s, double interval_s, double density) {
-  const double x = interval_s / time_s;
-  const double variance =
-      2.0 * slow_mps2 * slow_mps2 * time_s * time_s * (x - 1.0 + std::exp(-x)) / interval_s;
+  const SlowAcceleration slow{slow_mps2, time_s};
+  constexpr int kSteps = 200;  // of Simpson's rule on twice (interval - lag) times the correlation
+  const double step_s = interval_s / kSteps;
+  double integral = 0.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double weight = i == 0 || i == kSteps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    integral +=
+        weight / 3.0 * step_s * 2.0 * (interval_s - i * step_s) * slow.correlation(i * step_s);
+  }
+  const double variance = slow_mps2 * slow_mps2 * integral / interval_s;
   return std::sqrt(white * white + variance / (density * density));
 }
 

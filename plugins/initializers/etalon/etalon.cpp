@@ -15,6 +15,10 @@ class EtalonInitializer : public Initializer {
     parameters.add("sigma_shared_deg", &sigma_shared_deg_, {0.0, 10.0},
                    "Standard deviation of the error that all pixels of a keyframe share, as a "
                    "rotation an axis, deg (calibration).");
+    parameters.add(
+        "least_pixel_share", &least_pixel_share_, {1e-3, 1.0},
+        "Least share of sigma_px that counts as the pixels' noise where the window's own "
+        "residuals show less; 1: sigma_px as it is.");
     parameters.add("white_accel_share", &white_accel_share_, {1e-3, 1.0},
                    "Share of the accelerometer's density that is white where [priors] believe in a "
                    "slow error beside it; what is inflated stands for both.");
@@ -24,6 +28,7 @@ class EtalonInitializer : public Initializer {
  protected:
   InitializationResult solve(const InitializationProblem& problem) const override {
     JointMapOptions options = map_;
+    options.least_noise = least_pixel_share_;
     options.model.slow_accel = true;
     options.model.white_accel_share = white_accel_share_;
     options.model.sigma_shared_rad = radians(sigma_shared_deg_);
@@ -33,6 +38,7 @@ class EtalonInitializer : public Initializer {
  private:
   JointMapOptions map_;
   double sigma_shared_deg_ = 0.017;
+  double least_pixel_share_ = 0.1;
   double white_accel_share_ = 0.33;
 };
 

@@ -254,10 +254,11 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
 AccelerometerError separateSlowError(const FactorAtInterval& shorter,
                                      const FactorAtInterval& longer, double density,
                                      double time_s) {
-  // Variance of the integral of a Gauss-Markov process of variance 1, a second of the interval.
+  // Variance of the integral of a slow error of variance 1, a second of the interval.
   const auto slow = [time_s](double interval_s) {
     const double x = interval_s / time_s;
-    return 2.0 * time_s * time_s * (x - 1.0 + std::exp(-x)) / interval_s;
+    const double integral = std::sqrt(0.5 * M_PI) * x * std::erf(x / std::sqrt(2.0));
+    return 2.0 * time_s * time_s * (integral + std::exp(-0.5 * x * x) - 1.0) / interval_s;
   };
   const double square = density * density;
   const double more = longer.factor * longer.factor - shorter.factor * shorter.factor;

@@ -1,7 +1,5 @@
 #include "etalon/initialization/joint/closed_form_motion.h"
 
-#include <cmath>
-
 #include "etalon/core/so3.h"
 
 namespace etalon {
@@ -57,9 +55,7 @@ Eigen::MatrixXd slowCovariance(const std::vector<Preintegration>& preintegration
     for (Eigen::Index l = 0; l < n; ++l) {
       const double apart =
           last.t + 0.5 * p.dt() - motion.nodes[l].t - 0.5 * preintegrations[l].dt();
-      correlation.block<3, 3>(3 * k, 3 * l)
-          .diagonal()
-          .setConstant(std::exp(-std::abs(apart) / slow.time_s));
+      correlation.block<3, 3>(3 * k, 3 * l).diagonal().setConstant(slow.correlation(apart));
     }
   }
   return slow.sigma_mps2 * slow.sigma_mps2 * by_error * correlation * by_error.transpose();

@@ -157,7 +157,7 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   const VisualWindow window =
       buildVisualWindow(problem.calibration(), nodes.frames, problem.sigmaPx());
   const StereoPoints points = stereoPoints(window, options.chi2_stereo);
-  TrackInformation tracks(window, std::sqrt(options.chi2_pixel));
+  TrackInformation tracks(window, std::sqrt(options.chi2_pixel), options.least_noise);
   JointEstimate estimate;
   estimate.bias = problem.priors().mean;
   std::vector<Preintegration> preintegrations =

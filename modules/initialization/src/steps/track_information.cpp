@@ -48,10 +48,25 @@ struct KernelMoments {
   }
 };
 
+/**
+ * Variance of a coordinate as squared residuals of two show it, `unknowns` having been fitted.
+ * Residuals of more than four times the median, one of 6e4 Gaussian ones, are outliers.
+ */
+double noiseVariance(const std::vector<double>& r2, double median, double unknowns) {
+  double sum = 0.0, rows = 0.0;
+  for (const double square : r2) {
+    if (square > 16.0 * median) continue;
+    sum += square;
+    rows += 2.0;
+  }
+  const double all = 2.0 * r2.size();
+  return all > unknowns ? sum / rows * all / (all - unknowns) : 1.0;
+}
+
 }  // namespace
 
-TrackInformation::TrackInformation(const VisualWindow& window, double scale)
-    : window_(window), scale_(scale) {
+TrackInformation::TrackInformation(const VisualWindow& window, double scale, double least_noise)
+    : window_(window), scale_(scale), least_noise_(least_noise) {
   const KernelMoments kernel(scale * scale);
   score_scale_ = kernel.derivative / kernel.variance;
   fisher_share_ = kernel.derivative / kernel.weight;
@@ -122,17 +137,20 @@ void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
       r2_[i] = seen ? r.squaredNorm() : kBehind;
     }
   }
-  updateScale();
+  updateScale(T_VB.size());
 }
 
-void TrackInformation::updateScale() {
+void TrackInformation::updateScale(size_t nodes) {
   std::vector<double> of_valid;
   for (size_t i = 0; i < r2_.size(); ++i)
     if (valid_[window_.measurements[i].landmark]) of_valid.push_back(r2_[i]);
   if (of_valid.empty()) return;
   // |r| of two Gaussian coordinates has its median at 1.18 sigma: c is two sigmas of what is seen.
   constexpr double kFactor = 2.0 / 1.18;
-  c2_ = std::max(scale_ * scale_, kFactor * kFactor * median(std::move(of_valid)));
+  const double middle = median(of_valid);
+  const double variance = noiseVariance(of_valid, middle, 3.0 * validCount() + 6.0 * (nodes - 1.0));
+  const double least = scale_ * scale_ * std::clamp(variance, least_noise_ * least_noise_, 1.0);
+  c2_ = kFactor * kFactor * middle > scale_ * scale_ ? kFactor * kFactor * middle : least;
 }
 
 void TrackInformation::linearize(const std::vector<SE3>& T_VB) {

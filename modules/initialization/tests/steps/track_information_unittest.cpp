@@ -288,6 +288,27 @@ TEST(TrackInformation, SaysLessFarFromTheSolution) {
   EXPECT_LT(far, 0.1 * near);
 }
 
+/** 120 landmarks tell the pixels' variance to 4 %; a fifth is five standard deviations. */
+TEST(TrackInformation, SaysWhatItsResidualsShowWhereTheirNoiseIsLessThanBelieved) {
+  SyntheticWindowOptions options = small();
+  options.landmarks = 120;
+  options.sigma_px = 0.1;
+  InformationCase c(options);
+  const auto size = [&c](double believed_px, double least_noise) {
+    c.window = buildVisualWindow(c.synthetic.calibration, c.synthetic.keyframes(), believed_px);
+    TrackInformation tracks(c.window, std::sqrt(kChi2Pixel), least_noise);
+    tracks.start(c.points, c.T_VB);
+    for (int i = 0; i < 8; ++i) tracks.triangulate(c.T_VB);
+    tracks.linearize(c.T_VB);
+    return tracks.S().norm();
+  };
+  const double right = size(0.1, 1.0);
+  EXPECT_NEAR(size(0.5, 0.1) / right, 1.0, 0.2);
+  EXPECT_LT(size(0.5, 1.0), 0.1 * right);
+  EXPECT_GT(size(0.5, 0.5), 3.0 * size(0.5, 1.0));  // no less than half of what is believed
+  EXPECT_LT(size(0.5, 0.5), 5.0 * size(0.5, 1.0));
+}
+
 TEST(TrackInformation, CountsOutliersAndLeavesOutLandmarksWithoutStereoPoint) {
   SyntheticWindowOptions options = small(0.1);
   options.landmarks = 150;

@@ -1,7 +1,5 @@
 #include "bundle/slow_error.h"
 
-#include <cmath>
-
 namespace etalon {
 
 namespace {
@@ -39,7 +37,7 @@ void addSlowError(const std::vector<LinearizedResidual>& residuals,
   for (size_t k = 0; k < by_error.size(); ++k) {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(score->rows(), 3);
     for (size_t l = 0; l < by_error.size(); ++l)
-      sum += variance * std::exp(-std::abs(middle(k) - middle(l)) / slow.time_s) * by_error[l];
+      sum += variance * slow.correlation(middle(k) - middle(l)) * by_error[l];
     *score += by_error[k] * sum.transpose();
   }
 }

@@ -23,7 +23,7 @@ Initializer::Ptr load(const std::string& ini = "") {
 
 /** Believes in a slow error of the accelerometer; without noise it makes none. */
 SyntheticWindowOptions withSlowError(SyntheticWindowOptions options) {
-  options.priors.slow_accel = {0.02, 1.0};
+  options.priors.slow_accel = {0.02, 0.68};
   return options;
 }
 
@@ -51,13 +51,29 @@ TEST(Etalon, ErrsAsItsCovarianceSays) {
   testing::expectErrsAsItsCovarianceSays(*load("sigma_shared_deg = 0"), 0.05);
 }
 
+/** Pixels of 0.1 px that are believed to have 0.5: what is known is what is right for 0.1. */
+TEST(Etalon, KnowsWhatItsResidualsShow) {
+  SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, 1, 0.1);
+  const Outcome right = runOn(options, *load("sigma_shared_deg = 0"));
+  options.assumed_sigma_px = 0.5;
+  const Outcome shown = runOn(options, *load("sigma_shared_deg = 0")),
+                believed = runOn(options, *load("sigma_shared_deg = 0\nleast_pixel_share = 1"));
+  ASSERT_TRUE(right.result && shown.result && believed.result);
+  const auto variance = [](const Outcome& o) {
+    return o.result->covariance.diagonal().segment<3>(8).sum();  // of the velocity
+  };
+  EXPECT_NEAR(variance(shown) / variance(right), 1.0, 0.1);
+  EXPECT_GT(variance(believed), 2.0 * variance(right));
+}
+
 /** A slow error and noise that all pixels share are not in the window: who believes in them knows
  * less, and says so. */
 TEST(Etalon, KnowsLessWhereMoreErrorsAreBelieved) {
   const SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, 1, 0.3);
+  SyntheticWindowOptions with_slow = options;
+  with_slow.priors.slow_accel = {0.03, 0.68};
   const std::string none = "sigma_shared_deg = 0";
-  const Outcome plain = runOn(options, *load(none)),
-                slow = runOn(withSlowError(options), *load(none)),
+  const Outcome plain = runOn(options, *load(none)), slow = runOn(with_slow, *load(none)),
                 shared = runOn(options, *load("sigma_shared_deg = 0.05"));
   ASSERT_TRUE(plain.result && slow.result && shared.result);
   const auto variance = [](const Outcome& o, int first) {

@@ -111,9 +111,9 @@ struct AccelerometerError {
 
 /**
  * Two intervals tell what is white from what is slow: over an interval d white noise of density s
- * changes the velocity by a variance s^2 d, and a Gauss-Markov process of variance q^2 and time T by
- * 2 q^2 T^2 (d/T - 1 + exp(-d/T)) (Uhlenbeck and Ornstein, Physical Review 1930). Both factors are
- * such variances over d. The white part is no less than the data sheet's, or than `shorter` where
+ * changes the velocity by a variance s^2 d, and a slow error of variance q^2 and time T, x = d / T, by
+ * 2 q^2 T^2 (sqrt(pi / 2) x erf(x / sqrt(2)) + exp(-x^2 / 2) - 1), the double integral of its
+ * correlation. Both factors are such variances over d. The white part is no less than the data sheet's, or than `shorter` where
  * that is less still; the slow one then makes the longer interval right.
  * @param density the data sheet's, m/s^2/sqrt(Hz)
  * @param time_s T, believed

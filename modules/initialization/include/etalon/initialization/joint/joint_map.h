@@ -17,9 +17,12 @@ struct JointMapOptions {
   int min_landmarks = 15;
   double min_inlier_share = 0.3;
   double max_sigma_gravity_deg = 5.0;
+  /** Of the pixels, the share of the problem's that is believed at least where the residuals show
+   * less (TrackInformation). */
+  double least_noise = 1.0;
   JointModel model;
 
-  /** All but the model. */
+  /** All but `least_noise` and the model. */
   void declare(ParameterSet& parameters);
 };
 

@@ -19,10 +19,14 @@ namespace etalon {
  * position) the pixel's noise is in derivative and residual alike, and the estimate off by its
  * square. Weights are Geman and McClure's, (c^2 / (c^2 + r^2))^2, with c the larger of `scale` and
  * a multiple of the median of |r|: the first passes, far from the solution, let everything in.
+ *
+ * Residuals are in units of the window's pixel noise. Where that is an upper bound, what the
+ * residuals show counts instead (the variance factor of an adjustment a posteriori: Koch, Parameter
+ * Estimation and Hypothesis Testing in Linear Models, 3.2.5), `least_noise` times the bound at least.
  */
 class TrackInformation {
  public:
-  TrackInformation(const VisualWindow& window, double scale);
+  TrackInformation(const VisualWindow& window, double scale, double least_noise = 1.0);
 
   /** Landmarks as the medians of their stereo points. Those without any stay out for good. */
   void start(const StereoPoints& points, const std::vector<SE3>& T_VB);
@@ -57,11 +61,11 @@ class TrackInformation {
  private:
   void eliminate(int l, const std::vector<SE3>& T_VB, Eigen::Index column);
   void moveLandmark(int l, const std::vector<SE3>& T_VB);
-  void updateScale();
+  void updateScale(size_t nodes);
   double weight(double r2) const;
 
   const VisualWindow& window_;
-  double scale_;
+  double scale_, least_noise_;
   double score_scale_ = 1.0, fisher_share_ = 1.0;
   double c2_ = 1e12;
   std::vector<Eigen::Vector3d> landmarks_;  ///< p_V, m
