@@ -86,7 +86,9 @@ TEST(KeyframeWindow, ATimeOffsetMovesTheSamplesToTheStampsOfTheImages) {
       EXPECT_EQ(samples[i].gyro, imu[i].gyro);
     }
     const Eigen::Vector3d newest = synthetic.imu.samples().back().gyro;
-    if (offset_s > 0.0) EXPECT_LT((samples.back().gyro - newest).norm(), 0.02);  // 2 rad/s^2
+    if (offset_s > 0.0) {
+      EXPECT_LT((samples.back().gyro - newest).norm(), 0.02);  // 2 rad/s^2
+    }
   }
 }
 

@@ -108,7 +108,9 @@ static Eigen::Vector3d rateAt(TimeNs t, const std::vector<ImuSample>& imu, doubl
     sum += sample.gyro;
     ++count;
   }
-  return sum / static_cast<double>(count);
+  if (count > 0) return sum / static_cast<double>(count);
+  const ImuSample &first = imu.front(), &last = imu.back();
+  return std::abs(first.t - t) < std::abs(last.t - t) ? first.gyro : last.gyro;
 }
 
 void updateImageTimes(Window* window) {
