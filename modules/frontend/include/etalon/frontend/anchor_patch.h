@@ -19,7 +19,7 @@ struct PatchPose {
  * compositional (Baker and Matthews, IJCV 2004): minimises over the pose, a gain g and an offset o
  *   sum over d of (image(centre + A d) - g T(d) - o)^2.
  * Gain and offset are eliminated: the steepest-descent images are made orthogonal to T and to the
- * constant.
+ * constant. Images have 8-bit gray levels and at most 32767 columns, rows and bytes a row.
  */
 class AnchorPatch {
  public:
