@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "etalon/imu/mean_sample.h"
+
 namespace etalon {
 
 namespace {
@@ -15,14 +17,8 @@ std::vector<ImuSample> samplesAtStamps(const ImuBuffer& imu, TimeNs t0, TimeNs t
   std::vector<ImuSample> samples = imu.between(t0 + offset, std::min(end, newest));
   if (samples.empty()) return samples;
   if (end > newest) {
-    ImuSample mean;
-    mean.t = end;
-    const std::vector<ImuSample> last = imu.between(newest - (end - newest), newest);
-    for (const ImuSample& sample : last) {
-      mean.gyro += sample.gyro / static_cast<double>(last.size());
-      mean.accel += sample.accel / static_cast<double>(last.size());
-    }
-    samples.push_back(mean);
+    samples.push_back(meanSample(imu.between(newest - (end - newest), newest)));
+    samples.back().t = end;
   }
   for (ImuSample& sample : samples) sample.t -= offset;
   return samples;

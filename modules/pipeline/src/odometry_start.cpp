@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "etalon/core/so3.h"
+#include "etalon/imu/mean_sample.h"
 
 namespace etalon {
 namespace {
@@ -44,18 +45,14 @@ OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_W
 
 void moveToStamp(double offset_s, const std::vector<ImuSample>& imu, double gravity_mps2,
                  OdometryStart* start) {
-  Eigen::Vector3d gyro = Eigen::Vector3d::Zero(), accel = Eigen::Vector3d::Zero();
-  for (const ImuSample& sample : imu) {
-    gyro += sample.gyro / static_cast<double>(imu.size());
-    accel += sample.accel / static_cast<double>(imu.size());
-  }
+  const ImuSample mean = meanSample(imu);
   NavState& state = start->state;
   const double dt = -offset_s;
   const Eigen::Vector3d a_W =
-      state.T_WB.R * (accel - state.bias.accel) - gravity_mps2 * Eigen::Vector3d::UnitZ();
+      state.T_WB.R * (mean.accel - state.bias.accel) - gravity_mps2 * Eigen::Vector3d::UnitZ();
   state.T_WB.t += dt * state.v_WB + 0.5 * dt * dt * a_W;
   state.v_WB += dt * a_W;
-  state.T_WB.R = state.T_WB.R * expSO3(dt * (gyro - state.bias.gyro));
+  state.T_WB.R = state.T_WB.R * expSO3(dt * (mean.gyro - state.bias.gyro));
   start->time_offset_s = offset_s;
 }
 
