@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "bias_jump.h"
 #include "bridged_imu.h"
 #include "calibration/calibration_watch.h"
 #include "etalon/core/errors.h"
@@ -32,6 +33,9 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
   parameters.add("chi2_outlier", &chi2_outlier, {0.1, 1e9},
                  "An observation whose squared residual (in sigma_px) is larger after the "
                  "optimisation is dropped.");
+  parameters.add("chi2_bias_jump", &chi2_bias_jump, {1.0, 1e9},
+                 "Where the window's cost falls by more, four frames running, when the biases may "
+                 "have jumped, they are estimated anew.");
   parameters.add("keyframe_survival", &keyframe_survival, {0.0, 1.0},
                  "A frame of whose tracks a smaller share are landmarks becomes a keyframe.");
   parameters.add("keyframe_parallax_px", &keyframe_parallax_px, {0.1, 1e4},
@@ -55,6 +59,7 @@ class FixedLagOdometry::Impl {
         recall_(calibration_, map_, options_.sigma_px),
         tracks_(calibration_, trackOptions()),
         solver_({options.iterations}),
+        bias_jumps_(options_.chi2_bias_jump),
         calibration_watch_(options.calibration) {
     map_.enabled = map_.enabled && views_;
   }
@@ -67,6 +72,7 @@ class FixedLagOdometry::Impl {
     calibration_watch_ = fixed_lag::CalibrationWatch(options_.calibration, deviation);
     tracks_ = fixed_lag::Tracks(calibration_, trackOptions());
     rest_ = fixed_lag::RestDetector();
+    bias_jumps_ = fixed_lag::BiasJumpDetector(options_.chi2_bias_jump);
     const Eigen::LLT<Matrix15d> factor(start.covariance);
     if (factor.info() != Eigen::Success)
       throw DataError("", 0, "the covariance of the start is not positive definite");
@@ -122,7 +128,11 @@ class FixedLagOdometry::Impl {
       solver_.solve(&window_, 1, false);
       out.recalled = recall_.recall(frame, views_.get(), solver_, &window_);
     }
-    const fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
+    fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
+    if (bias_jumps_.follow(options_.iterations, &solver_, &window_, &solved))
+      out.remarks.emplace_back(
+          "images and IMU contradicted each other: the IMU's biases have jumped, and are estimated "
+          "anew");
     updateImageTimes(&window_);
     tracks_.dropOutliers(&window_);
     if (options_.least_sigma_px < options_.sigma_px) tracks_.followNoise(&window_);
@@ -162,7 +172,8 @@ class FixedLagOdometry::Impl {
       calibration_ = fixed_lag::corrected(given_, *deviation);
       tracks_.forgetPending();
     }
-    out->remarks = calibration_watch_.takeRemarks();
+    for (std::string& remark : calibration_watch_.takeRemarks())
+      out->remarks.push_back(std::move(remark));
   }
 
   void dropViews() {
@@ -209,6 +220,7 @@ class FixedLagOdometry::Impl {
   fixed_lag::Tracks tracks_;
   fixed_lag::WindowSolver solver_;
   fixed_lag::RestDetector rest_;
+  fixed_lag::BiasJumpDetector bias_jumps_;
   fixed_lag::CalibrationWatch calibration_watch_;
   fixed_lag::Window window_;
   TimeNs located_at_ = 0;

@@ -47,7 +47,7 @@ struct OdometryOutput {
   double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
   bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
   std::vector<RecalledObservation> recalled;  ///< landmarks of the frame in old keyframes
-  std::vector<std::string> remarks;           ///< what it has changed in the calibration it uses
+  std::vector<std::string> remarks;           ///< what it has changed: calibration, biases
 };
 
 /** A state for every frame, from tracks and IMU; one thread, bit-identical from run to run. */
