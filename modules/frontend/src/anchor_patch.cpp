@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/core/hal/intrin.hpp>
 
 namespace etalon {
@@ -17,6 +19,14 @@ using Matrix6 = Eigen::Matrix<double, kParameters, kParameters>;
 constexpr int kPlaceBits = 16, kGrayBits = 14;
 
 int fixedPoint(double px) { return cvRound(px * (1 << kPlaceBits)); }
+
+/** Eight neighbouring pairs of pixels, the left ones at these places: what cv::v_lut_pairs() gives,
+ * whose loads of two bytes want even addresses by the rules of the language. */
+cv::v_uint8x16 pairsAt(const std::uint8_t* pixels, const std::array<int, 8>& places) {
+  std::array<std::uint16_t, 8> p;
+  for (int i = 0; i < 8; ++i) std::memcpy(&p[i], pixels + places[i], sizeof p[i]);
+  return cv::v_reinterpret_as_u8(cv::v_uint16x8(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]));
+}
 
 /** Bilinear values of an 8-bit image at eight places inside it. */
 void interpolateEight(const cv::Mat& image, const int* x, const int* y, float* values) {
@@ -36,8 +46,8 @@ void interpolateEight(const cv::Mat& image, const int* x, const int* y, float* v
     down[half] = cv::v_cvt_f32(py & fraction) * cv::v_setall_f32(1.0F / (1 << kPlaceBits));
   }
   std::array<cv::v_uint16x8, 2> upper, lower;
-  cv::v_expand(cv::v_lut_pairs(image.data, corner.data()), upper[0], upper[1]);
-  cv::v_expand(cv::v_lut_pairs(image.data + image.step, corner.data()), lower[0], lower[1]);
+  cv::v_expand(pairsAt(image.data, corner), upper[0], upper[1]);
+  cv::v_expand(pairsAt(image.data + image.step, corner), lower[0], lower[1]);
   for (int half = 0; half < 2; ++half) {
     const cv::v_float32x4 above =
         cv::v_cvt_f32(cv::v_dotprod(cv::v_reinterpret_as_s16(upper[half]), across[half]));

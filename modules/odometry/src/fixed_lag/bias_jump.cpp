@@ -34,7 +34,9 @@ void openBiases(Window* window) {
 
 bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* window,
                               SolverResult* solved) {
-  const int before = std::exchange(in_a_row_, 0);
+  const int in_a_row = std::exchange(in_a_row_, 0);
+  ++frame_;
+  while (!fell_.empty() && fell_.front() < frame_ - kBefore) fell_.pop_front();
   const TimeNs t = window->states.back().t;
   if (last_ && secondsBetween(*last_, t) < kAgainS) return false;
   if (inertialCost(*window) < kSuspicious) return false;
@@ -42,9 +44,9 @@ bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* wind
   openBiases(&open);
   const SolverResult with_jump = solver->solve(&open, iterations, true);
   if (solved->cost - with_jump.cost < chi2_) return false;
-  in_a_row_ = before + 1;
-  if (in_a_row_ < kInARow) return false;
-  in_a_row_ = 0;
+  fell_.push_back(frame_);
+  in_a_row_ = in_a_row + 1;
+  if (in_a_row_ < kInARow || fell_.front() < frame_ - kRamp) return false;
   last_ = t;
   *window = std::move(open);
   *solved = with_jump;

@@ -2,6 +2,7 @@
 
 // Biases that jump. Private to the module.
 
+#include <deque>
 #include <optional>
 
 #include "window_solver.h"
@@ -17,12 +18,15 @@ constexpr double kAccelJump = 0.3;  ///< m/s^2
  * Jones, A generalized likelihood ratio approach to the detection and estimation of jumps in linear
  * systems, IEEE TAC 1976): where kInARow frames running the window's cost falls by more than a
  * threshold when the biases may have changed by kGyroJump and kAccelJump in each of the newest
- * intervals, they have. A single interval whose samples are wrong is no jump, and what happens again
- * within kAgainS is none either: stamps that jitter, say.
+ * intervals, they have. A single interval whose samples are wrong is no jump. Nor is it one where
+ * the same was seen earlier within kBefore frames, with stamps that jitter, say, or where it happens
+ * again within kAgainS.
  */
 class BiasJumpDetector {
  public:
   static constexpr int kInARow = 4;
+  static constexpr int kRamp = 15;  ///< frames in which a jump must have been decided
+  static constexpr int kBefore = 60;
   static constexpr double kAgainS = 10.0;
 
   /** @param chi2 the threshold */
@@ -39,7 +43,8 @@ class BiasJumpDetector {
 
  private:
   double chi2_;
-  int in_a_row_ = 0;
+  int frame_ = 0, in_a_row_ = 0;
+  std::deque<int> fell_;        ///< frames whose cost fell so
   std::optional<TimeNs> last_;  ///< jump that was followed
 };
 
