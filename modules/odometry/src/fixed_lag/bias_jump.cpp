@@ -34,19 +34,26 @@ void openBiases(Window* window) {
 
 bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* window,
                               SolverResult* solved) {
-  const int in_a_row = std::exchange(in_a_row_, 0);
-  ++frame_;
-  while (!fell_.empty() && fell_.front() < frame_ - kBefore) fell_.pop_front();
   const TimeNs t = window->states.back().t;
   if (last_ && secondsBetween(*last_, t) < kAgainS) return false;
-  if (inertialCost(*window) < kSuspicious) return false;
-  Window open = *window;
-  openBiases(&open);
-  const SolverResult with_jump = solver->solve(&open, iterations, true);
-  if (solved->cost - with_jump.cost < chi2_) return false;
-  fell_.push_back(frame_);
-  in_a_row_ = in_a_row + 1;
-  if (in_a_row_ < kInARow || fell_.front() < frame_ - kRamp) return false;
+  Window open;
+  SolverResult with_jump = *solved;
+  if (inertialCost(*window) >= kSuspicious) {
+    open = *window;
+    openBiases(&open);
+    with_jump = solver->solve(&open, iterations, true);
+  }
+  if (solved->cost - with_jump.cost < chi2_) {
+    calm_ = in_a_row_ > 0 ? 1 : calm_ + 1;
+    in_a_row_ = 0;
+    return false;
+  }
+  if (calm_ < kCalm) {
+    calm_ = 0;
+    return false;
+  }
+  if (++in_a_row_ < kInARow) return false;
+  in_a_row_ = calm_ = 0;
   last_ = t;
   *window = std::move(open);
   *solved = with_jump;

@@ -2,7 +2,6 @@
 
 // Biases that jump. Private to the module.
 
-#include <deque>
 #include <optional>
 
 #include "window_solver.h"
@@ -19,14 +18,12 @@ constexpr double kAccelJump = 0.3;  ///< m/s^2
  * systems, IEEE TAC 1976): where kInARow frames running the window's cost falls by more than a
  * threshold when the biases may have changed by kGyroJump and kAccelJump in each of the newest
  * intervals, they have. A single interval whose samples are wrong is no jump. Nor is it one where
- * the same was seen earlier within kBefore frames, with stamps that jitter, say, or where it happens
- * again within kAgainS.
+ * the same was seen within the kCalm frames before, with stamps that jitter, say, or where it
+ * happens again within kAgainS.
  */
 class BiasJumpDetector {
  public:
-  static constexpr int kInARow = 4;
-  static constexpr int kRamp = 15;  ///< frames in which a jump must have been decided
-  static constexpr int kBefore = 60;
+  static constexpr int kInARow = 4, kCalm = 20;
   static constexpr double kAgainS = 10.0;
 
   /** @param chi2 the threshold */
@@ -43,8 +40,8 @@ class BiasJumpDetector {
 
  private:
   double chi2_;
-  int frame_ = 0, in_a_row_ = 0;
-  std::deque<int> fell_;        ///< frames whose cost fell so
+  int in_a_row_ = 0;
+  int calm_ = 0;                ///< frames before these whose cost did not fall so
   std::optional<TimeNs> last_;  ///< jump that was followed
 };
 
