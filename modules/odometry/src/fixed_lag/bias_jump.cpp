@@ -6,8 +6,8 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** Inertial terms of the newest intervals, together, from which on a look is taken: one frame of
- * seventy of a flight without a jump. */
+/** Inertial terms of the newest intervals, together, from which on a look is taken; few frames of a
+ * flight without a jump have so much. */
 constexpr double kSuspicious = 12.0;
 
 double inertialCost(const Window& window) {
