@@ -66,7 +66,7 @@ AfterJump flyThroughJump(const SimulatedFlight& flight, double chi2) {
 constexpr double kNever = 1e9;
 
 TEST(BiasJump, IsFollowedAndSaid) {
-  const Vector3d gyro(0.010, -0.008, 0.006), accel(0.2, -0.3, 0.3);
+  const Vector3d gyro(0.006, -0.005, 0.004), accel(0.15, -0.15, 0.17);
   for (const std::uint64_t seed : {1, 2, 3}) {
     const SimulatedFlight flight = flightWithJump(seed, gyro, accel);
     const AfterJump followed = flyThroughJump(flight, FixedLagOptions().chi2_bias_jump);

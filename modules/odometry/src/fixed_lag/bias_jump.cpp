@@ -1,5 +1,6 @@
 #include "bias_jump.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -17,44 +18,52 @@ double inertialCost(const Window& window) {
   return cost;
 }
 
-/** Lets the biases walk by a jump's size in each interval. */
+/** Lets the biases walk by a jump's size in the oldest interval. */
 void openBiases(Window* window) {
-  for (size_t i = window->firstFull() + 1; i < window->states.size(); ++i) {
-    WindowState& state = window->states[i];
-    ImuNoiseDensities noise = state.imu.noise();
-    const double per_root_second = 1.0 / std::sqrt(state.imu.dt());
-    noise.gyro_random_walk = std::hypot(noise.gyro_random_walk, kGyroJump * per_root_second);
-    noise.accel_random_walk = std::hypot(noise.accel_random_walk, kAccelJump * per_root_second);
-    state.imu = Preintegration(state.imu.samples(), state.imu.bias(), noise);
-    state.imu_sqrt_information = inertialSqrtInformation(state.imu);
-  }
+  WindowState& state = window->states[window->firstFull() + 1];
+  ImuNoiseDensities noise = state.imu.noise();
+  const double per_root_second = 1.0 / std::sqrt(state.imu.dt());
+  noise.gyro_random_walk = std::hypot(noise.gyro_random_walk, kGyroJump * per_root_second);
+  noise.accel_random_walk = std::hypot(noise.accel_random_walk, kAccelJump * per_root_second);
+  state.imu = Preintegration(state.imu.samples(), state.imu.bias(), noise);
+  state.imu_sqrt_information = inertialSqrtInformation(state.imu);
 }
 
 }  // namespace
 
+bool BiasJumpDetector::agreed() const {
+  if (jumps_.size() < kInARow) return false;
+  Vector6d size = Vector6d::Zero();
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const Jump& jump : jumps_) {
+    size += jump.size / static_cast<double>(kInARow);
+    covariance += jump.covariance / static_cast<double>(kInARow);
+  }
+  const auto factored = covariance.ldlt();
+  const auto chi2 = [&](const Vector6d& d) { return d.dot(factored.solve(d)); };
+  return chi2(size) >= chi2_ && std::all_of(jumps_.begin(), jumps_.end(), [&](const Jump& jump) {
+           return chi2(jump.size - size) <= kSameChi2;
+         });
+}
+
 bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* window,
                               SolverResult* solved) {
-  const TimeNs t = window->states.back().t;
-  if (last_ && secondsBetween(*last_, t) < kAgainS) return false;
-  Window open;
-  SolverResult with_jump = *solved;
-  if (inertialCost(*window) >= kSuspicious) {
-    open = *window;
-    openBiases(&open);
-    with_jump = solver->solve(&open, iterations, true);
-  }
-  if (solved->cost - with_jump.cost < chi2_) {
-    calm_ = in_a_row_ > 0 ? 1 : calm_ + 1;
-    in_a_row_ = 0;
+  if (window->firstFull() + 1 >= window->states.size() || inertialCost(*window) < kSuspicious) {
+    jumps_.clear();
     return false;
   }
-  if (calm_ < kCalm) {
-    calm_ = 0;
-    return false;
-  }
-  if (++in_a_row_ < kInARow) return false;
-  in_a_row_ = calm_ = 0;
-  last_ = t;
+  Window open = *window;
+  openBiases(&open);
+  const SolverResult with_jump = solver->solve(&open, iterations, true);
+  const ImuBias before = open.states[open.firstFull()].now.bias;
+  const ImuBias after = open.states.back().now.bias;
+  Jump jump;
+  jump.size << after.gyro - before.gyro, after.accel - before.accel;
+  jump.covariance = with_jump.covariance.block<6, 6>(9, 9);
+  jumps_.push_back(jump);
+  if (jumps_.size() > kInARow) jumps_.pop_front();
+  if (!agreed()) return false;
+  jumps_.clear();
   *window = std::move(open);
   *solved = with_jump;
   return true;

@@ -2,7 +2,7 @@
 
 // Biases that jump. Private to the module.
 
-#include <optional>
+#include <deque>
 
 #include "window_solver.h"
 
@@ -13,20 +13,20 @@ constexpr double kAccelJump = 0.3;  ///< m/s^2
 
 /**
  * Biases walk slowly; a shock, a change of range or a supply that drops makes them jump, and images
- * and IMU contradict each other from then on. A generalised likelihood ratio decides (Willsky and
- * Jones, A generalized likelihood ratio approach to the detection and estimation of jumps in linear
- * systems, IEEE TAC 1976): where kInARow frames running the window's cost falls by more than a
- * threshold when the biases may have changed by kGyroJump and kAccelJump in each of the newest
- * intervals, they have. A single interval whose samples are wrong is no jump. Nor is it one where
- * the same was seen within the kCalm frames before, with stamps that jitter, say, or where it
- * happens again within kAgainS.
+ * and IMU contradict each other from then on. Where the window's inertial terms are large the window
+ * is solved once more with biases that may have changed by kGyroJump and kAccelJump in its oldest
+ * interval (the jump as an unknown of its own: Willsky and Jones, A generalized likelihood ratio
+ * approach to the detection and estimation of jumps in linear systems, IEEE TAC 1976). They have
+ * jumped where kInARow frames running find a jump, all of them the same one: a knock, stamps that
+ * jitter or a delay show another jump, or its opposite, a frame later.
  */
 class BiasJumpDetector {
  public:
-  static constexpr int kInARow = 4, kCalm = 20;
-  static constexpr double kAgainS = 10.0;
+  static constexpr size_t kInARow = 6;
+  /** Of a frame's jump about the mean, at most: the 95 % quantile of 6 degrees of freedom. */
+  static constexpr double kSameChi2 = 12.6;
 
-  /** @param chi2 the threshold */
+  /** @param chi2 of the mean jump, with the covariance of one frame's, at least */
   explicit BiasJumpDetector(double chi2) : chi2_(chi2) {}
 
   /**
@@ -39,10 +39,19 @@ class BiasJumpDetector {
   bool follow(int iterations, WindowSolver* solver, Window* window, SolverResult* solved);
 
  private:
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+  /** Of the biases in one frame: gyro (rad/s), accelerometer (m/s^2). */
+  struct Jump {
+    Vector6d size;
+    Eigen::Matrix<double, 6, 6> covariance;
+  };
+
+  /** Whether the newest kInARow frames agree on a jump. */
+  bool agreed() const;
+
   double chi2_;
-  int in_a_row_ = 0;
-  int calm_ = 0;                ///< frames before these whose cost did not fall so
-  std::optional<TimeNs> last_;  ///< jump that was followed
+  std::deque<Jump> jumps_;  ///< of the newest frames, without a gap
 };
 
 }  // namespace etalon::fixed_lag
