@@ -33,17 +33,11 @@ void openBiases(Window* window) {
 
 bool BiasJumpDetector::agreed() const {
   if (jumps_.size() < kInARow) return false;
-  Vector6d size = Vector6d::Zero();
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  for (const Jump& jump : jumps_) {
-    size += jump.size / static_cast<double>(kInARow);
-    covariance += jump.covariance / static_cast<double>(kInARow);
-  }
-  const auto factored = covariance.ldlt();
-  const auto chi2 = [&](const Vector6d& d) { return d.dot(factored.solve(d)); };
-  return chi2(size) >= chi2_ && std::all_of(jumps_.begin(), jumps_.end(), [&](const Jump& jump) {
-           return chi2(jump.size - size) <= kSameChi2;
-         });
+  Vector6d mean = Vector6d::Zero();
+  for (const Jump& jump : jumps_) mean += jump.size / static_cast<double>(kInARow);
+  return std::all_of(jumps_.begin(), jumps_.end(), [&](const Jump& jump) {
+    return jump.chi2(jump.size) >= chi2_ && jump.chi2(jump.size - mean) <= kSameChi2;
+  });
 }
 
 bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* window,

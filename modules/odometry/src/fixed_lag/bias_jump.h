@@ -26,7 +26,7 @@ class BiasJumpDetector {
   /** Of a frame's jump about the mean, at most: the 95 % quantile of 6 degrees of freedom. */
   static constexpr double kSameChi2 = 12.6;
 
-  /** @param chi2 of the mean jump, with the covariance of one frame's, at least */
+  /** @param chi2 of a jump that is believed, in each frame, at least */
   explicit BiasJumpDetector(double chi2) : chi2_(chi2) {}
 
   /**
@@ -45,6 +45,8 @@ class BiasJumpDetector {
   struct Jump {
     Vector6d size;
     Eigen::Matrix<double, 6, 6> covariance;
+
+    double chi2(const Vector6d& d) const { return d.dot(covariance.ldlt().solve(d)); }
   };
 
   /** Whether the newest kInARow frames agree on a jump. */
