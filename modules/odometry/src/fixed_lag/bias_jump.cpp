@@ -35,29 +35,34 @@ bool BiasJumpDetector::agreed() const {
   if (jumps_.size() < kInARow) return false;
   Vector6d mean = Vector6d::Zero();
   for (const Jump& jump : jumps_) mean += jump.size / static_cast<double>(kInARow);
-  return std::all_of(jumps_.begin(), jumps_.end(), [&](const Jump& jump) {
-    return jump.chi2(jump.size) >= chi2_ && jump.chi2(jump.size - mean) <= kSameChi2;
-  });
+  return std::all_of(jumps_.begin(), jumps_.end(),
+                     [&](const Jump& jump) { return jump.chi2(jump.size - mean) <= kSameChi2; });
 }
 
 bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* window,
                               SolverResult* solved) {
-  if (window->firstFull() + 1 >= window->states.size() || inertialCost(*window) < kSuspicious) {
+  Window open;
+  SolverResult with_jump;
+  Jump jump;
+  if (window->firstFull() + 1 < window->states.size() && inertialCost(*window) >= kSuspicious) {
+    open = *window;
+    openBiases(&open);
+    with_jump = solver->solve(&open, iterations, true);
+    const ImuBias before = open.states[open.firstFull()].now.bias;
+    const ImuBias after = open.states.back().now.bias;
+    jump.size << after.gyro - before.gyro, after.accel - before.accel;
+    jump.covariance = with_jump.covariance.block<6, 6>(9, 9);
+  }
+  if (open.states.empty() || jump.chi2(jump.size) < chi2_) {
+    calm_ = jumps_.empty() ? calm_ + 1 : 0;
     jumps_.clear();
     return false;
   }
-  Window open = *window;
-  openBiases(&open);
-  const SolverResult with_jump = solver->solve(&open, iterations, true);
-  const ImuBias before = open.states[open.firstFull()].now.bias;
-  const ImuBias after = open.states.back().now.bias;
-  Jump jump;
-  jump.size << after.gyro - before.gyro, after.accel - before.accel;
-  jump.covariance = with_jump.covariance.block<6, 6>(9, 9);
   jumps_.push_back(jump);
   if (jumps_.size() > kInARow) jumps_.pop_front();
-  if (!agreed()) return false;
+  if (calm_ < kCalm || !agreed()) return false;
   jumps_.clear();
+  calm_ = 0;
   *window = std::move(open);
   *solved = with_jump;
   return true;

@@ -17,12 +17,14 @@ constexpr double kAccelJump = 0.3;  ///< m/s^2
  * is solved once more with biases that may have changed by kGyroJump and kAccelJump in its oldest
  * interval (the jump as an unknown of its own: Willsky and Jones, A generalized likelihood ratio
  * approach to the detection and estimation of jumps in linear systems, IEEE TAC 1976). They have
- * jumped where kInARow frames running find a jump, all of them the same one: a knock, stamps that
- * jitter or a delay show another jump, or its opposite, a frame later.
+ * jumped where kInARow frames running find a jump, all of them the same one, after kCalm frames
+ * that found none: a knock, stamps that jitter or a delay show another jump, or its opposite, a
+ * frame later, and a wrong calibration shows its own all the time.
  */
 class BiasJumpDetector {
  public:
   static constexpr size_t kInARow = 6;
+  static constexpr int kCalm = 20;
   /** Of a frame's jump about the mean, at most: the 95 % quantile of 6 degrees of freedom. */
   static constexpr double kSameChi2 = 12.6;
 
@@ -54,6 +56,7 @@ class BiasJumpDetector {
 
   double chi2_;
   std::deque<Jump> jumps_;  ///< of the newest frames, without a gap
+  int calm_ = 0;            ///< frames before these that found none
 };
 
 }  // namespace etalon::fixed_lag
