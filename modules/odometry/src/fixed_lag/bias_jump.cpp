@@ -39,26 +39,34 @@ bool BiasJumpDetector::agreed() const {
                      [&](const Jump& jump) { return jump.chi2(jump.size - mean) <= kSameChi2; });
 }
 
+std::optional<BiasJumpDetector::Jump> BiasJumpDetector::find(int iterations, WindowSolver* solver,
+                                                             const Window& window, Window* open,
+                                                             SolverResult* solved) const {
+  if (window.firstFull() + 1 >= window.states.size() || inertialCost(window) < kSuspicious)
+    return std::nullopt;
+  *open = window;
+  openBiases(open);
+  *solved = solver->solve(open, iterations, true);
+  const ImuBias& before = open->states[open->firstFull()].now.bias;
+  const ImuBias& after = open->states.back().now.bias;
+  Jump jump;
+  jump.size << after.gyro - before.gyro, after.accel - before.accel;
+  jump.covariance = solved->covariance.block<6, 6>(9, 9);
+  if (jump.chi2(jump.size) < chi2_) return std::nullopt;
+  return jump;
+}
+
 bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* window,
                               SolverResult* solved) {
   Window open;
   SolverResult with_jump;
-  Jump jump;
-  if (window->firstFull() + 1 < window->states.size() && inertialCost(*window) >= kSuspicious) {
-    open = *window;
-    openBiases(&open);
-    with_jump = solver->solve(&open, iterations, true);
-    const ImuBias before = open.states[open.firstFull()].now.bias;
-    const ImuBias after = open.states.back().now.bias;
-    jump.size << after.gyro - before.gyro, after.accel - before.accel;
-    jump.covariance = with_jump.covariance.block<6, 6>(9, 9);
-  }
-  if (open.states.empty() || jump.chi2(jump.size) < chi2_) {
+  const std::optional<Jump> jump = find(iterations, solver, *window, &open, &with_jump);
+  if (!jump) {
     calm_ = jumps_.empty() ? calm_ + 1 : 0;
     jumps_.clear();
     return false;
   }
-  jumps_.push_back(jump);
+  jumps_.push_back(*jump);
   if (jumps_.size() > kInARow) jumps_.pop_front();
   if (calm_ < kCalm || !agreed()) return false;
   jumps_.clear();

@@ -3,6 +3,7 @@
 // Biases that jump. Private to the module.
 
 #include <deque>
+#include <optional>
 
 #include "window_solver.h"
 
@@ -51,6 +52,9 @@ class BiasJumpDetector {
     double chi2(const Vector6d& d) const { return d.dot(covariance.ldlt().solve(d)); }
   };
 
+  /** The jump that the newest frame shows, if any; `open` and `solved` with biases that may have. */
+  std::optional<Jump> find(int iterations, WindowSolver* solver, const Window& window, Window* open,
+                           SolverResult* solved) const;
   /** Whether the newest kInARow frames agree on a jump. */
   bool agreed() const;
 

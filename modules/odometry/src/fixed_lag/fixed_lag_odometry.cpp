@@ -33,9 +33,10 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
   parameters.add("chi2_outlier", &chi2_outlier, {0.1, 1e9},
                  "An observation whose squared residual (in sigma_px) is larger after the "
                  "optimisation is dropped.");
-  parameters.add("chi2_bias_jump", &chi2_bias_jump, {1.0, 1e9},
-                 "The IMU's biases are estimated anew where frames running agree on a jump of them "
-                 "whose squared size, in its standard deviations, is larger.");
+  parameters.add(
+      "chi2_bias_jump", &chi2_bias_jump, {1.0, 1e9},
+      "The IMU's biases are estimated anew where six frames running find the same jump of "
+      "them, each with a chi-square of at least this (6 degrees of freedom).");
   parameters.add("keyframe_survival", &keyframe_survival, {0.0, 1.0},
                  "A frame of whose tracks a smaller share are landmarks becomes a keyframe.");
   parameters.add("keyframe_parallax_px", &keyframe_parallax_px, {0.1, 1e4},

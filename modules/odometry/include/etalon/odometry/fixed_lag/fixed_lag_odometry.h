@@ -20,7 +20,7 @@ struct FixedLagOptions {
   double least_sigma_px = 0.1;         ///< it follows the residuals, but not below this
   double chi2_gate = 25.0;             ///< of an observation against its prediction
   double chi2_outlier = 16.0;          ///< of one after the optimisation, in sigma_px
-  double chi2_bias_jump = 20.0;        ///< of a jump of the biases that is believed
+  double chi2_bias_jump = 20.0;        ///< of a bias jump, in each of six frames
   double keyframe_survival = 0.7;      ///< share of a frame's tracks that are landmarks
   double keyframe_parallax_px = 12.0;  ///< median since the last keyframe, rotation apart
   double gravity_mps2 = 9.81;          ///< not a key
