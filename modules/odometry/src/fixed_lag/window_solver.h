@@ -11,8 +11,8 @@ namespace etalon::fixed_lag {
 struct SolverOptions {
   int iterations = 3;
   /** Converged is a step shorter than this in its own standard deviations, all states together: it
-   * is the last. */
-  double converged_sigmas = 0.1;
+   * is the last. Over a hundred unknowns that is a tenth of each one's. */
+  double converged_sigmas = 1.0;
 };
 
 struct SolverResult {
