@@ -74,18 +74,29 @@ else
   run "$etalon" convert "$flight" "$log"
 fi
 
-runs=()
-for initializer in "${initializers[@]}"; do
-  announce "Replay the rawlog with the initializer '$initializer'"
-  # 1 means that it never initialised: a result, too, that the comparison shows.
-  status=0
+# Replays the rawlog; exit code 1, never initialised, is a result, too, that the comparison shows.
+replay() {
+  local initializer=$1 status=0
   if is_done "$out/$initializer/config.ini" "$log"; then  # the last file that a replay writes
     echo "$out/$initializer is there already"
   else
     run "$etalon" replay "$log" --initializer "$initializer" --out "$out/$initializer" || status=$?
   fi
-  ((status <= 1)) || exit "$status"
+  ((status <= 1)) || return "$status"
   runs+=("$out/$initializer")
+}
+
+runs=()
+default=etalon
+announce "Replay the rawlog with the default initializer, $default"
+replay "$default"
+
+announce "Replay it with the others (what they print: $out/INITIALIZER.txt)"
+for initializer in "${initializers[@]}"; do
+  [[ $initializer != "$default" ]] || continue
+  report=$out/$initializer.txt
+  replay "$initializer" >"$report" 2>&1 || { status=$?; cat "$report"; exit "$status"; }
+  grep -E "^$initializer |is there already" "$report" || tail -n 1 "$report"
 done
 
 announce "Compare the runs"
@@ -97,20 +108,19 @@ printf '%s\n' \
   "$log  the same as an MRPT rawlog" \
   "$out/comparison.txt  the table above" \
   "$out/runs.png  all trajectories in one picture"
-for folder in "${runs[@]}"; do
-  for file in "$folder"/*; do
-    case "$file" in
-      *.png) meaning="picture: the trajectory from above, errors over time" ;;
-      *.html) meaning="report: the flight, its states, its errors beside the predicted ones, for a browser" ;;
-      *_smoothed.tum) meaning="the same, each pose as it was last known" ;;
-      *.3Dscene) meaning="the flight in three dimensions (SceneViewer3D)" ;;
-      *.tum) meaning="trajectory T_WB, TUM format" ;;
-      *.json) meaning="every attempt: status, states, biases, errors" ;;
-      *.rawlog) meaning="the run as MRPT observations (RawLogViewer)" ;;
-      *.ini) meaning="the effective configuration" ;;
-      *.csv) meaning="every frame: state, velocity, biases, standard deviations" ;;
-      *) meaning="" ;;
-    esac
-    printf '%s  %s\n' "$file" "$meaning"
-  done
+for file in "${runs[0]}"/*; do
+  case "$file" in
+    *.png) meaning="picture: the trajectory from above, errors over time" ;;
+    *.html) meaning="report: the flight, its states, its errors beside the predicted ones, for a browser" ;;
+    *_smoothed.tum) meaning="the same, each pose as it was last known" ;;
+    *.3Dscene) meaning="the flight in three dimensions (SceneViewer3D)" ;;
+    *.tum) meaning="trajectory T_WB, TUM format" ;;
+    *.json) meaning="every attempt: status, states, biases, errors" ;;
+    *.rawlog) meaning="the run as MRPT observations (RawLogViewer)" ;;
+    *.ini) meaning="the effective configuration" ;;
+    *.csv) meaning="every frame: state, velocity, biases, standard deviations" ;;
+    *) meaning="" ;;
+  esac
+  printf '%s  %s\n' "$file" "$meaning"
 done
+echo "$out/INITIALIZER/...  the same of every other initializer"
