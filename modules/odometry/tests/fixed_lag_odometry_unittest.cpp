@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 
 #include "etalon/core/errors.h"
 #include "simulated_flight.h"
@@ -25,8 +26,9 @@ FixedLagOptions optionsFor(const SimulatedFlight& flight) {
 
 /** All frames of the flight; those that `keep` drops are never seen. */
 std::vector<OdometryOutput> fly(const SimulatedFlight& flight,
-                                const std::function<bool(size_t)>& keep = nullptr) {
-  FixedLagOdometry odometry(flight.calibration, optionsFor(flight));
+                                const std::function<bool(size_t)>& keep = nullptr,
+                                const std::optional<FixedLagOptions>& options = {}) {
+  FixedLagOdometry odometry(flight.calibration, options.value_or(optionsFor(flight)));
   std::vector<OdometryOutput> outputs;
   size_t last = 0;
   for (size_t i = 0; i < flight.frames.size(); ++i) {
@@ -132,6 +134,24 @@ TEST(FixedLagOdometry, CoveredLensesAreDeadReckoning) {
     const auto end = static_cast<size_t>(20.0 * (5.0 + gap)) - 1;
     EXPECT_GT(sigma(end), sigma(99) + 0.002 * gap);
   }
+}
+
+TEST(FixedLagOdometry, WhatWasSeenBeforeTheLensesWereCoveredTiesWhatFollows) {
+  SimulatedFlight flight = flight12s(2);
+  FixedLagOptions options = optionsFor(flight);
+  options.keyframe_survival = 0.3;  // the last keyframe is old, as it is in slow motion
+  options.keyframe_parallax_px = 1e4;
+  coverLenses(5.0, 6.0, &flight);
+  const auto outputs = fly(flight, nullptr, options);
+  // The position's variance grows by the velocity's error, not by the IMU's noise since the last
+  // keyframe.
+  const auto variance = [&outputs](size_t i, Eigen::Index of) {
+    return outputs[i].covariance.block<3, 3>(of, of).trace();
+  };
+  const size_t seen = 99, later = 105;
+  const double t = secondsBetween(flight.frames[seen].t, flight.frames[later].t);
+  EXPECT_LT(std::sqrt(variance(later, 3)),
+            std::sqrt(variance(seen, 3)) + 2.0 * t * std::sqrt(variance(seen, 6)));
 }
 
 TEST(FixedLagOdometry, DroppedFramesAddLittle) {

@@ -86,11 +86,23 @@ TEST(Slide, LandmarksThatAreSeenNoMoreGoIntoThePriorAtAKeyframe) {
   slide({3, 7, {}}, &slider.window);
   // State 1, which saw them, is one of the newest: they stay.
   EXPECT_EQ(slider.window.landmarks.size(), count);
-  Slider once;
-  for (int k = 1; k <= 3; ++k) once.add(false, 0.05, false);
-  slide({3, 7, {}}, &once.window);
-  EXPECT_TRUE(once.window.landmarks.empty());
+  Slider part;
+  for (int k = 1; k <= 3; ++k) {
+    part.add(false, 0.05, false);
+    TrackedFrame frame = part.seeFromNewest();
+    frame.observations.resize(20);
+    part.tracks.associate(part.measured(frame), Slider::wellKnown(), &part.window);
+  }
+  slide({3, 7, {}}, &part.window);
+  EXPECT_EQ(part.window.landmarks.size(), 20U);
   EXPECT_GT(before, 0.0);
+}
+
+TEST(Slide, WhereNothingIsSeenLandmarksWaitForImages) {
+  Slider slider;
+  for (int k = 1; k <= 3; ++k) slider.add(false, 0.05, false);
+  slide({3, 7, {}}, &slider.window);
+  EXPECT_EQ(slider.window.landmarks.size(), 30U);
 }
 
 TEST(Slide, TheOldestKeyframesGoDownToTheirNumberAndLandmarksGetAnotherHost) {

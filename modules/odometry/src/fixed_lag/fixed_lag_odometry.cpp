@@ -122,6 +122,7 @@ class FixedLagOdometry::Impl {
     WindowState& newest = window_.states.back();
     newest.keyframe = tracks_.wantsKeyframe(measured, counts, window_);
     if (newest.keyframe) tracks_.createLandmarks(measured, &window_);
+    if (counts.used < kLocatedBy) keepLastLocated();
     const bool recalls =
         newest.keyframe && counts.used >= kLocatedBy && window_.retainedCount() > 0;
     if (recalls) {
@@ -175,6 +176,13 @@ class FixedLagOdometry::Impl {
     }
     for (std::string& remark : calibration_watch_.takeRemarks())
       out->remarks.push_back(std::move(remark));
+  }
+
+  /** What the last frame with images has seen stays in the window: without it the IMU alone, since
+   * the last keyframe, would tie what follows to the landmarks. */
+  void keepLastLocated() {
+    WindowState& last = window_.states[window_.states.size() - 2];
+    if (last.t == located_at_) last.keyframe = true;
   }
 
   void dropViews() {

@@ -20,12 +20,14 @@ std::vector<Eigen::Index> columnsOf(const WindowState& state, Eigen::Index first
   return columns;
 }
 
-/** Landmarks that none of the newest full states sees. */
+/** Landmarks that none of the newest full states sees; none where these see nothing at all: their
+ * tracks may go on when there are images again. */
 std::vector<Landmark*> endedLandmarks(Window* window, size_t oldest_full) {
   const int newest = window->states[oldest_full].serial;
   std::vector<Landmark*> ended;
   for (auto& [id, landmark] : window->landmarks)
     if (landmark.observations.back().serial <= newest) ended.push_back(&landmark);
+  if (ended.size() == window->landmarks.size()) ended.clear();
   return ended;
 }
 
