@@ -1,27 +1,27 @@
 // The columns of the calibration in the pixels' equations.
 
+#include "etalon/core/so3.h"
 #include "visual_terms.h"
 
 namespace etalon::fixed_lag {
 
-Eigen::Matrix<double, 6, 1> byTimeOffset(const WindowState& host, const WindowState& target) {
-  const SE3 &T_WH = host.linearization.T_WB, &T_WT = target.linearization.T_WB;
-  const RelativeJacobians J = relativeJacobians(T_WH * host.T_BI, T_WT * target.T_BI);
-  // Both images are later by as much: each moves with its body.
-  const auto motion = [](const WindowState& state) {
-    Eigen::Matrix<double, 6, 1> m;
-    m << state.twist_B.head<3>(), state.linearization.T_WB.R * state.twist_B.tail<3>();
-    return m;
-  };
-  return J.by_target * motion(target) + J.by_host * motion(host);
+/** All images are later by as much: each moves with its body. */
+Eigen::VectorXd VisualTerms::twistsByTimeOffset(const Window& window) const {
+  Eigen::VectorXd twists(6 * T_NI_.size());
+  for (size_t k = 0; k < T_NI_.size(); ++k) {
+    const WindowState& state = window.states[k];
+    const Eigen::Vector3d turn = T_NI_[k].R * state.twist_B.head<3>();
+    twists.segment<6>(6 * k) << turn,
+        state.linearization.T_WB.R * state.twist_B.tail<3>() + T_NI_[k].t.cross(turn);
+  }
+  return twists;
 }
 
 void VisualTerms::beginCalibration(const Window& window) {
-  const size_t n = window.states.size();
   calibration_.H.setZero();
   calibration_.g.setZero();
   calibration_.H_cl.clear();
-  calibration_.H_host.assign(n * n, Matrix6Cd::Zero());
+  calibration_.by_twist.assign(window.states.size(), Matrix6Cd::Zero());
   calibration_.derivatives =
       CalibrationDerivatives(window.calibration.given, window.calibration.now);
 }
@@ -33,58 +33,43 @@ void VisualTerms::eliminateFromCalibration(const Eigen::Vector3d& damping) {
   const Eliminated& e = eliminated_.back();
   MatrixC3d H_cl = MatrixC3d::Zero();
   for (const CalibrationSums::Row& row : calibration_.rows)
-    H_cl.noalias() += row.weight * row.J.transpose() * row.J_landmark;
+    H_cl.noalias() += row.weight * row.J_calibration.transpose() * row.J_landmark;
   calibration_.H_cl.push_back(H_cl);
-  const Eigen::Matrix<double, 3, kCalibrationSize> follows = -e.inverse * H_cl.transpose();
+  const Eigen::Matrix<double, 3, kCalibrationSize> follows =
+      -e.factor * (e.factor.transpose() * H_cl.transpose());
+  Eigen::Matrix<double, 3, 6> G;
+  G << hat(e.y), -e.rho * Eigen::Matrix3d::Identity();
   for (const CalibrationSums::Row& row : calibration_.rows) {
-    const CalibrationJacobian J = row.J + row.J_landmark * follows;
+    const CalibrationJacobian J = row.J_calibration + row.J_landmark * follows;
     const CalibrationJacobian weighted = row.weight * J;
     calibration_.H.noalias() += weighted.transpose() * J;
     calibration_.g.noalias() += weighted.transpose() * row.r;
-    if (row.target >= 0)
-      calibration_.H_host[e.landmark->host * hosts_.size() + row.target].noalias() +=
-          row.J_pose.transpose() * weighted;
+    if (row.state == e.landmark->host) continue;
+    const Matrix6Cd by_twist = (row.J * G).transpose() * weighted;
+    calibration_.by_twist[row.state] += by_twist;
+    calibration_.by_twist[e.landmark->host] -= by_twist;
   }
   calibration_.H.noalias() += follows.transpose() * damping.asDiagonal() * follows;
 }
 
-void VisualTerms::calibrationToAbsolute(const Window& window, int host,
-                                        NormalEquations* equations) {
-  const HostSums& sums = hosts_[host];
-  const WindowState& h = window.states[host];
-  Matrix6Cd* H_pc = &calibration_.H_host[static_cast<size_t>(host) * hosts_.size()];
-  const std::vector<int>& seen = sums.seen();
-  std::vector<Vector6d> by_time(window.states.size());
-  for (const int k : seen) by_time[k] = byTimeOffset(h, window.states[k]);
-  for (const int k : seen) {
-    // What the relative poses have with the time offset, whose row in H they fill.
-    Vector6d with_time = Vector6d::Zero();
-    for (const int l : seen) {
-      if (l >= k)
-        with_time.noalias() += sums.H(k, l) * by_time[l];
-      else
-        with_time.noalias() += sums.H(l, k).transpose() * by_time[l];
-    }
-    const CalibrationVector row = H_pc[k].transpose() * by_time[k];  // its time offset is zero
+void VisualTerms::addCalibration(const Window& window, NormalEquations* equations) {
+  // What the twists have with the time offset, whose row in H they fill.
+  const Eigen::VectorXd by_time = twistsByTimeOffset(window);
+  const Eigen::VectorXd with_time = H_ * by_time;
+  calibration_.H(kTimeOffset, kTimeOffset) += by_time.dot(with_time);
+  calibration_.g[kTimeOffset] += by_time.dot(g_);
+  for (size_t k = 0; k < window.states.size(); ++k) {
+    if (!used_[k]) continue;
+    Matrix6Cd& H_tc = calibration_.by_twist[k];
+    const CalibrationVector row = H_tc.transpose() * by_time.segment<6>(6 * k);
     calibration_.H.row(kTimeOffset) += row.transpose();
     calibration_.H.col(kTimeOffset) += row;
-    calibration_.H(kTimeOffset, kTimeOffset) += by_time[k].dot(with_time);
-    calibration_.g[kTimeOffset] += by_time[k].dot(sums.g(k));
-    H_pc[k].col(kTimeOffset) += with_time;
+    H_tc.col(kTimeOffset) += with_time.segment<6>(6 * k);
+    const Matrix6Cd block = twistByState(window.states[k], centre_W_).transpose() * H_tc;
+    const Eigen::Index column = window.states[k].column;
+    equations->H.block<6, kCalibrationSize>(column, 0) += block;
+    equations->H.block<kCalibrationSize, 6>(0, column) += block.transpose();
   }
-  for (const int k : seen) {
-    const RelativeJacobians J = imageJacobians(h, window.states[k]);
-    const auto add = [&](Eigen::Index column, const Matrix6d& J_absolute) {
-      const Matrix6Cd block = J_absolute.transpose() * H_pc[k];
-      equations->H.block<6, kCalibrationSize>(column, 0) += block;
-      equations->H.block<kCalibrationSize, 6>(0, column) += block.transpose();
-    };
-    add(window.states[k].column, J.by_target);
-    add(h.column, J.by_host);
-  }
-}
-
-void VisualTerms::finishCalibration(NormalEquations* equations) const {
   equations->H.topLeftCorner<kCalibrationSize, kCalibrationSize>() += calibration_.H;
   equations->g.head<kCalibrationSize>() += calibration_.g;
 }

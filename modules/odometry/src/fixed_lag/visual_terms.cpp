@@ -1,7 +1,7 @@
 #include "visual_terms.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -13,60 +13,48 @@ namespace {
 /** A landmark behind a camera costs as much as a pixel that is off by this many sigma. */
 constexpr double kBehindCamera = 30.0;
 
+/** G^T v = [v x y; -rho v]. */
+Eigen::Matrix<double, 6, 1> byTwist(const Eigen::Vector3d& y, double rho,
+                                    const Eigen::Vector3d& v) {
+  Eigen::Matrix<double, 6, 1> all;
+  all << v.cross(y), -rho * v;
+  return all;
+}
+
 }  // namespace
 
-RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
-  const SE3 T_HT = relativePose(T_WH, T_WT);
-  RelativeJacobians J;
-  J.by_target.setIdentity();
-  J.by_target.bottomRightCorner<3, 3>() = T_WH.R.transpose();
-  J.by_host.setZero();
-  J.by_host.topLeftCorner<3, 3>() = -T_HT.R.transpose();
-  J.by_host.bottomLeftCorner<3, 3>() = hat(T_HT.t);
-  J.by_host.bottomRightCorner<3, 3>() = -T_WH.R.transpose();
-  return J;
-}
-
-/** d(T_WI)/d(T_WB), right perturbation of the rotations. */
-static Eigen::Matrix<double, 6, 6> imageByState(const SE3& T_WB, const SE3& T_BI) {
+Eigen::Matrix<double, 6, 6> twistByState(const WindowState& state,
+                                         const Eigen::Vector3d& centre_W) {
+  const SE3& T_WB = state.linearization.T_WB;
   Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
-  J.topLeftCorner<3, 3>() = T_BI.R.transpose();
-  J.bottomLeftCorner<3, 3>() = -T_WB.R * hat(T_BI.t);
+  J.topLeftCorner<3, 3>() = T_WB.R;
+  J.bottomLeftCorner<3, 3>().noalias() = hat(T_WB.t - centre_W) * T_WB.R;
   return J;
 }
 
-RelativeJacobians imageJacobians(const WindowState& host, const WindowState& target) {
-  const SE3 &T_WH = host.linearization.T_WB, &T_WT = target.linearization.T_WB;
-  RelativeJacobians J = relativeJacobians(T_WH * host.T_BI, T_WT * target.T_BI);
-  if (!host.T_BI.t.isZero(0.0)) J.by_host *= imageByState(T_WH, host.T_BI);
-  if (!target.T_BI.t.isZero(0.0)) J.by_target *= imageByState(T_WT, target.T_BI);
-  return J;
-}
-
-void VisualTerms::addResidual(const Window& window, const ReprojectionMeasurement& measurement,
-                              int camera, const Landmark& landmark, const SE3& T_HT, Target* target,
-                              Eigen::Matrix3d* V, Eigen::Vector3d* g_l) {
-  Eigen::Vector2d r;
-  Eigen::Matrix<double, 2, 6> J_pose;
-  Eigen::Matrix<double, 2, 3> J_landmark;
-  if (!reprojectionResidual(window.T_CB[camera], measurement, T_HT, landmark.in_host, &r,
-                            target ? &J_pose : nullptr, &J_landmark)) {
-    cost_.add(kBehindCamera * kBehindCamera);
-    return;
+void VisualTerms::placeViews(const Window& window) {
+  const size_t n = window.states.size();
+  centre_W_ = window.states.back().linearization.T_WB.t;
+  T_NI_.resize(n);
+  views_.resize(2 * n * n);
+  std::vector<std::array<SE3, 2>> T_WC(n);
+  for (size_t k = 0; k < n; ++k) {
+    T_NI_[k] = window.states[k].linearization.T_WB * window.states[k].T_BI;
+    T_NI_[k].t -= centre_W_;
+    for (size_t c = 0; c < 2; ++c)
+      T_WC[k][c] = window.states[k].seenFrom() * window.T_CB[c].inverse();
   }
-  const double weight = cost_.add(r.squaredNorm() / window.pixel_variance) / window.pixel_variance;
-  const Eigen::Matrix<double, 2, 3> weighted = weight * J_landmark;
-  V->noalias() += weighted.transpose() * J_landmark;
-  g_l->noalias() += weighted.transpose() * r;
-  if (with_calibration_)
-    calibration_.rows.push_back({target ? target->state : -1, weight, r, J_pose, J_landmark,
-                                 calibration_.derivatives(static_cast<size_t>(camera), measurement,
-                                                          T_HT, landmark.in_host)});
-  if (!target) return;
-  const Eigen::Matrix<double, 2, 6> weighted_pose = weight * J_pose;
-  target->H_pp.noalias() += weighted_pose.transpose() * J_pose;
-  target->H_pl.noalias() += weighted_pose.transpose() * J_landmark;
-  target->g_p.noalias() += weighted_pose.transpose() * r;
+  for (size_t h = 0; h < n; ++h) {
+    // By how much the host's estimate is turned against its linearisation point.
+    const SE3 T_WH = window.states[h].seenFrom();
+    const Eigen::Matrix3d turned = T_WH.R * T_NI_[h].R.transpose();
+    for (size_t k = 0; k < n; ++k)
+      for (size_t c = 0; c < 2; ++c) {
+        View& view = views_[(h * n + k) * 2 + c];
+        view.R.noalias() = T_WC[k][c].R.transpose() * turned;
+        view.c.noalias() = turned.transpose() * (T_WC[k][c].t - T_WH.t);
+      }
+  }
 }
 
 /** Sums over the observations of one landmark. */
@@ -74,10 +62,16 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   Eliminated e;
   e.landmark = landmark;
   e.first = targets_.size();
+  e.rho = landmark->in_host.parameters.z();
   e.g_l.setZero();
   calibration_.rows.clear();
+  const SE3& T_NH = T_NI_[landmark->host];
+  const Eigen::Matrix3d axes = T_NH.R * landmark->in_host.axes;
+  const Eigen::Vector3d origin = T_NH.R * landmark->in_host.origin;
+  const Eigen::Vector3d from_host =
+      axes * landmark->in_host.parameters.head<2>().homogeneous() + e.rho * origin;
+  e.y = from_host + e.rho * T_NH.t;
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
-  const size_t n = window.states.size();
   for (const LandmarkObservation& o : landmark->observations) {
     if (o.state > last_state) continue;
     Target* target = nullptr;
@@ -85,24 +79,51 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
       targets_.emplace_back();
       target = &targets_.back();
       target->state = o.state;
-      target->H_pp.setZero();
-      target->H_pl.setZero();
-      target->g_p.setZero();
+      target->JJ.setZero();
+      target->JJ_l.setZero();
+      target->Jr.setZero();
     }
-    const SE3& T_HT = relative_[landmark->host * n + o.state];
-    for (size_t camera = o.first(); camera < o.end(); ++camera)
-      addResidual(window, o.measurements[camera], static_cast<int>(camera), *landmark, T_HT, target,
-                  &V, &e.g_l);
+    for (size_t camera = o.first(); camera < o.end(); ++camera) {
+      const View& from = view(landmark->host, o.state, camera);
+      Eigen::Vector2d r;
+      Eigen::Matrix<double, 2, 3> J_C;
+      if (!reprojectionResidual(o.measurements[camera], from.R * (from_host - e.rho * from.c), e.rho,
+                                &r, &J_C)) {
+        cost_.add(kBehindCamera * kBehindCamera);
+        continue;
+      }
+      const Eigen::Matrix<double, 2, 3> J = J_C * from.R;
+      Eigen::Matrix<double, 2, 3> J_l;
+      J_l.leftCols<2>().noalias() = J * axes.leftCols<2>();
+      J_l.col(2).noalias() = J * (origin - from.c);
+      const double weight =
+          cost_.add(r.squaredNorm() / window.pixel_variance) / window.pixel_variance;
+      const Eigen::Matrix<double, 2, 3> weighted_l = weight * J_l;
+      V.noalias() += weighted_l.transpose() * J_l;
+      e.g_l.noalias() += weighted_l.transpose() * r;
+      if (with_calibration_)
+        calibration_.rows.push_back(
+            {o.state, weight, r, J, J_l,
+             calibration_.derivatives(camera, o.measurements[camera],
+                                      relativePose(window.states[landmark->host].seenFrom(),
+                                                   window.states[o.state].seenFrom()),
+                                      landmark->in_host)});
+      if (!target) continue;
+      const Eigen::Matrix<double, 2, 3> weighted = weight * J;
+      target->JJ.noalias() += weighted.transpose() * J;
+      target->JJ_l.noalias() += J.transpose() * weighted_l;
+      target->Jr.noalias() += weighted.transpose() * r;
+    }
   }
   e.last = targets_.size();
   // At infinity, and the residuals want it farther: its distance is no unknown.
-  const bool held = !(landmark->in_host.parameters.z() > 0.0) && e.g_l.z() >= 0.0;
+  const bool held = !(e.rho > 0.0) && e.g_l.z() >= 0.0;
   if (held) {
     V.row(2).setZero();
     V.col(2).setZero();
     V(2, 2) = 1.0;
     e.g_l.z() = 0.0;
-    for (size_t i = e.first; i < e.last; ++i) targets_[i].H_pl.col(2).setZero();
+    for (size_t i = e.first; i < e.last; ++i) targets_[i].JJ_l.col(2).setZero();
     for (CalibrationSums::Row& row : calibration_.rows) row.J_landmark.col(2).setZero();
   }
   // Without parallax the distance is not determined: it stays where it is.
@@ -110,160 +131,136 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   V(0, 0) += 1e-9 * V(0, 0) + 1e-12;
   V(1, 1) += 1e-9 * V(1, 1) + 1e-12;
   V(2, 2) += 1e-9 * V(2, 2) + 1e-6;
-  e.inverse = V.inverse();
-  landmark->covariance = e.inverse;
+  e.factor.setIdentity();
+  V.llt().matrixU().solveInPlace(e.factor);
+  landmark->covariance.noalias() = e.factor * e.factor.transpose();
   eliminated_.push_back(e);
   if (with_calibration_) eliminateFromCalibration(V.diagonal() - undamped);
 }
 
-void VisualTerms::HostSums::clear(size_t states) {
-  seen_.clear();
-  is_seen_.assign(states, 0);
-  H_.resize(states * (states + 1) / 2);
-  g_.resize(states);
-}
-
-void VisualTerms::HostSums::see(int state) {
-  if (is_seen_[state]) return;
-  is_seen_[state] = 1;
-  seen_.push_back(state);
-  g_[state].setZero();
-  for (const int other : seen_) H(std::min(state, other), std::max(state, other)).setZero();
-}
-
-/** The landmark's Schur complement, added to its host's sums. */
-void VisualTerms::eliminate(const Eliminated& e) {
-  HostSums& sums = hosts_[e.landmark->host];
-  const Eigen::Vector3d best = e.inverse * e.g_l;
-  for (size_t i = e.first; i < e.last; ++i) {
-    Target& a = targets_[i];
-    a.scaled.noalias() = a.H_pl * e.inverse;
-    sums.see(a.state);
-    sums.H(a.state, a.state) += a.H_pp;
-    sums.g(a.state) += a.g_p;
-    sums.g(a.state).noalias() -= a.H_pl * best;
-    for (size_t j = e.first; j <= i; ++j)  // in time order: j's block stands above
-      sums.H(targets_[j].state, a.state).noalias() -=
-          targets_[j].scaled.lazyProduct(a.H_pl.transpose());
+/** Adds the landmarks of a host, from eliminated_[first] on, to the equations of the twists: their
+ * Schur complements are one product, over the states that see them. */
+void VisualTerms::eliminate(int host, size_t first) {
+  std::vector<int> seen, place(T_NI_.size(), -1);
+  for (size_t i = eliminated_[first].first; i < targets_.size(); ++i) {
+    int& at = place[targets_[i].state];
+    if (at >= 0) continue;
+    at = static_cast<int>(seen.size());
+    seen.push_back(targets_[i].state);
   }
-}
-
-/** Adds block, its derivatives being by where images were taken, in terms of the states' poses. */
-static void addBlock(const WindowState& a, const WindowState& b, Eigen::Matrix<double, 6, 6> block,
-                     Eigen::MatrixXd* H) {
-  if (!a.T_BI.t.isZero(0.0)) block = imageByState(a.linearization.T_WB, a.T_BI).transpose() * block;
-  if (!b.T_BI.t.isZero(0.0)) block *= imageByState(b.linearization.T_WB, b.T_BI);
-  H->block<6, 6>(a.column, b.column) += block;
-  if (a.column != b.column) H->block<6, 6>(b.column, a.column) += block.transpose();
-}
-
-static void addGradient(const WindowState& a, Eigen::Matrix<double, 6, 1> g, Eigen::VectorXd* sum) {
-  if (!a.T_BI.t.isZero(0.0)) g = imageByState(a.linearization.T_WB, a.T_BI).transpose() * g;
-  sum->segment<6>(a.column) += g;
-}
-
-/**
- * The derivative by a target's pose is T = diag(I, R_WH^T), the same for all of them, and that by
- * the host's is T M_k with M_k = [L_k, (0; -I)], L_k of 6 x 3: with B = T^T H T the blocks are
- * B_kl, (B M)_k and M^T B M.
- */
-void VisualTerms::toAbsolute(const Window& window, int host, NormalEquations* equations) const {
-  const HostSums& sums = hosts_[host];
-  const size_t n = window.states.size();
-  const WindowState& h = window.states[host];
-  const SE3 T_WH = h.linearization.T_WB * h.T_BI;
-  const Eigen::Matrix3d R_HW = T_WH.R.transpose();
-  std::vector<Matrix63d> L(n);
-  std::vector<Matrix6d> by_host(n, Matrix6d::Zero());  // (B M)_k
-  std::vector<int> seen = sums.seen();
-  std::sort(seen.begin(), seen.end());
-  for (const int k : seen) {
-    const WindowState& target = window.states[k];
-    const RelativeJacobians J = relativeJacobians(T_WH, target.linearization.T_WB * target.T_BI);
-    L[k].topRows<3>() = J.by_host.topLeftCorner<3, 3>();
-    L[k].bottomRows<3>().noalias() = T_WH.R * J.by_host.bottomLeftCorner<3, 3>();
-  }
-  const auto addTimesM = [&](const Matrix6d& block, int l, Matrix6d* sum) {
-    sum->leftCols<3>().noalias() += block * L[l];
-    sum->rightCols<3>() -= block.rightCols<3>();
-  };
-  Matrix6d of_host = Matrix6d::Zero();
-  Vector6d g_host = Vector6d::Zero();
-  for (size_t i = 0; i < seen.size(); ++i) {
-    const int k = seen[i];
-    for (size_t j = i; j < seen.size(); ++j) {
-      const int l = seen[j];
-      Matrix6d block = sums.H(k, l);
-      block.rightCols<3>() *= R_HW;
-      block.bottomRows<3>() = T_WH.R * block.bottomRows<3>().eval();
-      addBlock(window.states[k], window.states[l], block, &equations->H);
-      addTimesM(block, l, &by_host[k]);
-      if (l != k) addTimesM(block.transpose(), k, &by_host[l]);
+  if (seen.empty()) return;
+  const Eigen::Index n = 6 * static_cast<Eigen::Index>(seen.size());
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(n, 3 * (eliminated_.size() - first));
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
+  for (size_t l = first; l < eliminated_.size(); ++l) {
+    const Eliminated& e = eliminated_[l];
+    const Eigen::Matrix3d hat_y = hat(e.y);
+    const Eigen::Vector3d best = e.factor * (e.factor.transpose() * e.g_l);
+    for (size_t i = e.first; i < e.last; ++i) {
+      const Target& target = targets_[i];
+      const Eigen::Index at = 6 * place[target.state];
+      g.segment<6>(at) += byTwist(e.y, e.rho, target.Jr - target.JJ_l * best);
+      const Eigen::Matrix3d scaled = target.JJ_l * e.factor;
+      mixed.block<3, 3>(at, 3 * (l - first)).noalias() = -hat_y * scaled;
+      mixed.block<3, 3>(at + 3, 3 * (l - first)) = -e.rho * scaled;
+      const Eigen::Matrix3d turned = hat_y * target.JJ;  // the lower triangle of G^T JJ G
+      H.block<3, 3>(at, at).noalias() -= turned * hat_y;
+      H.block<3, 3>(at + 3, at) += e.rho * turned.transpose();
+      H.block<3, 3>(at + 3, at + 3) += e.rho * e.rho * target.JJ;
     }
-    addBlock(window.states[k], h, by_host[k], &equations->H);
-    of_host.topRows<3>().noalias() += L[k].transpose() * by_host[k];
-    of_host.bottomRows<3>() -= by_host[k].bottomRows<3>();
-    Vector6d g = sums.g(k);
-    g.tail<3>() = T_WH.R * g.tail<3>().eval();
-    g_host.head<3>().noalias() += L[k].transpose() * g;
-    g_host.tail<3>() -= g.tail<3>();
-    addGradient(window.states[k], g, &equations->g);
   }
-  addBlock(h, h, of_host, &equations->H);
-  addGradient(h, g_host, &equations->g);
+  H.selfadjointView<Eigen::Lower>().rankUpdate(mixed, -1.0);
+  H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
+  // The host's twist counts against those of all that see its landmarks.
+  const Eigen::Index h = 6 * host;
+  used_[host] = 1;
+  Matrix6d of_host = Matrix6d::Zero();
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const Eigen::Index a = 6 * seen[i];
+    used_[seen[i]] = 1;
+    Matrix6d with_host = Matrix6d::Zero();
+    for (size_t j = 0; j < seen.size(); ++j) {
+      const auto block = H.block<6, 6>(6 * i, 6 * j);
+      H_.block<6, 6>(a, 6 * seen[j]) += block;
+      with_host -= block;
+    }
+    H_.block<6, 6>(a, h) += with_host;
+    H_.block<6, 6>(h, a) += with_host.transpose();
+    of_host -= with_host;
+    g_.segment<6>(a) += g.segment<6>(6 * i);
+    g_.segment<6>(h) -= g.segment<6>(6 * i);
+  }
+  H_.block<6, 6>(h, h) += of_host;
+}
+
+void VisualTerms::addToStates(const Window& window, NormalEquations* equations) const {
+  const size_t n = window.states.size();
+  std::vector<Matrix6d> J(n);
+  for (size_t k = 0; k < n; ++k)
+    if (used_[k]) J[k] = twistByState(window.states[k], centre_W_);
+  for (size_t k = 0; k < n; ++k) {
+    if (!used_[k]) continue;
+    const Eigen::Index a = window.states[k].column;
+    equations->g.segment<6>(a).noalias() += J[k].transpose() * g_.segment<6>(6 * k);
+    for (size_t l = k; l < n; ++l) {
+      if (!used_[l]) continue;
+      const Eigen::Index b = window.states[l].column;
+      const Matrix6d right = H_.block<6, 6>(6 * k, 6 * l) * J[l];
+      const Matrix6d block = J[k].transpose() * right;
+      equations->H.block<6, 6>(a, b) += block;
+      if (l != k) equations->H.block<6, 6>(b, a) += block.transpose();
+    }
+  }
 }
 
 void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& landmarks,
                             int last_state, NormalEquations* equations, bool calibration) {
-  const size_t n = window.states.size();
-  with_calibration_ = calibration;
-  if (calibration) beginCalibration(window);
+  const auto n = static_cast<Eigen::Index>(window.states.size());
+  std::vector<Landmark*> by_host = landmarks;
+  std::stable_sort(by_host.begin(), by_host.end(),
+                   [](const Landmark* a, const Landmark* b) { return a->host < b->host; });
   targets_.clear();
   eliminated_.clear();
-  hosts_.resize(n);
-  for (HostSums& sums : hosts_) sums.clear(n);
-  relative_.resize(n * n);
-  for (size_t h = 0; h < n; ++h)
-    for (size_t k = 0; k < n; ++k)
-      relative_[h * n + k] =
-          h == k ? SE3() : relativePose(window.states[h].seenFrom(), window.states[k].seenFrom());
   cost_ = RobustCost();
-  for (Landmark* landmark : landmarks) collect(window, landmark, last_state);
-  equations->cost += cost_.total();
-  for (const Eliminated& e : eliminated_) eliminate(e);
-  for (size_t h = 0; h < n; ++h) {
-    if (!hosts_[h].used()) continue;
-    toAbsolute(window, static_cast<int>(h), equations);
-    if (calibration) calibrationToAbsolute(window, static_cast<int>(h), equations);
+  H_.setZero(6 * n, 6 * n);
+  g_.setZero(6 * n);
+  used_.assign(n, 0);
+  placeViews(window);
+  with_calibration_ = calibration;
+  if (calibration) beginCalibration(window);
+  size_t first = 0;
+  for (size_t i = 0; i < by_host.size(); ++i) {
+    collect(window, by_host[i], last_state);
+    if (i + 1 < by_host.size() && by_host[i + 1]->host == by_host[i]->host) continue;
+    eliminate(by_host[i]->host, first);
+    first = eliminated_.size();
   }
-  if (calibration) finishCalibration(equations);
+  equations->cost += cost_.total();
+  addToStates(window, equations);
+  if (calibration) addCalibration(window, equations);
 }
 
 void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& step) const {
   const size_t n = window.states.size();
-  std::vector<Vector6d> relative(n * n);
-  for (size_t h = 0; h < n; ++h) {
-    if (!hosts_[h].used()) continue;
-    for (size_t k = 0; k < n; ++k) {
-      if (h == k) continue;
-      const WindowState &a = window.states[h], &b = window.states[k];
-      const RelativeJacobians J = imageJacobians(a, b);
-      relative[h * n + k] =
-          J.by_target * step.segment<6>(b.column) + J.by_host * step.segment<6>(a.column);
-      if (with_calibration_) relative[h * n + k] += byTimeOffset(a, b) * step[kTimeOffset];
-    }
-  }
+  Eigen::VectorXd twists(6 * n);
+  for (size_t k = 0; k < n; ++k)
+    twists.segment<6>(6 * k) =
+        twistByState(window.states[k], centre_W_) * step.segment<6>(window.states[k].column);
+  if (with_calibration_) twists += twistsByTimeOffset(window) * step[kTimeOffset];
   for (size_t l = 0; l < eliminated_.size(); ++l) {
     const Eliminated& e = eliminated_[l];
     Eigen::Vector3d g = e.g_l;
     if (with_calibration_)
       g.noalias() += calibration_.H_cl[l].transpose() * step.head<kCalibrationSize>();
+    const Vector6d host = twists.segment<6>(6 * e.landmark->host);
     for (size_t i = e.first; i < e.last; ++i) {
-      const size_t pair = e.landmark->host * n + targets_[i].state;
-      g.noalias() += targets_[i].H_pl.transpose() * relative[pair];
+      const Vector6d relative = twists.segment<6>(6 * targets_[i].state) - host;
+      g.noalias() += targets_[i].JJ_l.transpose() *
+                     (e.y.cross(relative.head<3>()) - e.rho * relative.tail<3>());
     }
     Eigen::Vector3d& parameters = e.landmark->in_host.parameters;
-    parameters.noalias() -= e.inverse * g;
+    parameters.noalias() -= e.factor * (e.factor.transpose() * g);
     parameters.z() = std::max(0.0, parameters.z());
   }
 }

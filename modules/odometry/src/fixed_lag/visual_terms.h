@@ -54,10 +54,13 @@ class RobustCost {
 
 /**
  * The pixels' part of the cost, around the window's estimates. A residual depends on the pose of
- * the observing body in the host's alone: its derivative by that is taken at the estimates, and
- * that of the relative pose by the two absolute ones at the linearisation points, so that moving
- * and turning all states together costs nothing whatever those are. Landmarks with the same host
- * share the second factor, which is applied once for all of them.
+ * the observing body in the host's alone. Unknowns are counted as twists: state k, and all that is
+ * rigid with it, turns and moves by eta_k = [rotation; translation of the point at the centre N],
+ * in axes of W. The residuals of a landmark of host h then depend on eta_k - eta_h, by a factor
+ * that is the landmark's own, G = [hat(y), -rho I] with y = rho (its position from N): derivatives
+ * by pixels need its three coordinates alone. Residuals are linearised at the estimates, G and the
+ * twists by the states at the linearisation points, so that moving and turning all states together
+ * costs nothing whatever those are.
  */
 class VisualTerms {
  public:
@@ -81,97 +84,79 @@ class VisualTerms {
  private:
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
   using Vector6d = Eigen::Matrix<double, 6, 1>;
-  using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
-  /** An observing state of a landmark, other than the host. */
+  /** A camera at a state as a host sees it, in axes of W: ray_C = R (y - rho c), y and c from the
+   * host. */
+  struct View {
+    Eigen::Matrix3d R;
+    Eigen::Vector3d c;
+  };
+  /** An observing state of a landmark, other than the host: sums over its cameras, J being the
+   * derivatives by y and J_l those by the landmark's parameters. */
   struct Target {
     int state = 0;
-    Matrix6d H_pp;
-    Matrix63d H_pl, scaled;
-    Vector6d g_p;
+    Eigen::Matrix3d JJ, JJ_l;
+    Eigen::Vector3d Jr;
   };
   /** A landmark of the last linearisation. */
   struct Eliminated {
     Landmark* landmark = nullptr;
-    Eigen::Matrix3d inverse;
+    Eigen::Vector3d y;  ///< rho (its position from N), and
+    double rho = 0.0;   ///< with it G
+    Eigen::Matrix3d factor;  ///< upper triangular; factor factor^T is the inverse of its block
     Eigen::Vector3d g_l;
     size_t first = 0, last = 0;  ///< of targets_
-  };
-  /** Sums in relative poses over the landmarks of a host. */
-  class HostSums {
-   public:
-    /** None; @param states of the window */
-    void clear(size_t states);
-    bool used() const { return !seen_.empty(); }
-    /** Makes the sums of a state, if it has none. */
-    void see(int state);
-    /** The states that have sums, in the order of see(). */
-    const std::vector<int>& seen() const { return seen_; }
-    /** Of two of them, `row` not after `column`. */
-    Matrix6d& H(int row, int column) { return H_[column * (column + 1) / 2 + row]; }
-    const Matrix6d& H(int row, int column) const { return H_[column * (column + 1) / 2 + row]; }
-    Vector6d& g(int state) { return g_[state]; }
-    const Vector6d& g(int state) const { return g_[state]; }
-
-   private:
-    std::vector<int> seen_;
-    std::vector<char> is_seen_;
-    std::vector<Matrix6d> H_;
-    std::vector<Vector6d> g_;
   };
 
   using Matrix6Cd = Eigen::Matrix<double, 6, kCalibrationSize>;
   using MatrixC3d = Eigen::Matrix<double, kCalibrationSize, 3>;
-  /** What the columns of the calibration have with all others. The time offset is a motion of the
-   * relative poses and comes in with these. */
+  /** What the columns of the calibration have with all others. The time offset moves the states'
+   * images and comes in with the twists. */
   struct CalibrationSums {
     Eigen::Matrix<double, kCalibrationSize, kCalibrationSize> H;
     CalibrationVector g;
-    std::vector<MatrixC3d> H_cl;    ///< by landmark, as eliminated_
-    std::vector<Matrix6Cd> H_host;  ///< sums in relative poses, by host and state
+    std::vector<MatrixC3d> H_cl;      ///< by landmark, as eliminated_
+    std::vector<Matrix6Cd> by_twist;  ///< by state
     CalibrationDerivatives derivatives;
     /** The residuals of the landmark in hand. */
     struct Row {
-      int target = -1;  ///< its state; -1: the host
+      int state = -1;  ///< that observes
       double weight = 0.0;
       Eigen::Vector2d r;
-      Eigen::Matrix<double, 2, 6> J_pose;
-      Eigen::Matrix<double, 2, 3> J_landmark;
-      CalibrationJacobian J;
+      Eigen::Matrix<double, 2, 3> J, J_landmark;
+      CalibrationJacobian J_calibration;
     };
     std::vector<Row> rows;
   };
 
-  void addResidual(const Window& window, const ReprojectionMeasurement& measurement, int camera,
-                   const Landmark& landmark, const SE3& T_HT, Target* target, Eigen::Matrix3d* V,
-                   Eigen::Vector3d* g_l);
-  void eliminateFromCalibration(const Eigen::Vector3d& damping);
-  void beginCalibration(const Window& window);
-  void calibrationToAbsolute(const Window& window, int host, NormalEquations* equations);
-  void finishCalibration(NormalEquations* equations) const;
+  void placeViews(const Window& window);
+  const View& view(int host, int state, size_t camera) const {
+    return views_[(host * T_NI_.size() + state) * 2 + camera];
+  }
   void collect(const Window& window, Landmark* landmark, int last_state);
-  void eliminate(const Eliminated& eliminated);
-  void toAbsolute(const Window& window, int host, NormalEquations* equations) const;
+  void eliminate(int host, size_t first);
+  void addToStates(const Window& window, NormalEquations* equations) const;
+  Eigen::VectorXd twistsByTimeOffset(const Window& window) const;
+  void beginCalibration(const Window& window);
+  void eliminateFromCalibration(const Eigen::Vector3d& damping);
+  void addCalibration(const Window& window, NormalEquations* equations);
 
   RobustCost cost_;  ///< of the linearisation
   std::vector<Target> targets_;
-  std::vector<Eliminated> eliminated_;
-  std::vector<HostSums> hosts_;
-  std::vector<SE3> relative_;  ///< T_HT by host and target, at the estimates
+  std::vector<Eliminated> eliminated_;  ///< by host
+  Eigen::Vector3d centre_W_ = Eigen::Vector3d::Zero();  ///< N
+  std::vector<SE3> T_NI_;    ///< where images were taken, by state, at the linearisation points
+  std::vector<View> views_;  ///< by host, state and camera
+  Eigen::MatrixXd H_;        ///< of the twists, all of them
+  Eigen::VectorXd g_;
+  std::vector<char> used_;  ///< by state: has a twist with pixels
   bool with_calibration_ = false;
   CalibrationSums calibration_;
 };
 
-/** Derivatives of the pose of the target in the host, [rotation by right perturbation, position in
- * the host], by the two absolute ones. */
-struct RelativeJacobians {
-  Eigen::Matrix<double, 6, 6> by_target, by_host;
-};
-RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT);
-/** The same of where the images of two states were taken, by the states' poses, at the linearisation
- * points. */
-RelativeJacobians imageJacobians(const WindowState& host, const WindowState& target);
-/** And by the time offset. */
-Eigen::Matrix<double, 6, 1> byTimeOffset(const WindowState& host, const WindowState& target);
+/** Derivative of a state's twist about `centre_W` by its error [rotation, position], at the
+ * linearisation point; the same of its body and of its image. */
+Eigen::Matrix<double, 6, 6> twistByState(const WindowState& state,
+                                         const Eigen::Vector3d& centre_W);
 
 }  // namespace etalon::fixed_lag

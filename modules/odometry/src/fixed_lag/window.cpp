@@ -139,4 +139,16 @@ void appendState(Preintegration preintegration, Window* window) {
   window->reindex();
 }
 
+RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
+  const SE3 T_HT = relativePose(T_WH, T_WT);
+  RelativeJacobians J;
+  J.by_target.setIdentity();
+  J.by_target.bottomRightCorner<3, 3>() = T_WH.R.transpose();
+  J.by_host.setZero();
+  J.by_host.topLeftCorner<3, 3>() = -T_HT.R.transpose();
+  J.by_host.bottomLeftCorner<3, 3>() = hat(T_HT.t);
+  J.by_host.bottomRightCorner<3, 3>() = -T_WH.R.transpose();
+  return J;
+}
+
 }  // namespace etalon::fixed_lag

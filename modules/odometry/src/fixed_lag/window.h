@@ -131,4 +131,11 @@ inline SE3 relativePose(const SE3& T_WH, const SE3& T_WT) {
   return {T_WH.R.transpose() * T_WT.R, T_WH.R.transpose() * (T_WT.t - T_WH.t)};
 }
 
+/** Derivatives of the pose of the target in the host, [rotation by right perturbation, position in
+ * the host], by the two absolute ones. */
+struct RelativeJacobians {
+  Eigen::Matrix<double, 6, 6> by_target, by_host;
+};
+RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT);
+
 }  // namespace etalon::fixed_lag

@@ -29,19 +29,13 @@ bool homogeneousResidual(const SE3& T_CB, const ReprojectionMeasurement& measure
                          const SE3& T_WB, const Eigen::Vector3d& ray_W, double rho,
                          Eigen::Vector2d* r, Eigen::Matrix<double, 2, 6>* J_pose,
                          Eigen::Matrix<double, 2, 3>* J_ray, Eigen::Vector2d* J_baseline) {
-  constexpr double kMinDepth = 0.01;  // m
   const Eigen::Vector3d ray_B = T_WB.R.transpose() * ray_W;
-  const Eigen::Vector3d ray_M = measurement.R_MC * (T_CB.R * ray_B + rho * T_CB.t);
-  if (!(ray_M.z() > std::max(0.0, kMinDepth * rho))) return false;
-  const double inv_z = 1.0 / ray_M.z();
-  const Eigen::Vector2d xy = ray_M.head<2>() * inv_z;
-  *r = measurement.sqrt_information * (xy - measurement.xy);
+  Eigen::Matrix<double, 2, 3> J_C;
+  if (!reprojectionResidual(measurement, T_CB.R * ray_B + rho * T_CB.t, rho, r,
+                            J_pose || J_ray ? &J_C : nullptr))
+    return false;
   if (!J_pose && !J_ray) return true;
 
-  Eigen::Matrix<double, 2, 3> J_M;  // d(r)/d(ray_M)
-  J_M.leftCols<2>() = measurement.sqrt_information * inv_z;
-  J_M.col(2).noalias() = -(J_M.leftCols<2>() * xy);
-  const Eigen::Matrix<double, 2, 3> J_C = J_M * measurement.R_MC;
   const Eigen::Matrix<double, 2, 3> J_B = J_C * T_CB.R;
   const Eigen::Matrix<double, 2, 3> J_W = J_B * T_WB.R.transpose();
   if (J_pose) {

@@ -25,6 +25,7 @@
  */
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 
 #include "etalon/core/camera_model.h"
@@ -41,6 +42,29 @@ struct ReprojectionMeasurement : MeasuredDirection {
 std::optional<ReprojectionMeasurement> makeMeasurement(const CameraModel& camera,
                                                        const Eigen::Vector2d& pixel,
                                                        double sigma_px);
+
+/**
+ * Of a point in the camera's axes, as homogeneous coordinates [p_C; 1] rho: it may be at infinity.
+ * @param ray_C rho p_C
+ * @return as the others
+ * @param J_ray if given: d(r)/d(ray_C), 2x3
+ */
+inline bool reprojectionResidual(const ReprojectionMeasurement& measurement,
+                                 const Eigen::Vector3d& ray_C, double rho, Eigen::Vector2d* r,
+                                 Eigen::Matrix<double, 2, 3>* J_ray = nullptr) {
+  constexpr double kMinDepth = 0.01;  // m
+  const Eigen::Vector3d ray_M = measurement.R_MC * ray_C;
+  if (!(ray_M.z() > std::max(0.0, kMinDepth * rho))) return false;
+  const double inv_z = 1.0 / ray_M.z();
+  const Eigen::Vector2d xy = ray_M.head<2>() * inv_z;
+  *r = measurement.sqrt_information * (xy - measurement.xy);
+  if (!J_ray) return true;
+  Eigen::Matrix<double, 2, 3> J_M;  // d(r)/d(ray_M)
+  J_M.leftCols<2>() = measurement.sqrt_information * inv_z;
+  J_M.col(2).noalias() = -(J_M.leftCols<2>() * xy);
+  J_ray->noalias() = J_M * measurement.R_MC;
+  return true;
+}
 
 /**
  * @return false if the landmark is less than 1 cm from the camera along M's z axis; outputs are
