@@ -36,6 +36,22 @@ void moveStates(const Eigen::VectorXd& step, Window* window) {
   }
 }
 
+/** A^T A, of an A that is upper triangular after a slide: the zeros below are left out. */
+Eigen::MatrixXd squareOf(const Eigen::MatrixXd& A) {
+  constexpr Eigen::Index kColumns = 32;  // at a time
+  const Eigen::Index n = A.cols();
+  Eigen::MatrixXd H(n, n);
+  for (Eigen::Index c = 0; c < n; c += kColumns) {
+    const Eigen::Index width = std::min(kColumns, n - c);
+    Eigen::Index rows = A.rows();
+    while (rows > 0 && A.block(rows - 1, c, 1, width).isZero(0.0)) --rows;
+    H.block(c, c, n - c, width).noalias() =
+        A.block(0, c, rows, n - c).transpose() * A.block(0, c, rows, width);
+  }
+  H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
+  return H;
+}
+
 }  // namespace
 
 Vector15d inertialRows(const Window& window, size_t i, Matrix15d* J_i, Matrix15d* J_j) {
@@ -122,10 +138,7 @@ void WindowSolver::begin(Window* window, bool same_prior) {
   for (auto& [id, landmark] : window->landmarks)
     if (landmark.observations.size() > 1) landmarks_.push_back(&landmark);
   if (!same_prior) {
-    const Eigen::MatrixXd& A = window->prior.A;
-    prior_H_.setZero(A.cols(), A.cols());
-    prior_H_.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
-    prior_H_.triangularView<Eigen::StrictlyUpper>() = prior_H_.transpose();
+    prior_H_ = squareOf(window->prior.A);
   }
   eliminateUntouched(*window);
 }
