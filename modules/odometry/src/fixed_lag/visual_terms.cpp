@@ -87,8 +87,8 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
       const View& from = view(landmark->host, o.state, camera);
       Eigen::Vector2d r;
       Eigen::Matrix<double, 2, 3> J_C;
-      if (!reprojectionResidual(o.measurements[camera], from.R * (from_host - e.rho * from.c), e.rho,
-                                &r, &J_C)) {
+      if (!reprojectionResidual(o.measurements[camera], from.R * (from_host - e.rho * from.c),
+                                e.rho, &r, &J_C)) {
         cost_.add(kBehindCamera * kBehindCamera);
         continue;
       }

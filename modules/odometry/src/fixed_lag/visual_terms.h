@@ -101,8 +101,8 @@ class VisualTerms {
   /** A landmark of the last linearisation. */
   struct Eliminated {
     Landmark* landmark = nullptr;
-    Eigen::Vector3d y;  ///< rho (its position from N), and
-    double rho = 0.0;   ///< with it G
+    Eigen::Vector3d y;       ///< rho (its position from N), and
+    double rho = 0.0;        ///< with it G
     Eigen::Matrix3d factor;  ///< upper triangular; factor factor^T is the inverse of its block
     Eigen::Vector3d g_l;
     size_t first = 0, last = 0;  ///< of targets_
@@ -143,7 +143,7 @@ class VisualTerms {
 
   RobustCost cost_;  ///< of the linearisation
   std::vector<Target> targets_;
-  std::vector<Eliminated> eliminated_;  ///< by host
+  std::vector<Eliminated> eliminated_;                  ///< by host
   Eigen::Vector3d centre_W_ = Eigen::Vector3d::Zero();  ///< N
   std::vector<SE3> T_NI_;    ///< where images were taken, by state, at the linearisation points
   std::vector<View> views_;  ///< by host, state and camera
@@ -156,7 +156,6 @@ class VisualTerms {
 
 /** Derivative of a state's twist about `centre_W` by its error [rotation, position], at the
  * linearisation point; the same of its body and of its image. */
-Eigen::Matrix<double, 6, 6> twistByState(const WindowState& state,
-                                         const Eigen::Vector3d& centre_W);
+Eigen::Matrix<double, 6, 6> twistByState(const WindowState& state, const Eigen::Vector3d& centre_W);
 
 }  // namespace etalon::fixed_lag
