@@ -57,10 +57,10 @@ class RobustCost {
  * the observing body in the host's alone. Unknowns are counted as twists: state k, and all that is
  * rigid with it, turns and moves by eta_k = [rotation; translation of the point at the centre N],
  * in axes of W. The residuals of a landmark of host h then depend on eta_k - eta_h, by a factor
- * that is the landmark's own, G = [hat(y), -rho I] with y = rho (its position from N): derivatives
- * by pixels need its three coordinates alone. Residuals are linearised at the estimates, G and the
- * twists by the states at the linearisation points, so that moving and turning all states together
- * costs nothing whatever those are.
+ * that is the landmark's own, G = [hat(y), -rho I] with y = rho (its position from N): a residual
+ * needs its derivatives by the three coordinates of y alone. Residuals are linearised at the
+ * estimates, G and the twists by the states at the linearisation points, so that moving and turning
+ * all states together costs nothing whatever those are.
  */
 class VisualTerms {
  public:
@@ -101,8 +101,8 @@ class VisualTerms {
   /** A landmark of the last linearisation. */
   struct Eliminated {
     Landmark* landmark = nullptr;
-    Eigen::Vector3d y;       ///< rho (its position from N), and
-    double rho = 0.0;        ///< with it G
+    Eigen::Vector3d y;       ///< of G
+    double rho = 0.0;        ///< of G
     Eigen::Matrix3d factor;  ///< upper triangular; factor factor^T is the inverse of its block
     Eigen::Vector3d g_l;
     size_t first = 0, last = 0;  ///< of targets_

@@ -137,9 +137,7 @@ void WindowSolver::begin(Window* window, bool same_prior) {
   landmarks_.clear();
   for (auto& [id, landmark] : window->landmarks)
     if (landmark.observations.size() > 1) landmarks_.push_back(&landmark);
-  if (!same_prior) {
-    prior_H_ = squareOf(window->prior.A);
-  }
+  if (!same_prior) prior_H_ = squareOf(window->prior.A);
   eliminateUntouched(*window);
 }
 

@@ -44,9 +44,11 @@ std::optional<ReprojectionMeasurement> makeMeasurement(const CameraModel& camera
                                                        double sigma_px);
 
 /**
- * Of a point in the camera's axes, as homogeneous coordinates [p_C; 1] rho: it may be at infinity.
+ * The residual of a point given in the camera's axes, in homogeneous coordinates [p_C; 1] rho, so
+ * that it may be at infinity.
+ * @return false if the point is less than 1 cm from the camera along M's z axis; outputs are then
+ * untouched
  * @param ray_C rho p_C
- * @return as the others
  * @param J_ray if given: d(r)/d(ray_C), 2x3
  */
 inline bool reprojectionResidual(const ReprojectionMeasurement& measurement,
