@@ -8,10 +8,12 @@
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace etalon {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(IsolatedRun, GivesBackWhatTheFunctionReturns) {
@@ -19,6 +21,39 @@ TEST(IsolatedRun, GivesBackWhatTheFunctionReturns) {
   const IsolatedOutcome outcome = runIsolated([&] { return long_text + "\n\0end"; }, {});
   EXPECT_TRUE(outcome.completed) << outcome.failure;
   EXPECT_EQ(outcome.output, long_text + "\n\0end");
+}
+
+TEST(IsolatedRun, WhatIsToldBeforeACrashHasArrived) {
+  const std::string long_text(300'000, 'x');
+  std::vector<std::string> told;
+  const IsolatedOutcome outcome = runIsolated(
+      [&](const TextSink& tell) {
+        tell("one");
+        tell(long_text);
+        tell("");
+        _exit(3);
+        return std::string("never");
+      },
+      {}, [&told](const std::string& text) { told.push_back(text); });
+  EXPECT_FALSE(outcome.completed);
+  EXPECT_THAT(outcome.failure, HasSubstr("exit code 3"));
+  EXPECT_THAT(told, ElementsAre("one", long_text, ""));
+}
+
+TEST(IsolatedRun, EndsTheChildWhenTheCallerHasHeardEnough) {
+  pid_t child = 0;
+  EXPECT_THROW(runIsolated(
+                   [](const TextSink& tell) -> std::string {
+                     tell(std::to_string(getpid()));
+                     while (true) pause();
+                   },
+                   {},
+                   [&child](const std::string& text) {
+                     child = std::stoi(text);
+                     throw std::runtime_error("enough");
+                   }),
+               std::runtime_error);
+  EXPECT_EQ(kill(child, 0), -1);
 }
 
 TEST(IsolatedRun, LeavesTheCallersMemoryAlone) {

@@ -9,10 +9,13 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <optional>
+#include <utility>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/process/child_process.h"
@@ -21,22 +24,45 @@ namespace etalon {
 
 namespace {
 
-// First byte of what the child writes.
-constexpr char kReturned = 'r', kThrew = 't';
+/** What the child sends: a head, then `size` bytes. */
+enum class Message : std::uint64_t { kTold, kReturned, kThrew };
+struct MessageHead {
+  Message type = Message::kTold;
+  std::uint64_t size = 0;
+};
+
+bool sendMessage(int file, Message type, const std::string& text) {
+  const MessageHead head{type, text.size()};
+  return writeWhole(file, &head, sizeof head) && writeWhole(file, text.data(), text.size());
+}
+
+/** Reads `size` bytes; fewer if the other side ends before. */
+std::string readBytes(int file, size_t size) {
+  std::string bytes(size, '\0');
+  size_t done = 0;
+  while (done < size) {
+    const ssize_t n = read(file, &bytes[done], size - done);
+    if (n == 0 || (n < 0 && errno != EINTR)) break;
+    if (n > 0) done += static_cast<size_t>(n);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+/** The next message; nothing if none comes whole. */
+std::optional<std::pair<Message, std::string>> receive(int file) {
+  MessageHead head;
+  const std::string bytes = readBytes(file, sizeof head);
+  if (bytes.size() != sizeof head) return std::nullopt;
+  std::memcpy(&head, bytes.data(), sizeof head);
+  std::string text = readBytes(file, head.size);
+  if (text.size() != head.size) return std::nullopt;
+  return std::make_pair(head.type, std::move(text));
+}
 
 void setLimit(int resource, rlim_t soft, rlim_t hard) {
   const rlimit limit{soft, hard};
   setrlimit(static_cast<__rlimit_resource>(resource), &limit);
-}
-
-std::string readWhole(int file) {
-  std::string text;
-  char buffer[4096];
-  while (true) {
-    const ssize_t n = read(file, buffer, sizeof(buffer));
-    if (n == 0 || (n < 0 && errno != EINTR)) return text;
-    if (n > 0) text.append(buffer, n);
-  }
 }
 
 #ifndef __SANITIZE_ADDRESS__
@@ -49,8 +75,10 @@ rlim_t addressesInUse() {
 }
 #endif
 
-[[noreturn]] void runChild(const std::function<std::string()>& function,
-                           const IsolationLimits& limits, int file, pid_t parent) {
+using TellingFunction = std::function<std::string(const TextSink& tell)>;
+
+[[noreturn]] void runChild(const TellingFunction& function, const IsolationLimits& limits, int file,
+                           pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // it does not outlive its caller
   if (getppid() != parent) _exit(1);
   const auto cpu_s = static_cast<rlim_t>(std::ceil(limits.cpu_s));
@@ -64,16 +92,22 @@ rlim_t addressesInUse() {
   std::signal(SIGALRM, SIG_DFL);
   alarm(static_cast<unsigned>(std::ceil(limits.clockSeconds())));
   dup2(STDERR_FILENO, STDOUT_FILENO);
+  const TextSink tell = [file](const std::string& text) {
+    if (!sendMessage(file, Message::kTold, text)) _exit(1);  // nobody listens
+  };
+  Message end = Message::kReturned;
   std::string answer;
   try {
-    answer = kReturned + function();
+    answer = function(tell);
   } catch (const std::exception& e) {
-    answer = kThrew + std::string(e.what());
+    end = Message::kThrew;
+    answer = e.what();
   } catch (...) {
-    answer = std::string(1, kThrew) + "something that is no std::exception";
+    end = Message::kThrew;
+    answer = "something that is no std::exception";
   }
   std::fflush(nullptr);
-  _exit(writeWhole(file, answer.data(), answer.size()) ? 0 : 1);
+  _exit(sendMessage(file, end, answer) ? 0 : 1);
 }
 
 std::string secondsText(double seconds) {
@@ -96,45 +130,80 @@ std::string describeEnd(int status, const IsolationLimits& limits) {
   return describeProcessEnd(status);
 }
 
-}  // namespace
-
-IsolatedOutcome runIsolated(const std::function<std::string()>& function,
-                            const IsolationLimits& limits) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0)
-    throw Error(std::string("no pipe to a child process: ") + std::strerror(errno));
-  std::fflush(nullptr);  // or the child would write the parent's text once more
-  const pid_t parent = getpid();
-  const pid_t child = fork();
-  if (child < 0) {
-    const std::string reason = std::strerror(errno);
-    close(ends[0]);
+/** A child process and the pipe from it. The destructor ends the child. */
+class Child {
+ public:
+  Child(const TellingFunction& function, const IsolationLimits& limits) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0)
+      throw Error(std::string("no pipe to a child process: ") + std::strerror(errno));
+    std::fflush(nullptr);  // or the child would write the parent's text once more
+    const pid_t parent = getpid();
+    process_ = fork();
+    const std::string reason = process_ < 0 ? std::strerror(errno) : "";
+    if (process_ == 0) {
+      close(ends[0]);
+      runChild(function, limits, ends[1], parent);
+    }
+    file_ = ends[0];
     close(ends[1]);
+    if (process_ > 0) return;
+    close(file_);
     throw Error("no child process: " + reason);
   }
-  if (child == 0) {
-    close(ends[0]);
-    runChild(function, limits, ends[1], parent);
+  ~Child() {
+    close(file_);
+    if (process_ < 0) return;
+    kill(process_, SIGKILL);
+    wait();
   }
-  close(ends[1]);
-  const std::string answer = readWhole(ends[0]);
-  close(ends[0]);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  int file() const { return file_; }
+
+  /** Waits for its end; returns what waitpid() gives. */
+  int wait() {
+    int status = 0;
+    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
+    process_ = -1;
+    return status;
   }
+
+ private:
+  pid_t process_ = -1;
+  int file_ = -1;
+};
+
+}  // namespace
+
+IsolatedOutcome runIsolated(const TellingFunction& function, const IsolationLimits& limits,
+                            const TextSink& told) {
+  Child child(function, limits);
+  std::optional<std::pair<Message, std::string>> message = receive(child.file());
+  for (; message && message->first == Message::kTold; message = receive(child.file()))
+    told(message->second);
+  const int status = child.wait();
   IsolatedOutcome outcome;
-  const bool whole = WIFEXITED(status) && WEXITSTATUS(status) == 0 && !answer.empty();
-  if (whole && answer[0] == kReturned) {
+  const bool whole = message && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  if (whole && message->first == Message::kReturned) {
     outcome.completed = true;
-    outcome.output = answer.substr(1);
-  } else if (whole && answer[0] == kThrew) {
-    outcome.failure = "threw: " + answer.substr(1);
+    outcome.output = std::move(message->second);
+  } else if (whole) {
+    outcome.failure = "threw: " + message->second;
   } else {
     outcome.failure = describeEnd(status, limits);
     outcome.out_of_time =
         WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM);
   }
   return outcome;
+}
+
+IsolatedOutcome runIsolated(const std::function<std::string()>& function,
+                            const IsolationLimits& limits) {
+  return runIsolated([&](const TextSink&) { return function(); }, limits,
+                     [](const std::string&) {});
 }
 
 }  // namespace etalon

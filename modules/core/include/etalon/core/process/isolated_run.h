@@ -36,4 +36,15 @@ struct IsolatedOutcome {
 IsolatedOutcome runIsolated(const std::function<std::string()>& function,
                             const IsolationLimits& limits);
 
+/** Takes a text. */
+using TextSink = std::function<void(const std::string& text)>;
+
+/**
+ * The same for a function that has results before it ends: what it gives to `tell`, in the child,
+ * the caller's `told` receives at once, in order, also when the child then crashes.
+ * @throws what `told` throws; the child is ended first
+ */
+IsolatedOutcome runIsolated(const std::function<std::string(const TextSink& tell)>& function,
+                            const IsolationLimits& limits, const TextSink& told);
+
 }  // namespace etalon
