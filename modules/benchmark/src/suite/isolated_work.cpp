@@ -14,8 +14,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <list>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "etalon/core/errors.h"
@@ -124,6 +126,8 @@ class Worker {
   int socket() const { return socket_; }
   bool busy() const { return item_.has_value(); }
   size_t item() const { return item_.value(); }
+  /** The item that it does or did last. */
+  const std::optional<size_t>& lastItem() const { return last_item_; }
   /** The part that the worker is doing, if any. */
   const std::optional<size_t>& part() const { return part_; }
   size_t nextPart() const { return next_part_; }
@@ -132,7 +136,7 @@ class Worker {
   bool outOfTime() const { return !why_killed_.empty(); }
 
   void give(size_t item, size_t first_part) {
-    item_ = item;
+    item_ = last_item_ = item;
     part_.reset();
     next_part_ = first_part_ = first_part;
     const Order order{item, first_part};
@@ -203,7 +207,7 @@ class Worker {
   pid_t process_ = -1;
   int socket_ = -1, status_ = 0;
   std::optional<ProcessWatch> watch_;
-  std::optional<size_t> item_, part_;
+  std::optional<size_t> item_, last_item_, part_;
   size_t first_part_ = 0, next_part_ = 0;  ///< of the item
   std::string inbox_, why_killed_;
 };
@@ -211,12 +215,14 @@ class Worker {
 class Workers {
  public:
   Workers(int jobs, double limit_s, const IsolatedWork& work)
-      : jobs_(std::max(1, jobs)), limit_s_(limit_s), work_(work) {}
+      : jobs_(std::max(1, jobs)), limit_s_(limit_s), work_(work) {
+    for (size_t item = 0; item < work.items; ++item) left_.push_back(item);
+  }
 
   void run() {
     while (workers_.size() < jobs_ && hasNext()) {
       workers_.push_back(hire());
-      workers_.back()->give(next_++, 0);
+      giveNext(workers_.back().get());
     }
     while (!workers_.empty()) {
       waitForNews();
@@ -227,7 +233,23 @@ class Workers {
   }
 
  private:
-  bool hasNext() const { return next_ < work_.items && !work_.stopped(); }
+  bool hasNext() const { return !left_.empty() && !work_.stopped(); }
+
+  /** The item that costs this worker least, see IsolatedWork::group. */
+  std::list<size_t>::iterator bestFor(const Worker& worker) {
+    if (!work_.group) return left_.begin();
+    std::set<size_t> taken;
+    for (const std::unique_ptr<Worker>& other : workers_)
+      if (other && other.get() != &worker && other->lastItem())
+        taken.insert(work_.group(*other->lastItem()));
+    auto best = left_.end();
+    for (auto item = left_.begin(); item != left_.end(); ++item) {
+      const size_t group = work_.group(*item);
+      if (worker.lastItem() && group == work_.group(*worker.lastItem())) return item;
+      if (best == left_.end() && taken.count(group) == 0) best = item;
+    }
+    return best == left_.end() ? left_.begin() : best;
+  }
 
   std::unique_ptr<Worker> hire() const {
     std::vector<int> others;
@@ -260,7 +282,9 @@ class Workers {
 
   bool giveNext(Worker* worker) {
     if (!hasNext()) return false;
-    worker->give(next_++, 0);
+    const auto item = bestFor(*worker);
+    worker->give(*item, 0);
+    left_.erase(item);
     return true;
   }
 
@@ -304,7 +328,7 @@ class Workers {
   const double limit_s_;
   const IsolatedWork& work_;
   std::vector<std::unique_ptr<Worker>> workers_;
-  size_t next_ = 0;  ///< first item that no worker has taken
+  std::list<size_t> left_;  ///< items that no worker has taken, in order
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
 };
 

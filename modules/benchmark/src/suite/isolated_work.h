@@ -16,6 +16,9 @@ using DoPart = std::function<void(std::size_t part, const std::function<std::str
 struct IsolatedWork {
   std::size_t items = 0;
   std::function<std::size_t(std::size_t item)> parts;  ///< how many an item has
+  /** Items of a group share what a worker keeps in memory: it goes on with the group that it is at,
+   * then with one that no other worker is at. Empty: the items are done in their order. */
+  std::function<std::size_t(std::size_t item)> group;
 
   /** In a worker process: calls do_part for the parts of an item from `first` on, in order. An
    * exception outside of do_part ends the whole work. */

@@ -118,7 +118,7 @@ class Trial {
     for (size_t i = 0; i < record_.sequences.size(); ++i)
       record_.sequences[i].content = former.sequences[i].content;
     for (TrialRun& run : former.results) {
-      finished_[resultKey(run)] = run.survived() || run.status == kStatusFailed;
+      finished_.insert(resultKey(run));
       record_.results.push_back(std::move(run));
     }
     outcome_.runs_found = record_.results.size();
@@ -127,11 +127,14 @@ class Trial {
   /** The tasks of this shard, in order, less the runs that are finished. */
   void chooseTasks() {
     std::vector<TrialTask> all;
+    size_t cuts = 0;
     const std::vector<TrialVariant> variants = variantsOf(record_);
     for (size_t s = 0; s < recordings_.size(); ++s) {
       if (!recordings_[s]) continue;
-      for (const double from_s : startsOf(record_.protocol, record_.sequences[s]))
-        for (const TrialVariant& variant : variants) all.push_back({s, from_s, variant, {}, false});
+      for (const double from_s : startsOf(record_.protocol, record_.sequences[s])) {
+        for (const TrialVariant& variant : variants) all.push_back({s, from_s, cuts, variant, {}});
+        ++cuts;
+      }
     }
     // A shard is one contiguous piece, so that it needs few recordings.
     const size_t shard = options_.shard, shards = options_.shards;
@@ -145,9 +148,7 @@ class Trial {
       run.variant = task.variant;
       for (size_t f = 0; f < record_.faults.size(); ++f) {
         run.fault = record_.faults[f].name;
-        const auto there = finished_.find(resultKey(run));
-        if (there == finished_.end()) task.faults.push_back(f);
-        if (f == 0 && there != finished_.end()) task.plain_is_sound = there->second;
+        if (finished_.count(resultKey(run)) == 0) task.faults.push_back(f);
       }
       runs_ += task.faults.size();
       if (!task.faults.empty()) tasks_.push_back(std::move(task));
@@ -180,6 +181,7 @@ class Trial {
     IsolatedWork work;
     work.items = tasks_.size();
     work.parts = [this](size_t i) { return tasks_[i].faults.size(); };
+    work.group = [this](size_t i) { return tasks_[i].cut; };
     work.run = [&](size_t i, size_t first, const DoPart& do_part) {
       worker.run(tasks_[i], first, do_part);
     };
@@ -218,8 +220,8 @@ class Trial {
   TrialRecord record_;
   TrialOutcome outcome_;
   std::vector<std::unique_ptr<RecordedSource>> recordings_;  ///< null where it cannot be read
-  std::map<std::string, bool> finished_;  ///< resultKey()s, and whether the process came to its end
-  std::set<size_t> needed_;               ///< sequences of this shard
+  std::set<std::string> finished_;                           ///< resultKey()s
+  std::set<size_t> needed_;                                  ///< sequences of this shard
   std::vector<TrialTask> tasks_;
   size_t runs_ = 0;  ///< of tasks_
 };

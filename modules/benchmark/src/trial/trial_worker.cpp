@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/ground_truth_file.h"
@@ -19,33 +20,52 @@ std::optional<TimeNs> beginOf(const FaultyCut& cut) {
   return stampOf(*cut.first);
 }
 
+TrialRun brokenOff(TrialRun run, const IsolatedOutcome& outcome) {
+  run.status = outcome.out_of_time ? kStatusTimeLimit : kStatusCrashed;
+  run.reason = outcome.failure;
+  return run;
+}
+
 }  // namespace
 
 void TrialWorker::run(const TrialTask& task, size_t first, const DoPart& do_part) {
-  std::string error;
+  size_t part = first;
+  const TextSink answer = [&](const std::string& text) { do_part(part++, [&] { return text; }); };
+  const TrialCut* cut = nullptr;
+  std::vector<FaultyRun> runs;
   try {
-    fly(task, cutOf(task), first, do_part);
-  } catch (const DataError& e) {  // of the recording: what follows has no result but this
-    error = e.what();
-  }
-  if (error.empty()) return;
-  for (size_t part = first; part < task.faults.size(); ++part)
-    do_part(part, [&] {
+    cut = &cutOf(task);
+    runs = inOrder(task, *cut);
+  } catch (const DataError& e) {  // of the recording: the task has no result but this
+    while (part < task.faults.size()) {
       TrialRun run = emptyRun(task, task.faults[part]);
       run.status = kStatusFailed;
-      run.reason = error;
-      return resultToText(run);
-    });
+      run.reason = e.what();
+      answer(resultToText(run));
+    }
+    return;
+  }
+  if (!task.variant.system.empty()) {
+    while (part < runs.size()) answer(resultToText(judgeSystem(task, *cut, &runs[part])));
+    return;
+  }
+  while (part < runs.size() && runs[part].cut.same == 0)
+    answer(resultToText(flyAlone(task, *cut, runs[part])));
+  const IsolatedOutcome together = flyTogether(task, *cut, &runs, part, answer);
+  // What the runs share has crashed: that was the run without a fault. The others fly alone.
+  while (part < runs.size())
+    answer(resultToText(runs[part].fault == 0 ? brokenOff(emptyRun(task, 0), together)
+                                              : flyAlone(task, *cut, runs[part])));
 }
 
 const TrialCut& TrialWorker::cutOf(const TrialTask& task) {
-  if (cut_ && cut_of_ == std::make_pair(task.sequence, task.from_s)) return *cut_;
+  if (cut_ && cut_of_ == task.cut) return *cut_;
   cut_.reset();  // not two at a time
   const BenchmarkSequence& sequence = record_.sequences[task.sequence];
   const TimeNs from = sequence.first_image + durationNs(task.from_s);
   cut_.emplace(sequence.source, task.from_s, options_.protocol.seconds, TrialCut::kMostBytes,
                groundTruthOf(sequence.name, options_.ground_truth));
-  cut_of_ = {task.sequence, task.from_s};
+  cut_of_ = task.cut;
   const std::unique_ptr<SensorSource> source = cut_->open();
   const std::vector<TimeNs>& stamps = source->imageStamps();
   const TimeNs to = options_.protocol.seconds > 0.0 ? from + durationNs(options_.protocol.seconds)
@@ -55,13 +75,16 @@ const TrialCut& TrialWorker::cutOf(const TrialTask& task) {
   return *cut_;
 }
 
-/** The run without a fault first, then as far as they share with it. */
+/** As far as they share with the run without a fault, and that one last. */
 std::vector<TrialWorker::FaultyRun> TrialWorker::inOrder(const TrialTask& task,
                                                          const TrialCut& cut) const {
   std::vector<FaultyRun> runs;
   for (const size_t fault : task.faults) {
     FaultyRun run{fault, {}};
-    if (fault > 0) run.cut = faultyCut(cut, options_.faults[fault], options_.protocol.seed);
+    if (fault > 0)
+      run.cut = faultyCut(cut, options_.faults[fault], options_.protocol.seed);
+    else
+      run.cut.same = std::numeric_limits<size_t>::max();
     runs.push_back(std::move(run));
   }
   std::stable_sort(runs.begin(), runs.end(),
@@ -69,41 +92,40 @@ std::vector<TrialWorker::FaultyRun> TrialWorker::inOrder(const TrialTask& task,
   return runs;
 }
 
-void TrialWorker::fly(const TrialTask& task, const TrialCut& cut, size_t first,
-                      const DoPart& do_part) {
-  std::vector<FaultyRun> runs = inOrder(task, cut);
-  bool sound = task.plain_is_sound;
-  std::unique_ptr<TrialFlight> trunk;
-  std::unique_ptr<SensorSource> plain;
-  size_t fed = 0;
-  for (size_t part = first; part < runs.size(); ++part) {
-    FaultyRun& faulty = runs[part];
-    TrialRun run;
-    if (!task.variant.system.empty()) {
-      run = judgeSystem(task, cut, &faulty);
-    } else if (faulty.fault == 0 || faulty.cut.same == 0 || !sound) {
-      run = flyAll(task, cut, faulty);
-      if (faulty.fault == 0) sound = run.status == kStatusSurvived || run.status == kStatusFailed;
-    } else {
-      if (!trunk) {
-        plain = cut.open();
-        trunk = flightOf(task, *plain);
+/** Flies the runs from `first` on in one process, which forks where a fault begins and tells the
+ * result of every run. */
+IsolatedOutcome TrialWorker::flyTogether(const TrialTask& task, const TrialCut& cut,
+                                         std::vector<FaultyRun>* runs, size_t first,
+                                         const TextSink& told) const {
+  if (first == runs->size()) return {};
+  IsolationLimits trunk_limits = limits();
+  trunk_limits.clock_s *= static_cast<double>(runs->size() - first);  // it waits for the others
+  const auto fly = [&](const TextSink& tell) {
+    const std::unique_ptr<SensorSource> plain = cut.open();
+    const std::unique_ptr<TrialFlight> trunk = flightOf(task, *plain);
+    size_t fed = 0;
+    for (size_t i = first; i < runs->size(); ++i) {
+      FaultyRun& faulty = (*runs)[i];
+      for (; fed < faulty.cut.same; ++fed) {
+        const auto event = plain->next();
+        if (!event) break;
+        trunk->feed(*event);
       }
-      for (; fed < faulty.cut.same; ++fed) trunk->feed(*plain->next());
-      run = flyOn(task, &faulty, trunk.get());
+      tell(resultToText(faulty.fault == 0 ? end(emptyRun(task, 0), trunk.get(), faulty, *plain)
+                                          : flyOn(task, &faulty, trunk.get())));
     }
-    do_part(part, [&run] { return resultToText(run); });
-  }
+    return std::string();
+  };
+  return runIsolated(fly, trunk_limits, told);
 }
 
 /** From the beginning to the end. */
-TrialRun TrialWorker::flyAll(const TrialTask& task, const TrialCut& cut,
-                             const FaultyRun& faulty) const {
+TrialRun TrialWorker::flyAlone(const TrialTask& task, const TrialCut& cut,
+                               const FaultyRun& faulty) const {
   return isolated(emptyRun(task, faulty.fault), [&](TrialRun run) {
     const std::unique_ptr<SensorSource> source =
-        faulty.fault == 0 ? cut.open()
-                          : withFaults(cut.open(), options_.faults[faulty.fault], cut.fromS(),
-                                       static_cast<std::uint64_t>(options_.protocol.seed));
+        withFaults(cut.open(), options_.faults[faulty.fault], cut.fromS(),
+                   static_cast<std::uint64_t>(options_.protocol.seed));
     const std::unique_ptr<TrialFlight> flight = flightOf(task, *source);
     feedAll(source.get(), flight.get());
     return end(std::move(run), flight.get(), faulty, *source);
@@ -119,17 +141,19 @@ TrialRun TrialWorker::flyOn(const TrialTask& task, FaultyRun* faulty, TrialFligh
   });
 }
 
-TrialRun TrialWorker::isolated(TrialRun run,
-                               const std::function<TrialRun(TrialRun)>& function) const {
+IsolationLimits TrialWorker::limits() const {
   IsolationLimits limits;
   limits.cpu_s = options_.time_limit_s;
   limits.clock_s = 60.0 * options_.time_limit_s;  // for what waits; a busy machine ends no run
   limits.memory_gib = 4.0;
-  const IsolatedOutcome outcome = runIsolated([&] { return resultToText(function(run)); }, limits);
-  if (outcome.completed) return trialRunFromText(outcome.output);
-  run.status = outcome.out_of_time ? kStatusTimeLimit : kStatusCrashed;
-  run.reason = outcome.failure;
-  return run;
+  return limits;
+}
+
+TrialRun TrialWorker::isolated(TrialRun run,
+                               const std::function<TrialRun(TrialRun)>& function) const {
+  const IsolatedOutcome outcome =
+      runIsolated([&] { return resultToText(function(run)); }, limits());
+  return outcome.completed ? trialRunFromText(outcome.output) : brokenOff(std::move(run), outcome);
 }
 
 TrialRun TrialWorker::end(TrialRun run, TrialFlight* flight, const FaultyRun& faulty,

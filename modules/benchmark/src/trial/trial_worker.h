@@ -18,11 +18,9 @@ namespace etalon {
 struct TrialTask {
   size_t sequence = 0;
   double from_s = 0.0;
+  size_t cut = 0;  ///< tasks of the same sequence and instant have the same number
   TrialVariant variant;
   std::vector<size_t> faults;  ///< indices of TrialOptions::faults
-  /** Whether the run without a fault is on disk and came to its end: then what comes before a fault
-   * is known to crash nothing. */
-  bool plain_is_sound = false;
 };
 
 /** Makes runs, in a process of its own. Keeps the last part of a recording in memory. */
@@ -40,15 +38,18 @@ class TrialWorker {
  private:
   struct FaultyRun {
     size_t fault = 0;
-    FaultyCut cut;
+    FaultyCut cut;  ///< without a fault only `same` is filled in
   };
 
   const TrialCut& cutOf(const TrialTask& task);
   std::vector<FaultyRun> inOrder(const TrialTask& task, const TrialCut& cut) const;
-  void fly(const TrialTask& task, const TrialCut& cut, size_t first, const DoPart& do_part);
-  TrialRun flyAll(const TrialTask& task, const TrialCut& cut, const FaultyRun& faulty) const;
+  IsolatedOutcome flyTogether(const TrialTask& task, const TrialCut& cut,
+                              std::vector<FaultyRun>* runs, size_t first,
+                              const TextSink& told) const;
+  TrialRun flyAlone(const TrialTask& task, const TrialCut& cut, const FaultyRun& faulty) const;
   TrialRun flyOn(const TrialTask& task, FaultyRun* faulty, TrialFlight* trunk) const;
   TrialRun isolated(TrialRun run, const std::function<TrialRun(TrialRun)>& function) const;
+  IsolationLimits limits() const;
   TrialRun end(TrialRun run, TrialFlight* flight, const FaultyRun& faulty,
                const SensorSource& source) const;
   void writeTruth(const TrialRun& run, const std::vector<TimeNs>& images,
@@ -61,8 +62,8 @@ class TrialWorker {
   const TrialOptions& options_;
   const TrialRecord& record_;
   std::optional<TrialCut> cut_;
-  std::pair<size_t, double> cut_of_{};  ///< sequence and instant of cut_
-  int images_ = 0;                      ///< of cut_
+  size_t cut_of_ = 0;  ///< TrialTask::cut of cut_
+  int images_ = 0;     ///< of cut_
 };
 
 }  // namespace etalon

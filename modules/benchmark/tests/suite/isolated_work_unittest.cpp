@@ -10,12 +10,14 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "etalon/core/errors.h"
 
 namespace etalon {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Pair;
 using ::testing::UnorderedElementsAre;
@@ -78,6 +80,41 @@ TEST(IsolatedWork, NoItemBeginsOnceItIsStopped) {
   w.work.stopped = [&w] { return !w.done.empty(); };
   runIsolatedWork(1, 10.0, w.work);
   EXPECT_EQ(w.answers.size(), 3u);
+}
+
+TEST(IsolatedWork, AWorkerKeepsToItsGroup) {
+  // Items 0 and 2 are a group, and so are 1, 3 and 4.
+  Work w([](Part) {});
+  std::vector<std::size_t> order;
+  w.work.group = [](std::size_t item) { return std::size_t{item != 0 && item != 2}; };
+  w.work.item_done = [&order](std::size_t item) { order.push_back(item); };
+  runIsolatedWork(1, 10.0, w.work);
+  EXPECT_THAT(order, ElementsAre(0, 2, 1, 3, 4));
+}
+
+TEST(IsolatedWork, WorkersSpreadOverTheGroups) {
+  // 0, 1, 2 | 3 | 4: item 0 lasts until 4 is done, which the other worker takes before 1 and 2.
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  std::map<std::size_t, std::string> process;
+  Work w([](Part) {});
+  w.work.group = [](std::size_t item) { return item < 3 ? 0 : item; };
+  w.work.run = [&ends](std::size_t item, std::size_t, const DoPart& do_part) {
+    char go;
+    if (item == 0) EXPECT_EQ(read(ends[0], &go, 1), 1);
+    for (std::size_t part = 0; part < 3; ++part)
+      do_part(part, [] { return std::to_string(getpid()); });
+  };
+  w.work.finished = [&](std::size_t item, std::size_t part, const std::string& answer) {
+    process[item] = answer;
+    if (item == 4 && part == 2) EXPECT_EQ(write(ends[1], "g", 1), 1);
+  };
+  runIsolatedWork(2, 10.0, w.work);
+  EXPECT_EQ(process.size(), 5u);
+  EXPECT_EQ(process[3], process[4]);
+  EXPECT_NE(process[0], process[3]);
+  close(ends[0]);
+  close(ends[1]);
 }
 
 TEST(IsolatedWork, WhatIsWrongOutsideOfThePartsEndsAll) {
