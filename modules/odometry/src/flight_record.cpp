@@ -20,18 +20,13 @@ FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
 
 void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
                        const OdometryOutput& output, const Odometry* odometry) {
+  if (output.previous_keyframe && last_) keepLast();
   // Neighbouring pieces share the sample at the frame between them.
   imu_.insert(imu_.end(), imu.begin() + (imu_.empty() || imu.empty() ? 0 : 1), imu.end());
   imu_missing_ = imu_missing_ || output.imu_missing;
-  if (output.keyframe || imu_.size() > kMostSamples) {
-    smoothed_.push_back({stamp, output.state.T_WB});
-    odometry_times_.push_back(frame.t);
-    if (options_.max_keyframes > 0)
-      keyframes_.push_back({stamp, output.state, frame, std::move(imu_), imu_missing_, {}});
-    if (keyframes_.size() > options_.max_keyframes) keyframes_.pop_front();
-    imu_.clear();
-    imu_missing_ = false;
-  }
+  last_ = Keyframe{stamp, output.state, frame, {}, false, {}};
+  if (output.keyframe || imu_.size() > kMostSamples) keepLast();
+  noteBlindPiece(stamp, output);
   for (const RecalledObservation& recalled : output.recalled) {
     const auto at =
         std::lower_bound(keyframes_.begin(), keyframes_.end(), recalled.keyframe,
@@ -50,9 +45,55 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
   while (landmarks_.size() > kMostLandmarks) landmarks_.erase(landmarks_.begin());
 }
 
+/** The last frame becomes a keyframe. */
+void FlightRecord::keepLast() {
+  smoothed_.push_back({last_->stamp, last_->state.T_WB});
+  odometry_times_.push_back(last_->frame.t);
+  if (options_.max_keyframes > 0) {
+    last_->imu = std::move(imu_);
+    last_->imu_missing = imu_missing_;
+    keyframes_.push_back(*std::move(last_));
+  }
+  if (keyframes_.size() > options_.max_keyframes) keyframes_.pop_front();
+  last_.reset();
+  imu_.clear();
+  imu_missing_ = false;
+}
+
+void FlightRecord::noteBlindPiece(TimeNs stamp, const OdometryOutput& output) {
+  const bool seeing = output.unlocated_s == 0.0 || output.used > 0;
+  if (seeing && is_blind_ && seen_at_)
+    blind_pieces_.push_back({*seen_at_, stamp, output.predicted, output.state});
+  if (seeing) seen_at_ = stamp;
+  is_blind_ = !seeing;
+}
+
+Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
+  Trajectory bent = causal;
+  const auto earlier = [](const StampedPose& pose, TimeNs t) { return pose.t < t; };
+  for (const BlindPiece& piece : blind_pieces_) {
+    auto pose = std::lower_bound(bent.begin(), bent.end(), piece.from, earlier);
+    const auto end = std::lower_bound(pose, bent.end(), piece.to, earlier);
+    if (end == bent.end() || end->t != piece.to) continue;
+    // The error of the position is v t + a t^2 / 2; it and its derivative are known at the end.
+    const NavState &told = piece.predicted, &seen = piece.seen;
+    const double T = secondsBetween(piece.from, piece.to);
+    const Eigen::Vector3d shift = seen.T_WB.t - told.T_WB.t, change = T * (seen.v_WB - told.v_WB);
+    const Eigen::Vector3d turn = logSO3(told.T_WB.R.transpose() * seen.T_WB.R);
+    for (; pose != end; ++pose) {
+      const double u = secondsBetween(piece.from, pose->t) / T;
+      pose->T_WB.R = pose->T_WB.R * expSO3(u * turn);
+      pose->T_WB.t += u * (2.0 * shift - change) + u * u * (change - shift);
+    }
+  }
+  return carriedAlong(bent, smoothed_);
+}
+
 void FlightRecord::interrupt() {
   imu_.clear();
   imu_missing_ = true;
+  last_.reset();
+  seen_at_.reset();
 }
 
 void FlightRecord::forgetBefore(TimeNs stamp) {
@@ -61,6 +102,9 @@ void FlightRecord::forgetBefore(TimeNs stamp) {
                    smoothed_.begin();
   smoothed_.erase(smoothed_.begin(), smoothed_.begin() + old);
   odometry_times_.erase(odometry_times_.begin(), odometry_times_.begin() + old);
+  blind_pieces_.erase(std::remove_if(blind_pieces_.begin(), blind_pieces_.end(),
+                                     [stamp](const BlindPiece& b) { return b.to < stamp; }),
+                      blind_pieces_.end());
 }
 
 FinalFlight FlightRecord::finalBa(

@@ -28,7 +28,8 @@ class ToldOdometry : public Odometry {
 class RecordKeeping : public ::testing::Test {
  protected:
   /** The frame of that number, whose stamp is not the odometry's time. */
-  void add(int number, bool keyframe, const Odometry* odometry, size_t samples = 11) {
+  void add(int number, bool keyframe, const Odometry* odometry, size_t samples = 11,
+           bool previous_keyframe = false) {
     TrackedFrame frame;
     frame.t = number * kStep;
     std::vector<ImuSample> imu(samples);
@@ -37,6 +38,7 @@ class RecordKeeping : public ::testing::Test {
     OdometryOutput output;
     output.t = frame.t;
     output.keyframe = keyframe;
+    output.previous_keyframe = previous_keyframe;
     output.state.T_WB = at(number);
     record_.add(frame.t + kStampsAhead, frame, imu, output, odometry);
   }
@@ -63,6 +65,16 @@ TEST_F(RecordKeeping, KeyframesAreRememberedByTheirStampsAndCorrectedByTheOdomet
   odometry.keyframes_ = {{4 * kStep, at(4.75)}};
   add(7, false, &odometry);
   EXPECT_EQ(positions(), (std::vector<double>{0.0, 2.5, 4.75}));
+}
+
+TEST_F(RecordKeeping, AFrameMayBecomeAKeyframeOneFrameLater) {
+  add(0, true, nullptr);
+  for (int k = 1; k < 4; ++k) add(k, false, nullptr);
+  add(4, false, nullptr, 11, true);
+  EXPECT_EQ(positions(), (std::vector<double>{0.0, 3.0}));
+  add(5, true, nullptr);
+  add(6, true, nullptr, 11, true);  // 5 is one already
+  EXPECT_EQ(positions(), (std::vector<double>{0.0, 3.0, 5.0, 6.0}));
 }
 
 TEST_F(RecordKeeping, LandmarksAreTakenAtKeyframesAndStayWhereTheyWereLastKnown) {

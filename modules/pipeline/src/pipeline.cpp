@@ -209,7 +209,7 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
 }
 
 Trajectory Pipeline::smoothedTrajectory() const {
-  return carriedAlong(trajectory(), record_.smoothed());
+  return record_.smoothedFlight(trajectory());
 }
 
 FinalFlight Pipeline::finalBa() const {

@@ -91,6 +91,7 @@ class FixedLagOdometry::Impl {
     OdometryOutput out;
     out.t = frame.t;
     out.state = start.state;
+    out.predicted = start.state;
     out.covariance = covariance_ = start.covariance;
     out.keyframe = true;
     out.observations = frame.observations.size() + frame.right_only.size();
@@ -112,6 +113,7 @@ class FixedLagOdometry::Impl {
             : Preintegration(imu, last.now.bias, options_.imu_noise);
     const double speed = last.now.v_WB.norm();
     appendState(std::move(preintegration), &window_);
+    out.predicted = window_.states.back().now;
     updateImageTimes(&window_);
     window_.states.back().at_rest =
         rest_.atRest(frame, out.imu_missing ? std::vector<ImuSample>() : imu,
@@ -122,7 +124,7 @@ class FixedLagOdometry::Impl {
     WindowState& newest = window_.states.back();
     newest.keyframe = tracks_.wantsKeyframe(measured, counts, window_);
     if (newest.keyframe) tracks_.createLandmarks(measured, &window_);
-    if (counts.used < kLocatedBy) keepLastLocated();
+    if (counts.used < kLocatedBy) out.previous_keyframe = keepLastLocated();
     const bool recalls =
         newest.keyframe && counts.used >= kLocatedBy && window_.retainedCount() > 0;
     if (recalls) {
@@ -179,10 +181,12 @@ class FixedLagOdometry::Impl {
   }
 
   /** What the last frame with images has seen stays in the window: without it the IMU alone, since
-   * the last keyframe, would tie what follows to the landmarks. */
-  void keepLastLocated() {
+   * the last keyframe, would tie what follows to the landmarks. Returns whether it becomes a
+   * keyframe by that. */
+  bool keepLastLocated() {
     WindowState& last = window_.states[window_.states.size() - 2];
-    if (last.t == located_at_) last.keyframe = true;
+    if (last.t != located_at_ || last.keyframe) return false;
+    return last.keyframe = true;
   }
 
   void dropViews() {

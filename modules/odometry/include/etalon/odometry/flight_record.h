@@ -55,6 +55,15 @@ class FlightRecord {
   /** The last known pose of every keyframe, by its stamp. */
   const Trajectory& smoothed() const { return smoothed_; }
 
+  /**
+   * The flight as its keyframes are known now: what is between follows them (carriedAlong()). What
+   * the IMU alone told is bent first to end with the pose and the velocity that the next image
+   * showed: by a rotation in proportion to the time, as of a gyro bias, and a displacement that is
+   * quadratic in it, as of errors of velocity and acceleration.
+   * @param causal poses of all frames, by their stamps
+   */
+  Trajectory smoothedFlight(const Trajectory& causal) const;
+
   /** Where every landmark was last known to be, p_W, m; the newest kMostLandmarks. */
   const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
 
@@ -78,6 +87,16 @@ class FlightRecord {
     std::vector<Observation> recalled;  ///< landmarks of later keyframes
   };
 
+  /** The IMU alone told the poses between two stamps. */
+  struct BlindPiece {
+    TimeNs from = 0, to = 0;  ///< the last frame that showed a landmark, and the next
+    NavState predicted;       ///< at `to`, by the IMU
+    NavState seen;            ///< there, with the image
+  };
+
+  void keepLast();
+  void noteBlindPiece(TimeNs stamp, const OdometryOutput& output);
+
   StereoInertialCalibration calibration_;
   FlightRecordOptions options_;
   std::deque<Keyframe> keyframes_;
@@ -86,6 +105,10 @@ class FlightRecord {
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;
   Trajectory smoothed_;
   std::vector<TimeNs> odometry_times_;  ///< of smoothed_, as the odometry has them
+  std::optional<Keyframe> last_;        ///< the last frame, unless it is kept
+  std::optional<TimeNs> seen_at_;       ///< stamp of the last frame that showed a landmark
+  bool is_blind_ = false;               ///< since then frames came that showed none
+  std::vector<BlindPiece> blind_pieces_;
 };
 
 }  // namespace etalon

@@ -106,7 +106,7 @@ class Pipeline {
   /** One a frame; their poses are trajectory(). */
   const std::vector<FrameEstimate>& estimates() const { return estimates_; }
   /** trajectory() with hindsight: of every keyframe the last estimate before it left the fixed-lag
-   * odometry's window, what is between follows (carriedAlong()). */
+   * odometry's window, what is between follows (FlightRecord::smoothedFlight()). */
   Trajectory smoothedTrajectory() const;
   /** What of the flight is remembered for it, and the landmarks. */
   const FlightRecord& record() const { return record_; }

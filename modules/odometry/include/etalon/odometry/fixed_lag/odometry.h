@@ -40,7 +40,11 @@ struct OdometryOutput {
    * start. */
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
 
-  bool keyframe = false;     ///< the frame became a keyframe
+  NavState predicted;  ///< the state before the images of the frame were used
+
+  bool keyframe = false;  ///< the frame became a keyframe
+  /** So did the frame before, later: no image has located the platform since. */
+  bool previous_keyframe = false;
   int observations = 0;      ///< landmarks that the front end saw
   int used = 0;              ///< of these, landmarks that the estimate rests on
   int gated = 0;             ///< of these, far from where the state predicted them, and left out
