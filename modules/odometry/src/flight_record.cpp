@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "etalon/core/so3.h"
 #include "fixed_lag/bridged_imu.h"
 
 namespace etalon {
@@ -62,8 +63,8 @@ void FlightRecord::keepLast() {
 
 void FlightRecord::noteBlindPiece(TimeNs stamp, const OdometryOutput& output) {
   const bool seeing = output.unlocated_s == 0.0 || output.used > 0;
-  if (seeing && is_blind_ && seen_at_)
-    blind_pieces_.push_back({*seen_at_, stamp, output.predicted, output.state});
+  if (seeing && is_blind_ && seen_at_ && output.predicted)
+    blind_pieces_.push_back({*seen_at_, stamp, *output.predicted, output.state});
   if (seeing) seen_at_ = stamp;
   is_blind_ = !seeing;
 }

@@ -40,10 +40,11 @@ struct OdometryOutput {
    * start. */
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
 
-  NavState predicted;  ///< the state before the images of the frame were used
+  /** The state by the IMU, before the images of the frame were used; nothing: not told. */
+  std::optional<NavState> predicted;
 
   bool keyframe = false;  ///< the frame became a keyframe
-  /** So did the frame before, later: no image has located the platform since. */
+  /** The frame before has become one now, because this frame's images locate nothing. */
   bool previous_keyframe = false;
   int observations = 0;      ///< landmarks that the front end saw
   int used = 0;              ///< of these, landmarks that the estimate rests on
