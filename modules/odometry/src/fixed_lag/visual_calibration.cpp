@@ -1,5 +1,7 @@
 // The columns of the calibration in the pixels' equations.
 
+#include <Eigen/Geometry>
+
 #include "etalon/core/so3.h"
 #include "visual_terms.h"
 
