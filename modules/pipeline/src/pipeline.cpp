@@ -208,9 +208,7 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   window_.restart();
 }
 
-Trajectory Pipeline::smoothedTrajectory() const {
-  return record_.smoothedFlight(trajectory());
-}
+Trajectory Pipeline::smoothedTrajectory() const { return record_.smoothedFlight(trajectory()); }
 
 FinalFlight Pipeline::finalBa() const {
   TrajectoryBaOptions options;
