@@ -15,24 +15,38 @@ Matrix3d hat(const Vector3d& v) {
   return m;
 }
 
-// Below this squared angle (rad^2) the Taylor series is exact to double precision.
-constexpr double kSmallAngle2 = 1e-8;
+namespace {
+
+/** The series of Rodrigues' formula, of the squared angle. */
+struct RotationSeries {
+  double a;  ///< sin(theta) / theta
+  double b;  ///< (1 - cos(theta)) / theta^2
+  double c;  ///< (theta - sin(theta)) / theta^3
+
+  explicit RotationSeries(double theta2) {
+    // Below this squared angle (rad^2) five terms are exact to double precision.
+    constexpr double kSmallAngle2 = 1e-2;
+    if (theta2 < kSmallAngle2) {
+      const double x = theta2;
+      b = 1.0 / 2 - x * (1.0 / 24 - x * (1.0 / 720 - x * (1.0 / 40320 - x / 3628800)));
+      c = 1.0 / 6 - x * (1.0 / 120 - x * (1.0 / 5040 - x * (1.0 / 362880 - x / 39916800)));
+      a = 1.0 - x * c;
+    } else {
+      const double theta = std::sqrt(theta2);
+      const double sin_half = std::sin(0.5 * theta);
+      a = std::sin(theta) / theta;
+      b = 2.0 * sin_half * sin_half / theta2;
+      c = (1.0 - a) / theta2;
+    }
+  }
+};
+
+}  // namespace
 
 Matrix3d expSO3(const Vector3d& phi) {
-  const double theta2 = phi.squaredNorm();
-  double a;  // sin(theta) / theta
-  double b;  // (1 - cos(theta)) / theta^2
-  if (theta2 < kSmallAngle2) {
-    a = 1.0 - theta2 / 6.0;
-    b = 0.5 - theta2 / 24.0;
-  } else {
-    const double theta = std::sqrt(theta2);
-    const double sin_half = std::sin(0.5 * theta);
-    a = std::sin(theta) / theta;
-    b = 2.0 * sin_half * sin_half / theta2;
-  }
+  const RotationSeries of(phi.squaredNorm());
   const Matrix3d K = hat(phi);
-  return Matrix3d::Identity() + a * K + b * (K * K);
+  return Matrix3d::Identity() + of.a * K + of.b * (K * K);
 }
 
 Vector3d logSO3(const Matrix3d& R) {
@@ -45,19 +59,9 @@ Vector3d logSO3(const Matrix3d& R) {
 }
 
 Matrix3d rightJacobianSO3(const Vector3d& phi) {
-  const double theta2 = phi.squaredNorm();
-  double b, c;
-  if (theta2 < kSmallAngle2) {
-    b = 0.5 - theta2 / 24.0;
-    c = 1.0 / 6.0 - theta2 / 120.0;
-  } else {
-    const double theta = std::sqrt(theta2);
-    const double sin_half = std::sin(0.5 * theta);
-    b = 2.0 * sin_half * sin_half / theta2;
-    c = (theta - std::sin(theta)) / (theta2 * theta);
-  }
+  const RotationSeries of(phi.squaredNorm());
   const Matrix3d K = hat(phi);
-  return Matrix3d::Identity() - b * K + c * (K * K);
+  return Matrix3d::Identity() - of.b * K + of.c * (K * K);
 }
 
 Matrix3d rightJacobianInverseSO3(const Vector3d& phi) {

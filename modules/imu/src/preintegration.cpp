@@ -82,15 +82,18 @@ class CovarianceSum {
 
   void add(const Responses& r, double weight_s) {
     addGyroNoise(r, gyro2_ * weight_s);
-    Eigen::Matrix<double, 9, 3> G;  // of a step of the gyro bias: rotation, position, velocity
-    G << r.phi_bg, r.dp_bg, r.dv_bg;
-    navigation_.noalias() += (gyro_walk2_ * weight_s * G).lazyProduct(G.transpose());
-    gyro_bias_ += weight_s * G;
-    Eigen::Matrix<double, 6, 3> A;  // of a step of the accelerometer bias: position, velocity
-    A << r.dp_ba, r.dv_ba;
-    navigation_.bottomRightCorner<6, 6>().noalias() +=
-        (accel_walk2_ * weight_s * A).lazyProduct(A.transpose());
-    accel_bias_ += weight_s * A;
+    // Steps of the biases: what they do to [rotation, position, velocity].
+    const Matrix3d walk = gyro_walk2_ * weight_s * r.phi_bg.transpose();
+    addProduct(r.phi_bg, walk, 0, 0);
+    addProduct(r.dp_bg, walk, 3, 0);
+    addProduct(r.dv_bg, walk, 6, 0);
+    addOfTranslation(r.dp_bg, r.dv_bg, gyro_walk2_ * weight_s);
+    addOfTranslation(r.dp_ba, r.dv_ba, accel_walk2_ * weight_s);
+    gyro_bias_.topRows<3>() += weight_s * r.phi_bg;
+    gyro_bias_.middleRows<3>(3) += weight_s * r.dp_bg;
+    gyro_bias_.bottomRows<3>() += weight_s * r.dv_bg;
+    accel_bias_.topRows<3>() += weight_s * r.dp_ba;
+    accel_bias_.bottomRows<3>() += weight_s * r.dv_ba;
   }
 
   /**
@@ -119,7 +122,7 @@ class CovarianceSum {
   /** P in the order of state_index, the rotation error moved from B0 to the body at the end. */
   Eigen::Matrix<double, 15, 15> total(const Matrix3d& dR, double dt) const {
     Eigen::Matrix<double, 15, 15> P = Eigen::Matrix<double, 15, 15>::Zero();
-    P.topLeftCorner<9, 9>() = navigation_;
+    P.topLeftCorner<9, 9>() = navigation_.selfadjointView<Eigen::Lower>();
     // Accelerometer noise is isotropic and so the same in B0: its double integral is known in
     // closed form.
     P.block<3, 3>(ix::kVelocity, ix::kVelocity).diagonal().array() += accel2_ * dt;
@@ -139,14 +142,10 @@ class CovarianceSum {
  private:
   /** Adds q G G^T with G = [I; -hat(dp); -hat(dv)]. */
   void addGyroNoise(const Responses& r, double q) {
-    const Matrix3d P = hat(r.dp), V = hat(r.dv);
     navigation_.block<3, 3>(0, 0).diagonal().array() += q;
-    navigation_.block<3, 3>(0, 3) += q * P;  // (-hat(dp))^T
-    navigation_.block<3, 3>(0, 6) += q * V;
-    navigation_.block<3, 3>(3, 0) -= q * P;
-    navigation_.block<3, 3>(6, 0) -= q * V;
+    navigation_.block<3, 3>(3, 0) -= q * hat(r.dp);
+    navigation_.block<3, 3>(6, 0) -= q * hat(r.dv);
     addHatProduct(r.dp, r.dp, q, 3, 3);
-    addHatProduct(r.dp, r.dv, q, 3, 6);
     addHatProduct(r.dv, r.dp, q, 6, 3);
     addHatProduct(r.dv, r.dv, q, 6, 6);
   }
@@ -158,7 +157,20 @@ class CovarianceSum {
     block.diagonal().array() += q * a.dot(b);
   }
 
+  /** Adds q G G^T with G = [0; dp; dv]. */
+  void addOfTranslation(const Matrix3d& dp, const Matrix3d& dv, double q) {
+    const Matrix3d by_dp = q * dp.transpose();
+    addProduct(dp, by_dp, 3, 3);
+    addProduct(dv, by_dp, 6, 3);
+    addProduct(dv, q * dv.transpose(), 6, 6);
+  }
+
+  void addProduct(const Matrix3d& a, const Matrix3d& b, int row, int column) {
+    navigation_.block<3, 3>(row, column).noalias() += a.lazyProduct(b);
+  }
+
   double gyro2_, gyro_walk2_, accel2_, accel_walk2_;
+  /** Of [rotation, position, velocity]; the blocks on and below the diagonal count. */
   Eigen::Matrix<double, 9, 9> navigation_ = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix<double, 9, 3> gyro_bias_ = Eigen::Matrix<double, 9, 3>::Zero();
   Eigen::Matrix<double, 6, 3> accel_bias_ = Eigen::Matrix<double, 6, 3>::Zero();

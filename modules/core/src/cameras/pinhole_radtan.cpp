@@ -89,7 +89,7 @@ std::optional<Eigen::Vector3d> PinholeRadtan::unproject(const Vector2d& pixel) c
     if (!(J.determinant() > 1e-6)) return std::nullopt;
     const Vector2d step = J.inverse() * error;
     xy -= step;
-    if (step.squaredNorm() > 1e-24) continue;
+    if (step.squaredNorm() > 1e-16) continue;  // what is left is the square of the step
     if (!isBeforeFold(xy, J)) return std::nullopt;
     return Eigen::Vector3d(xy.x(), xy.y(), 1.0);
   }

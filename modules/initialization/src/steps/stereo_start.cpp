@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
@@ -91,21 +92,30 @@ struct TurnedPoint {
   }
 };
 
+/** Of every step at most kMostPoints, spread over its landmarks. */
 std::vector<TurnedPoint> turnedPoints(const StereoPoints& points,
                                       const std::vector<Preintegration>& preintegrations,
                                       double baseline_m) {
-  std::vector<TurnedPoint> result;
+  constexpr size_t kMostPoints = 50;  // tell b_g better than what comes after needs
+  std::vector<std::vector<std::pair<const Vector3d*, const Vector3d*>>> of_step(
+      preintegrations.size());
   for (const auto& seen : points.of_landmark)
-    for (size_t i = 1; i < seen.size(); ++i) {
-      if (seen[i].keyframe != seen[i - 1].keyframe + 1) continue;
-      const size_t step = seen[i - 1].keyframe;
-      const Preintegration& imu = preintegrations[step];
-      const Vector3d &p = seen[i - 1].p_B, &q = seen[i].p_B;
+    for (size_t i = 1; i < seen.size(); ++i)
+      if (seen[i].keyframe == seen[i - 1].keyframe + 1)
+        of_step[seen[i - 1].keyframe].emplace_back(&seen[i - 1].p_B, &seen[i].p_B);
+  std::vector<TurnedPoint> result;
+  for (size_t step = 0; step < of_step.size(); ++step) {
+    const Preintegration& imu = preintegrations[step];
+    const size_t count = std::min(kMostPoints, of_step[step].size());
+    for (size_t i = 0; i < count; ++i) {
+      const auto [before, after] = of_step[step][i * of_step[step].size() / count];
+      const Vector3d &p = *before, &q = *after;
       const double range = p.norm();
       const Matrix3d along = p * p.transpose() / (range * range);
       result.emplace_back(step, p - imu.deltas().dR * q, -imu.deltas().dR * hat(q) * imu.dR_dbg(),
                           (Matrix3d::Identity() - along + baseline_m / range * along) / range);
     }
+  }
   return result;
 }
 

@@ -16,10 +16,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
-using Matrix26 = Eigen::Matrix<double, 2, 6>;
 
 namespace {
 
+constexpr int kCameras = 2;
 constexpr double kBehind = 1e12;  // squared residual of a landmark that no camera can see
 
 /**
@@ -92,49 +92,59 @@ double TrackInformation::weight(double r2) const {
   return w * w;
 }
 
-void TrackInformation::moveLandmark(int l, const std::vector<SE3>& T_VB) {
-  const size_t index = l;
+void TrackInformation::place(const std::vector<SE3>& T_VB) {
+  T_CV_.clear();
+  for (const SE3& pose : T_VB)
+    for (const SE3& T_CB : window_.T_CB) T_CV_.push_back(T_CB * pose.inverse());
+}
+
+bool TrackInformation::residual(const VisualMeasurement& m, Vector2d* r, Matrix23* A,
+                                Vector3d* p_C) const {
+  const SE3& T_CV = T_CV_[kCameras * m.keyframe + m.camera];
+  const Vector3d point = T_CV * landmarks_[m.landmark];
+  Matrix23 J;
+  if (!reprojectionResidual(m.measurement, point, 1.0, r, A ? &J : nullptr)) return false;
+  if (A) A->noalias() = J * T_CV.R;
+  if (p_C) *p_C = point;
+  return true;
+}
+
+void TrackInformation::moveLandmark(size_t l) {
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   towards_.clear();
-  for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
-    const VisualMeasurement& m = window_.measurements[i];
-    const SE3& T_CB = window_.T_CB[m.camera];
-    const SE3& pose = T_VB[m.keyframe];
+  for (const VisualMeasurement& m : window_.measurementsOf(l)) {
     Vector2d r;
     Matrix23 A;
-    if (!reprojectionResidual(T_CB, m.measurement, pose, landmarks_[index], &r, nullptr, &A))
-      continue;
+    Vector3d p_C;
+    if (!residual(m, &r, &A, &p_C)) continue;
     const double w = weight(r.squaredNorm());
     H.noalias() += w * A.transpose() * A;
     b.noalias() -= w * A.transpose() * r;
     const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
-    const Vector3d axis = pose.R * (axis_C * T_CB.R).transpose();
-    towards_.emplace_back(axis / (axis.dot(landmarks_[index] - pose.t) + axis_C.dot(T_CB.t)));
+    const Matrix3d& R_CV = T_CV_[kCameras * m.keyframe + m.camera].R;
+    towards_.emplace_back((axis_C * R_CV).transpose() / axis_C.dot(p_C));
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
   if (!factor.isPositive() || !step.allFinite()) return;
   // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
-  at_infinity_[index] = towards_.front().dot(step) >= 1.0;
+  at_infinity_[l] = towards_.front().dot(step) >= 1.0;
   // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
   // camera would outweigh all others.
   double most = 1.0;
   for (const Vector3d& by_depth : towards_) most = std::max(most, -2.0 * by_depth.dot(step));
-  landmarks_[index] += step / most;
+  landmarks_[l] += step / most;
 }
 
 void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
-  for (int l = 0; l < window_.landmarkCount(); ++l) {
-    const size_t index = l;
-    if (!valid_[index]) continue;
-    moveLandmark(l, T_VB);
-    for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
-      const VisualMeasurement& m = window_.measurements[i];
+  place(T_VB);
+  for (size_t l = 0; l < landmarks_.size(); ++l) {
+    if (!valid_[l]) continue;
+    moveLandmark(l);
+    for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
       Vector2d r;
-      const bool seen = reprojectionResidual(window_.T_CB[m.camera], m.measurement,
-                                             T_VB[m.keyframe], landmarks_[index], &r);
-      r2_[i] = seen ? r.squaredNorm() : kBehind;
+      r2_[i] = residual(window_.measurements[i], &r) ? r.squaredNorm() : kBehind;
     }
   }
   updateScale(T_VB.size());
@@ -154,46 +164,45 @@ void TrackInformation::updateScale(size_t nodes) {
 }
 
 void TrackInformation::linearize(const std::vector<SE3>& T_VB) {
+  place(T_VB);
   const Index n = 6 * (T_VB.size() - 1);
   S_.setZero(n, n);
   s_.setZero(n);
   by_landmark_.setZero(n, 3 * validCount());
   Index column = 0;
-  for (int l = 0; l < window_.landmarkCount(); ++l)
+  for (size_t l = 0; l < landmarks_.size(); ++l)
     if (valid_[l]) eliminate(l, T_VB, 3 * column++);
   S_.selfadjointView<Eigen::Lower>().rankUpdate(by_landmark_, -1.0);
   S_.triangularView<Eigen::StrictlyUpper>() = S_.transpose();
+  // So far rotations turn about the axes of V.
+  for (size_t k = 1; k < T_VB.size(); ++k) {
+    const Index at = 6 * (static_cast<Index>(k) - 1);
+    const Matrix3d& R_VB = T_VB[k].R;
+    S_.middleRows<3>(at) = (R_VB.transpose() * S_.middleRows<3>(at)).eval();
+    S_.middleCols<3>(at) = (S_.middleCols<3>(at) * R_VB).eval();
+    s_.segment<3>(at) = (R_VB.transpose() * s_.segment<3>(at)).eval();
+  }
   const double factor = score_scale_ * scale_ * scale_ / c2_;
   S_ *= factor;
   s_ *= factor;
 }
 
-void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB, Index column) {
-  const size_t index = l;
-  nodes_.clear();
-  auto H_l = by_landmark_.middleCols<3>(column);
+void TrackInformation::eliminate(size_t l, const std::vector<SE3>& T_VB, Index column) {
+  views_.clear();
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  for (int i = window_.first[index]; i < window_.first[index + 1]; ++i) {
-    const VisualMeasurement& m = window_.measurements[i];
+  for (const VisualMeasurement& m : window_.measurementsOf(l)) {
     Vector2d r;
-    Matrix26 J;
     Matrix23 A;
-    if (!reprojectionResidual(window_.T_CB[m.camera], m.measurement, T_VB[m.keyframe],
-                              landmarks_[index], &r, &J, &A))
-      continue;
-    const double root = std::sqrt(weight(r.squaredNorm()));
-    r *= root;
-    J *= root;
-    A *= root;
-    H.noalias() += A.transpose() * A;
-    b.noalias() -= A.transpose() * r;
-    if (m.keyframe == 0) continue;  // the frame V itself
-    const Index at = 6 * (m.keyframe - 1);
-    if (nodes_.empty() || nodes_.back() != at) nodes_.push_back(at);
-    H_l.middleRows<6>(at).noalias() += J.transpose() * A;
-    S_.block<6, 6>(at, at).noalias() += J.transpose() * J;
-    s_.segment<6>(at).noalias() -= J.transpose() * r;
+    if (!residual(m, &r, &A)) continue;
+    const double w = weight(r.squaredNorm());
+    if (views_.empty() || views_.back().node != m.keyframe) views_.push_back({m.keyframe});
+    views_.back().information.noalias() += w * A.transpose() * A;
+    views_.back().gradient.noalias() += w * A.transpose() * r;
+  }
+  for (const View& view : views_) {
+    H += view.information;
+    b -= view.gradient;
   }
   // A landmark seen in one direction only: the tiny term keeps its far end from being a division by
   // zero, at 1e-9 of the weight of the rest.
@@ -204,10 +213,21 @@ void TrackInformation::eliminate(int l, const std::vector<SE3>& T_VB, Index colu
   const bool usable = factor.info() == Eigen::Success && root_inverse.allFinite();
   if (!usable) root_inverse.setZero();
   const Vector3d root_b = root_inverse * b;
-  for (const Index at : nodes_) {
-    const Eigen::Matrix<double, 6, 3> whitened = H_l.middleRows<6>(at) * root_inverse.transpose();
-    H_l.middleRows<6>(at) = whitened;
-    s_.segment<6>(at).noalias() -= whitened * root_b;
+  for (const View& view : views_) {
+    if (view.node == 0) continue;  // the frame V itself
+    // A pose moves the landmark that it sees: derivatives by [rotation, position] are A [Q, -I].
+    const Index at = 6 * (view.node - 1);
+    const Matrix3d& N = view.information;
+    const Matrix3d Q = hat(landmarks_[l] - T_VB[view.node].t), NQ = N * Q;
+    S_.block<3, 3>(at, at).noalias() -= Q * NQ;
+    S_.block<3, 3>(at + 3, at) -= NQ;
+    S_.block<3, 3>(at + 3, at + 3) += N;
+    auto H_l = by_landmark_.block<6, 3>(at, column);
+    H_l.topRows<3>().noalias() = NQ.transpose() * root_inverse.transpose();
+    H_l.bottomRows<3>().noalias() = -N * root_inverse.transpose();
+    s_.segment<3>(at).noalias() += Q * view.gradient;
+    s_.segment<3>(at + 3) += view.gradient;
+    s_.segment<6>(at).noalias() -= H_l * root_b;
   }
 }
 

@@ -115,12 +115,11 @@ void addReducedVisualInformation(const VisualWindow& window, const std::vector<S
         curvature.noalias() += a.bent * b.pull.transpose();
         equations->score.block<6, 6>(row, column) -= score;
         equations->curvature.block<6, 6>(row, column) -= curvature;
-        if (j == i) continue;
-        equations->score.block<6, 6>(column, row) -= score.transpose();
-        equations->curvature.block<6, 6>(column, row) -= curvature.transpose();
       }
     }
   }
+  for (Eigen::MatrixXd* symmetric : {&equations->score, &equations->curvature})
+    symmetric->triangularView<Eigen::StrictlyUpper>() = symmetric->transpose();
 }
 
 void eliminateErrors(const Eigen::VectorXd& information, NormalEquations* equations) {

@@ -59,8 +59,20 @@ class TrackInformation {
   NormalEquations information(const std::vector<SE3>& T_VB) const;
 
  private:
-  void eliminate(int l, const std::vector<SE3>& T_VB, Eigen::Index column);
-  void moveLandmark(int l, const std::vector<SE3>& T_VB);
+  /** Of a landmark, what a node's cameras say of its position in V. */
+  struct View {
+    int node = 0;
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  };
+
+  /** Where the cameras are: residual() and all that calls it are of these poses. */
+  void place(const std::vector<SE3>& T_VB);
+  /** @param A if given: d(r)/d(landmark) @param p_C if given: the landmark in the camera's axes */
+  bool residual(const VisualMeasurement& m, Eigen::Vector2d* r,
+                Eigen::Matrix<double, 2, 3>* A = nullptr, Eigen::Vector3d* p_C = nullptr) const;
+  void moveLandmark(size_t l);
+  void eliminate(size_t l, const std::vector<SE3>& T_VB, Eigen::Index column);
   void updateScale(size_t nodes);
   double weight(double r2) const;
 
@@ -68,6 +80,7 @@ class TrackInformation {
   double scale_, least_noise_;
   double score_scale_ = 1.0, fisher_share_ = 1.0;
   double c2_ = 1e12;
+  std::vector<SE3> T_CV_;                   ///< of every node's left and right camera
   std::vector<Eigen::Vector3d> landmarks_;  ///< p_V, m
   std::vector<char> valid_;
   std::vector<char> at_infinity_;  ///< where no finite depth is better
@@ -78,7 +91,7 @@ class TrackInformation {
    * landmark. */
   Eigen::MatrixXd by_landmark_;
   // Of one landmark; members, so that their memory is kept.
-  std::vector<Eigen::Index> nodes_;       ///< rows of S_ of the nodes that see it
+  std::vector<View> views_;
   std::vector<Eigen::Vector3d> towards_;  ///< of every camera: d(depth)/d(landmark) by the depth
 };
 
