@@ -38,10 +38,11 @@ Target targetOf(const std::string& destination) {
   const std::string extension = std::filesystem::path(destination).extension().string();
   if (extension == ".rawlog") return {convertToRawlog, false};
   if (extension == ".bag") return {convertToRosBag, true};
+  if (extension == ".db3") return {convertToRos2Bag, true};
   if (extension.empty()) return {convertToEuroc, true};
   throw ConfigError(
-      "convert: expected a destination that ends in .rawlog or .bag (ROS 1), or a folder (without "
-      "an extension) for EuRoC's layout, found '" +
+      "convert: expected a destination that ends in .rawlog, .bag (ROS 1) or .db3 (ROS 2), or a "
+      "folder (without an extension) for EuRoC's layout, found '" +
       destination + "'");
 }
 
@@ -94,12 +95,13 @@ void addConvertCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "convert",
       "Write a recording as an MRPT rawlog (stock classes, external images), a EuRoC folder or a "
-      "ROS 1 bag.");
+      "bag of ROS 1 or ROS 2.");
   command->add_option("SRC", arguments->source, kSourceFormats)->required();
   command
       ->add_option(
           "DST", arguments->destination,
-          "What to write: NAME.rawlog, NAME.bag (ROS 1; Kalibr's files beside it) or a folder")
+          "What to write: NAME.rawlog, a folder, NAME.bag (ROS 1) or BAG/NAME.db3 (ROS 2: the "
+          "folder BAG is the bag); Kalibr's files are written beside a bag")
       ->required();
   command->add_flag("--embed", arguments->embed,
                     "Rawlog: store the pixels instead of the paths of the image files.");

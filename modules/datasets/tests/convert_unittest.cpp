@@ -85,17 +85,19 @@ TEST_F(Convert, GroundTruthOfPosesStaysOfPoses) {
 TEST_F(Convert, PixelsAreNeeded) {
   EXPECT_THROW(convertToEuroc(*source(false), path("copy")), ConfigError);
   EXPECT_THROW(convertToRosBag(*source(false), path("copy.bag")), ConfigError);
+  EXPECT_THROW(convertToRos2Bag(*source(false), path("copy.db3")), ConfigError);
 }
 
 TEST_F(Convert, WhatIsInterruptedLeavesNothing) {
   for (const int events : {0, 30}) {
-    FailingSource folder(source(), events), bag(source(), events);
+    FailingSource folder(source(), events), bag(source(), events), bag2(source(), events);
     EXPECT_THROW(convertToEuroc(folder, path("copy")), DataError);
     EXPECT_TRUE(fs::is_empty(folder_ / "copy/mav0"));
     fs::remove_all(folder_ / "copy");
     EXPECT_THROW(convertToRosBag(bag, path("copy.bag")), DataError);
-    EXPECT_FALSE(fs::exists(path("copy.bag")));
-    EXPECT_FALSE(fs::exists(path("camchain.yaml")));
+    EXPECT_THROW(convertToRos2Bag(bag2, path("copy.db3")), DataError);
+    for (const char* file : {"copy.bag", "copy.db3", "metadata.yaml", "camchain.yaml"})
+      EXPECT_FALSE(fs::exists(path(file))) << file;
   }
 }
 
@@ -104,6 +106,7 @@ TEST_F(Convert, WhatCannotBeWrittenIsSaid) {
   EXPECT_THROW(convertToEuroc(*source(), path("file")), ConfigError);
   EXPECT_THROW(convertToEuroc(*source(), path("file/below")), DataError);
   EXPECT_THROW(convertToRosBag(*source(), path("file/below.bag")), DataError);
+  EXPECT_THROW(convertToRos2Bag(*source(), path("file/below.db3")), DataError);
   EXPECT_EQ(readText(folder_ / "file"), "of mine");
 }
 

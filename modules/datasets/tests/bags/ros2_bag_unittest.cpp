@@ -1,5 +1,6 @@
 // Bags of ROS 2. Stock rosbag2 is not to be had in Debian: these are written with its tables and
-// metadata as ROS 2 Humble has them, and eProsima's CDR.
+// metadata as ROS 2 Humble has them, and eProsima's CDR, and what convert writes is held against
+// them.
 
 #include "bags/ros2_bag.h"
 
@@ -7,10 +8,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <yaml-cpp/yaml.h>
 
 #include <Eigen/Geometry>
 #include <array>
 
+#include "bags/bag_writer.h"
+#include "etalon/core/errors.h"
 #include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
@@ -194,6 +198,58 @@ TEST_F(Ros2Bag, IsAFileToo) {
   EXPECT_GT(source->imageStamps().size(), 0u);
   EXPECT_LT(source->imageStamps().size(), static_cast<size_t>(kFrames));
   EXPECT_EQ(source->imageStamps().front(), frameStamp(0));
+}
+
+TEST_F(Ros2Bag, WrittenOnesHoldTheSame) {
+  const std::string file = (folder_ / "written/flight_0.db3").string();
+  for (int time = 0; time < 2; ++time) {  // again in place of the first
+    const ConvertReport report = convertToRos2Bag(*openWhole(euroc_.string()), file);
+    EXPECT_EQ(report.stereo_frames, kFrames);
+    const auto expected = openWhole(bag_.string());
+    const auto written = openWhole((folder_ / "written").string());
+    EXPECT_THAT(written->statistics().warnings, IsEmpty());
+    expectSameRecording(*expected, *written);
+  }
+  const auto bag = openRos2Bag((folder_ / "written").string());
+  const auto other = openRos2Bag(bag_.string());
+  EXPECT_EQ(bag->files().size(), 2u);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(bag->topics()[i].name, other->topics()[i].name);
+    EXPECT_EQ(bag->topics()[i].type, other->topics()[i].type);
+    EXPECT_EQ(bag->topics()[i].messages, other->topics()[i].messages);
+  }
+}
+
+TEST_F(Ros2Bag, AWrittenOneDescribesItself) {
+  convertToRos2Bag(*openWhole(euroc_.string()), (folder_ / "written/flight_0.db3").string());
+  const YAML::Node metadata = YAML::LoadFile((folder_ / "written/metadata.yaml").string());
+  const YAML::Node about = metadata["rosbag2_bagfile_information"];
+  const auto bag = openRos2Bag((folder_ / "written").string());
+  size_t messages = 0;
+  ASSERT_EQ(about["topics_with_message_count"].size(), 4u);
+  for (const YAML::Node& topic : about["topics_with_message_count"])
+    messages += topic["message_count"].as<size_t>();
+  for (const BagTopic& topic : bag->topics()) messages -= topic.messages;
+  EXPECT_EQ(messages, 0u);
+  const std::vector<ImuSample> imu = bag->imu("/imu0");
+  for (const YAML::Node& part : {about, about["files"][0]}) {
+    const auto start = part["starting_time"]["nanoseconds_since_epoch"].as<TimeNs>();
+    EXPECT_EQ(start, imu.front().t);
+    EXPECT_GE(start + part["duration"]["nanoseconds"].as<TimeNs>(), imu.back().t);
+  }
+  EXPECT_EQ(about["relative_file_paths"][0].as<std::string>(), "flight_0.db3");
+}
+
+TEST_F(Ros2Bag, IsNotWrittenBesideAnother) {
+  EXPECT_THROW(convertToRos2Bag(*openWhole(euroc_.string()), (bag_ / "flight_2.db3").string()),
+               ConfigError);
+  EXPECT_FALSE(fs::exists(bag_ / "flight_2.db3"));
+}
+
+TEST_F(Ros2Bag, StampsThatItCannotHoldAreRefused) {
+  const auto writer = createRos2Bag((folder_ / "late.db3").string());
+  EXPECT_THROW(writer->write(ImuSample{-1, {}, {}}), DataError);
+  EXPECT_THROW(writer->write(ImuSample{3'000'000'000 * kNanosecondsPerSecond, {}, {}}), DataError);
 }
 
 TEST_F(Ros2Bag, FilesAndTopicsAreCounted) {

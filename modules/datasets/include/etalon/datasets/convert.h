@@ -60,4 +60,13 @@ ConvertReport convertToEuroc(SensorSource& source, const std::string& dst,
 ConvertReport convertToRosBag(SensorSource& source, const std::string& dst,
                               const ConvertOptions& options = {});
 
+/**
+ * The same as a ROS 2 bag in sqlite3, its file `dst` and metadata.yaml, as ROS 2 Humble writes it;
+ * the folder is the bag.
+ *
+ * @throws as convertToRosBag(), and ConfigError if another bag is in the folder
+ */
+ConvertReport convertToRos2Bag(SensorSource& source, const std::string& dst,
+                               const ConvertOptions& options = {});
+
 }  // namespace etalon
