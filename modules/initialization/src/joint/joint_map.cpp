@@ -189,7 +189,8 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   if (!summary.converged())
     return refuse(RefusalStatus::kNotConverged, Value(options.max_passes),
                   " linear solutions did not come to rest");
-  tracks.triangulate(estimate.T_VB);
+  constexpr int kMostMoves = 20;
+  tracks.triangulate(estimate.T_VB, kMostMoves);
   Eigen::MatrixXd covariance;
   // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
   if (options.model.imu_noise && options.model.estimate_accel_bias) {

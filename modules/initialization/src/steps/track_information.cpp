@@ -20,6 +20,7 @@ using Matrix23 = Eigen::Matrix<double, 2, 3>;
 namespace {
 
 constexpr int kCameras = 2;
+constexpr double kAtRest = 1e-2;  // squared step of a landmark in standard deviations
 constexpr double kBehind = 1e12;  // squared residual of a landmark that no camera can see
 
 /**
@@ -109,7 +110,7 @@ bool TrackInformation::residual(const VisualMeasurement& m, Vector2d* r, Matrix2
   return true;
 }
 
-void TrackInformation::moveLandmark(size_t l) {
+double TrackInformation::moveLandmark(size_t l) {
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   towards_.clear();
@@ -127,7 +128,7 @@ void TrackInformation::moveLandmark(size_t l) {
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
-  if (!factor.isPositive() || !step.allFinite()) return;
+  if (!factor.isPositive() || !step.allFinite()) return 0.0;
   // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
   at_infinity_[l] = towards_.front().dot(step) >= 1.0;
   // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
@@ -135,13 +136,15 @@ void TrackInformation::moveLandmark(size_t l) {
   double most = 1.0;
   for (const Vector3d& by_depth : towards_) most = std::max(most, -2.0 * by_depth.dot(step));
   landmarks_[l] += step / most;
+  return step.dot(b);
 }
 
-void TrackInformation::triangulate(const std::vector<SE3>& T_VB) {
+void TrackInformation::triangulate(const std::vector<SE3>& T_VB, int most_moves) {
   place(T_VB);
   for (size_t l = 0; l < landmarks_.size(); ++l) {
     if (!valid_[l]) continue;
-    moveLandmark(l);
+    for (int move = 0; move < most_moves; ++move)
+      if (moveLandmark(l) < kAtRest) break;
     for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
       Vector2d r;
       r2_[i] = residual(window_.measurements[i], &r) ? r.squaredNorm() : kBehind;

@@ -359,5 +359,22 @@ TEST(TrackInformation, OfFarLandmarksIsInTheScoreButNotInTheCurvature) {
   EXPECT_LT(information(1e6, &same), 0.3);
 }
 
+/** Residuals at a wrong depth look like a curvature. */
+TEST(TrackInformation, LandmarksComeToRestBeforeTheirCurvatureIsAsked) {
+  SyntheticWindowOptions options = small();
+  options.landmarks = 120;
+  options.sigma_px = 0.5;
+  options.landmark_distance_m = 40.0;
+  const InformationCase c(options);
+  const auto curvature = [&c](int passes, int most_moves) {
+    TrackInformation tracks(c.window, kNotRobust);
+    tracks.start(c.points, c.T_VB);
+    for (int i = 0; i < passes; ++i) tracks.triangulate(c.T_VB, most_moves);
+    return tracks.information(c.T_VB).curvature;
+  };
+  const MatrixXd wanted = curvature(50, 1);
+  EXPECT_LT((curvature(1, 20) - wanted).norm(), 0.1 * (curvature(1, 1) - wanted).norm());
+}
+
 }  // namespace
 }  // namespace etalon

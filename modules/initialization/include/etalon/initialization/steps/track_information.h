@@ -31,8 +31,9 @@ class TrackInformation {
   /** Landmarks as the medians of their stereo points. Those without any stay out for good. */
   void start(const StereoPoints& points, const std::vector<SE3>& T_VB);
 
-  /** Moves the landmarks to where the rays meet, with robust weights; updates residuals. */
-  void triangulate(const std::vector<SE3>& T_VB);
+  /** Moves the landmarks to where the rays meet, with robust weights; updates residuals.
+   * @param most_moves of a landmark; fewer where it comes to rest */
+  void triangulate(const std::vector<SE3>& T_VB, int most_moves = 1);
   void linearize(const std::vector<SE3>& T_VB);
 
   const Eigen::MatrixXd& S() const { return S_; }
@@ -54,7 +55,8 @@ class TrackInformation {
 
   /**
    * Fisher information (score) and second derivatives of the cost (curvature) by y, at the poses of
-   * the last triangulate(): far landmarks make the first larger than the second.
+   * the last triangulate(): far landmarks make the first larger than the second. A landmark that
+   * has not come to rest there has a curvature that means nothing.
    */
   NormalEquations information(const std::vector<SE3>& T_VB) const;
 
@@ -71,7 +73,8 @@ class TrackInformation {
   /** @param A if given: d(r)/d(landmark) @param p_C if given: the landmark in the camera's axes */
   bool residual(const VisualMeasurement& m, Eigen::Vector2d* r,
                 Eigen::Matrix<double, 2, 3>* A = nullptr, Eigen::Vector3d* p_C = nullptr) const;
-  void moveLandmark(size_t l);
+  /** @return the squared step in standard deviations of the landmark */
+  double moveLandmark(size_t l);
   void eliminate(size_t l, const std::vector<SE3>& T_VB, Eigen::Index column);
   void updateScale(size_t nodes);
   double weight(double r2) const;
