@@ -34,10 +34,10 @@ struct Sums {
 /** Over the flights, of one quantity. */
 struct Deviations {
   std::string unit;
-  double nees = 0.0, widened = 0.0, truth = 0.0;
+  double nees = 0.0, widened = 0.0;
   int count = 0;
   std::map<std::string, int> verdicts;
-  Eigen::VectorXd values, used;
+  Eigen::VectorXd truth, values, used;
 };
 
 void addFindings(const std::vector<CalibrationFinding>& findings, const WrongCalibration& wrong,
@@ -45,12 +45,12 @@ void addFindings(const std::vector<CalibrationFinding>& findings, const WrongCal
   for (const CalibrationFinding& finding : findings) {
     Deviations& sum = (*sums)[finding.quantity];
     sum.unit = finding.unit;
-    sum.truth = wrong.deviation(finding.quantity);
+    sum.truth = wrong.deviation(finding);
     ++sum.verdicts[toString(finding.verdict)];
     if (sum.count == 0) sum.values = sum.used = Eigen::VectorXd::Zero(finding.value.size());
     sum.values += finding.value;
     sum.used += finding.used;
-    const Eigen::ArrayXd error = finding.value.array() - sum.truth;
+    const Eigen::ArrayXd error = (finding.value - sum.truth).array();
     sum.nees += (error / finding.formal_sigma.array()).square().sum();
     sum.widened += (error / finding.sigma.array()).square().sum();
     sum.count += static_cast<int>(error.size());
@@ -138,13 +138,13 @@ void print(const std::map<int, Sums>& bins) {
 
 void print(const std::map<std::string, Deviations>& deviations, double flights) {
   for (const auto& [quantity, sum] : deviations) {
-    std::printf(
-        "%s (%s): NEES %.2f, with the widened sigma %.2f; mean of true - given %+.4f, found",
-        quantity.c_str(), sum.unit.c_str(), sum.nees / sum.count, sum.widened / sum.count,
-        sum.truth);
-    for (const double value : sum.values) std::printf(" %+.4f", value / flights);
+    std::printf("%s (%s): NEES %.2f, with the widened sigma %.2f; mean of true - given",
+                quantity.c_str(), sum.unit.c_str(), sum.nees / sum.count, sum.widened / sum.count);
+    for (const double truth : sum.truth) std::printf(" %+.4g", truth);
+    std::printf(", found");
+    for (const double value : sum.values) std::printf(" %+.4g", value / flights);
     std::printf(", used");
-    for (const double used : sum.used) std::printf(" %+.4f", used / flights);
+    for (const double used : sum.used) std::printf(" %+.4g", used / flights);
     for (const auto& [verdict, count] : sum.verdicts)
       std::printf(", %s %d", verdict.c_str(), count);
     std::printf("\n");

@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
@@ -17,11 +19,35 @@ Eigen::Matrix3d baselineAxes(const SE3& T_C0C1) {
   return axes;
 }
 
-CameraModel corrected(const CameraModel& given, double focal, const Eigen::Vector2d& principal) {
-  return given.with("fu", given.parameter("fu") * (1.0 + focal))
-      .with("fv", given.parameter("fv") * (1.0 + focal))
-      .with("cu", given.parameter("cu") + principal.x())
-      .with("cv", given.parameter("cv") + principal.y());
+constexpr const char* kRadial[] = {"k1", "k2"};
+constexpr double kRadialStep = 1e-4;  // of any size: a pixel is linear in them
+
+bool hasRadial(const CameraModel& camera) {
+  const std::vector<std::string>& names = camera.kind()->coefficients;
+  return std::all_of(std::begin(kRadial), std::end(kRadial), [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  });
+}
+
+CameraModel corrected(const CameraModel& given, double focal, const Eigen::Vector2d& principal,
+                      const Eigen::Vector2d& radial) {
+  CameraModel camera = given.with("fu", given.parameter("fu") * (1.0 + focal))
+                           .with("fv", given.parameter("fv") * (1.0 + focal))
+                           .with("cu", given.parameter("cu") + principal.x())
+                           .with("cv", given.parameter("cv") + principal.y());
+  for (int i = 0; i < 2 && hasRadial(given); ++i)
+    camera = camera.with(kRadial[i], given.parameter(kRadial[i]) + radial[i]);
+  return camera;
+}
+
+/** Derivative of the pixel of a ray by k1 and k2. @param moved the camera with either a step on */
+Eigen::Matrix2d pixelByRadial(const CameraModel& camera, const std::vector<CameraModel>& moved,
+                              const Eigen::Vector3d& ray) {
+  Eigen::Matrix2d J = Eigen::Matrix2d::Zero();
+  const auto pixel = camera.project(ray);
+  for (size_t i = 0; pixel && i < moved.size(); ++i)
+    if (const auto there = moved[i].project(ray)) J.col(i) = (*there - *pixel) / kRadialStep;
+  return J;
 }
 
 /** One over the standard deviation of a pixel that a measurement was made with. */
@@ -43,6 +69,7 @@ CalibrationVector calibrationPriorSigma() {
   sigma.segment<2>(kStereoShift).setConstant(0.001);
   sigma.segment<2>(kFocal).setConstant(0.005);
   sigma.segment<4>(kPrincipalPoint).setConstant(3.0);
+  sigma.segment<4>(kRadialDistortion).setConstant(0.005);
   return sigma;
 }
 
@@ -52,8 +79,9 @@ StereoInertialCalibration corrected(const StereoInertialCalibration& given,
   for (Eigen::Index c = 0; c < 2; ++c) {
     const double focal = deviation[kFocal + c];
     const Eigen::Vector2d principal = deviation.segment<2>(kPrincipalPoint + 2 * c);
-    if (focal != 0.0 || !principal.isZero(0.0))
-      calibration.cameras[c].model = corrected(given.cameras[c].model, focal, principal);
+    const Eigen::Vector2d radial = deviation.segment<2>(kRadialDistortion + 2 * c);
+    if (focal != 0.0 || !principal.isZero(0.0) || !radial.isZero(0.0))
+      calibration.cameras[c].model = corrected(given.cameras[c].model, focal, principal, radial);
   }
   if (deviation.segment(kCameraRotation, kFocal - kCameraRotation).isZero(0.0)) return calibration;
   SE3& T_BC0 = calibration.cameras[0].T_BC;
@@ -81,7 +109,14 @@ CalibrationDerivatives::CalibrationDerivatives(const StereoInertialCalibration& 
       deviation_(deviation),
       camera_right_(rightJacobianSO3(deviation.segment<3>(kCameraRotation))),
       stereo_right_(rightJacobianSO3(deviation.segment<3>(kStereoRotation))),
-      baseline_(baselineAxes(given.rightFromLeft().inverse())) {}
+      baseline_(baselineAxes(given.rightFromLeft().inverse())) {
+  for (size_t c = 0; c < 2; ++c) {
+    const CameraModel& camera = calibration_.cameras[c].model;
+    if (!camera.kind() || !hasRadial(camera)) continue;
+    for (const char* name : kRadial)
+      with_radial_step_[c].push_back(camera.with(name, camera.parameter(name) + kRadialStep));
+  }
+}
 
 CalibrationJacobian CalibrationDerivatives::operator()(size_t camera,
                                                        const ReprojectionMeasurement& measurement,
@@ -122,6 +157,8 @@ CalibrationJacobian CalibrationDerivatives::operator()(size_t camera,
   J.col(kFocal + c) =
       (per_pixel * (*pixel - model.principalPoint()) + r) / (1.0 + deviation_[kFocal + c]);
   J.middleCols<2>(kPrincipalPoint + 2 * c) = per_pixel * Eigen::Matrix2d::Identity();
+  J.middleCols<2>(kRadialDistortion + 2 * c) =
+      per_pixel * pixelByRadial(model, with_radial_step_[camera], ray_C);
   return J;
 }
 

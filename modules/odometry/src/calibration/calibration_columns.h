@@ -3,6 +3,9 @@
 // The calibration as unknowns of the window: what may be wrong with it, and what that does to a
 // pixel. Private to the module.
 
+#include <array>
+#include <vector>
+
 #include "etalon/core/calibration.h"
 #include "etalon/optimization/residuals/reprojection_residual.h"
 
@@ -19,7 +22,10 @@ enum CalibrationColumn : Eigen::Index {
   kStereoShift = 11,     ///< of the right camera across the baseline, m, two directions
   kFocal = 13,           ///< focal lengths of the left and the right camera, relative
   kPrincipalPoint = 15,  ///< of the left camera (u, v), then of the right one, px
-  kCalibrationSize = 19
+  /** The coefficients k1, k2 of the left camera, then of the right one; nothing is known of those
+   * of a camera that has none. */
+  kRadialDistortion = 19,
+  kCalibrationSize = 23
 };
 
 using CalibrationVector = Eigen::Matrix<double, kCalibrationSize, 1>;
@@ -46,7 +52,7 @@ class CalibrationDerivatives {
 
   /**
    * @param T_HT pose of the observing body in the landmark's frame, H
-   * @return 2 x 19, whitened; zero by the time offset, which moves T_HT alone, and where the
+   * @return 2 x 23, whitened; zero by the time offset, which moves T_HT alone, and where the
    *         landmark is behind the camera
    */
   CalibrationJacobian operator()(size_t camera, const ReprojectionMeasurement& measurement,
@@ -58,6 +64,8 @@ class CalibrationDerivatives {
   CalibrationVector deviation_ = CalibrationVector::Zero();
   Eigen::Matrix3d camera_right_, stereo_right_;  ///< right Jacobians of the two rotations
   Eigen::Matrix3d baseline_;                     ///< d(position of C1 in C0)/d(baseline, shift)
+  /** Of each camera, with a step on k1 and on k2; none where it has no such coefficients. */
+  std::array<std::vector<CameraModel>, 2> with_radial_step_;
 };
 
 }  // namespace etalon::fixed_lag

@@ -65,6 +65,8 @@ const std::array<CalibrationQuantity, kQuantityCount> kCalibrationQuantities = {
      nullptr, nullptr},
     {"intrinsics", "principal points", "px", kPrincipalPoint, 4, 1.0, 0.2,
      &CalibrationOptions::intrinsics, nullptr, nullptr},
+    {"intrinsics", "radial distortion", "", kRadialDistortion, 4, 1.0, 1.5e-4,
+     &CalibrationOptions::intrinsics, nullptr, nullptr},
 }};
 
 std::optional<CalibrationInformation> calibrationInformation(const LinearRows& prior) {

@@ -34,7 +34,7 @@ struct CalibrationQuantity {
   CalibrationMode CalibrationOptions::*mode;
   const char *plus, *minus;  ///< what a deviation means; null where it has several numbers
 };
-constexpr size_t kQuantityCount = 8;
+constexpr size_t kQuantityCount = 9;
 extern const std::array<CalibrationQuantity, kQuantityCount> kCalibrationQuantities;
 
 /**

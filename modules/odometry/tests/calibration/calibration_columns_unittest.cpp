@@ -77,12 +77,15 @@ TEST(Corrected, DoesWhatTheColumnsSay) {
   CalibrationVector lens = CalibrationVector::Zero();
   lens[kFocal + 1] = 0.002;
   lens[kPrincipalPoint + 3] = -1.5;
+  lens[kRadialDistortion + 2] = 0.003;
   const StereoInertialCalibration lenses = corrected(given, lens);
   EXPECT_TRUE(lenses.cameras[0].model == given.cameras[0].model);
   EXPECT_NEAR(lenses.cameras[1].model.focal().x(), 1.002 * given.cameras[1].model.focal().x(),
               1e-9);
   EXPECT_NEAR(lenses.cameras[1].model.principalPoint().y(),
               given.cameras[1].model.principalPoint().y() - 1.5, 1e-9);
+  EXPECT_NEAR(lenses.cameras[1].model.parameter("k1"),
+              given.cameras[1].model.parameter("k1") + 0.003, 1e-12);
 }
 
 TEST(Remeasured, IsTheSamePixelOfAnotherCamera) {

@@ -9,6 +9,7 @@
 #include "etalon/core/angles.h"
 #include "etalon/core/calibration.h"
 #include "etalon/core/so3.h"
+#include "etalon/odometry/fixed_lag/online_calibration.h"
 
 namespace etalon::testing {
 
@@ -19,6 +20,7 @@ struct WrongCalibration {
   double stereo_rotation = 0.0;  ///< between the cameras, about every axis, deg
   double baseline = 0.0;         ///< %
   double focal = 0.0;            ///< %
+  double k1 = 0.0;               ///< of both lenses
 
   /** By the names of programs' arguments. */
   std::map<std::string, double*> numbers() {
@@ -26,7 +28,8 @@ struct WrongCalibration {
             {"camera_rotation", &camera_rotation},
             {"stereo_rotation", &stereo_rotation},
             {"baseline", &baseline},
-            {"focal", &focal}};
+            {"focal", &focal},
+            {"k1", &k1}};
   }
 
   StereoInertialCalibration given(const StereoInertialCalibration& right) const {
@@ -37,19 +40,25 @@ struct WrongCalibration {
     T_C0C1.R *= turn(stereo_rotation);
     T_C0C1.t /= 1.0 + 0.01 * baseline;
     given.cameras[1].T_BC = given.cameras[0].T_BC * T_C0C1;
-    for (CameraCalibration& camera : given.cameras)
+    for (CameraCalibration& camera : given.cameras) {
       for (const char* name : {"fu", "fv"})
         camera.model = camera.model.with(name, camera.model.parameter(name) / (1.0 + 0.01 * focal));
+      camera.model = camera.model.with("k1", camera.model.parameter("k1") - k1);
+    }
     return given;
   }
 
-  /** Of every number of the quantity. */
-  double deviation(const std::string& quantity) const {
-    if (quantity == "time offset") return time_offset;
-    if (quantity == "rotation of the cameras in the body") return camera_rotation;
-    if (quantity == "rotation between the cameras") return stereo_rotation;
-    if (quantity == "baseline") return baseline;
-    return quantity == "focal lengths" ? focal : 0.0;
+  /** Of every number of what was found. */
+  Eigen::VectorXd deviation(const CalibrationFinding& finding) const {
+    const std::string& quantity = finding.quantity;
+    if (quantity == "radial distortion") return Eigen::Vector4d(k1, 0.0, k1, 0.0);
+    const double number = quantity == "time offset"                           ? time_offset
+                          : quantity == "rotation of the cameras in the body" ? camera_rotation
+                          : quantity == "rotation between the cameras"        ? stereo_rotation
+                          : quantity == "baseline"                            ? baseline
+                          : quantity == "focal lengths"                       ? focal
+                                                                              : 0.0;
+    return Eigen::VectorXd::Constant(finding.value.size(), number);
   }
 };
 
