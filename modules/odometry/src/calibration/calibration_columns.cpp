@@ -20,33 +20,55 @@ Eigen::Matrix3d baselineAxes(const SE3& T_C0C1) {
 }
 
 constexpr const char* kRadial[] = {"k1", "k2"};
-constexpr double kRadialStep = 1e-4;  // of any size: a pixel is linear in them
+constexpr double kShiftStep = 0.01;  // px; of any size: a pixel is linear in k1 and k2
 
 bool hasRadial(const CameraModel& camera) {
+  if (!camera.kind()) return false;
   const std::vector<std::string>& names = camera.kind()->coefficients;
   return std::all_of(std::begin(kRadial), std::end(kRadial), [&](const char* name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   });
 }
 
-CameraModel corrected(const CameraModel& given, double focal, const Eigen::Vector2d& principal,
-                      const Eigen::Vector2d& radial) {
-  CameraModel camera = given.with("fu", given.parameter("fu") * (1.0 + focal))
-                           .with("fv", given.parameter("fv") * (1.0 + focal))
-                           .with("cu", given.parameter("cu") + principal.x())
-                           .with("cv", given.parameter("cv") + principal.y());
-  for (int i = 0; i < 2 && hasRadial(given); ++i)
-    camera = camera.with(kRadial[i], given.parameter(kRadial[i]) + radial[i]);
-  return camera;
+/** d(k1, k2)/d(shifts): at r focal lengths from the axis a pixel is shifted by f (k1 r^3 + k2 r^5),
+ * with r the tangent of the ray's angle, or the angle where the camera is equidistant. */
+Eigen::Matrix2d radialByShift(const CameraModel& given) {
+  const double f = given.focal().x();
+  Eigen::Matrix2d shift;
+  for (int i = 0; i < 2; ++i) {
+    const double r = 0.25 * (i + 1) * given.width() / f;
+    shift.row(i) << f * std::pow(r, 3), f * std::pow(r, 5);
+  }
+  return shift.inverse();
 }
 
-/** Derivative of the pixel of a ray by k1 and k2. @param moved the camera with either a step on */
-Eigen::Matrix2d pixelByRadial(const CameraModel& camera, const std::vector<CameraModel>& moved,
-                              const Eigen::Vector3d& ray) {
+/** `camera` with k1 and k2 changed by what shifts the pixels of `given` so, px. */
+CameraModel withRadialShift(const CameraModel& camera, const CameraModel& given,
+                            const Eigen::Vector2d& shift) {
+  if (!hasRadial(camera)) return camera;
+  const Eigen::Vector2d change = radialByShift(given) * shift;
+  CameraModel shifted = camera;
+  for (int i = 0; i < 2; ++i)
+    shifted = shifted.with(kRadial[i], camera.parameter(kRadial[i]) + change[i]);
+  return shifted;
+}
+
+CameraModel corrected(const CameraModel& given, double focal, const Eigen::Vector2d& principal,
+                      const Eigen::Vector2d& radial_shift) {
+  const CameraModel camera = given.with("fu", given.parameter("fu") * (1.0 + focal))
+                                 .with("fv", given.parameter("fv") * (1.0 + focal))
+                                 .with("cu", given.parameter("cu") + principal.x())
+                                 .with("cv", given.parameter("cv") + principal.y());
+  return withRadialShift(camera, given, radial_shift);
+}
+
+/** Derivative of the pixel of a ray by the shifts. @param shifted the camera after a step of each */
+Eigen::Matrix2d pixelByShift(const CameraModel& camera, const std::array<CameraModel, 2>& shifted,
+                             const Eigen::Vector3d& ray) {
   Eigen::Matrix2d J = Eigen::Matrix2d::Zero();
   const auto pixel = camera.project(ray);
-  for (size_t i = 0; pixel && i < moved.size(); ++i)
-    if (const auto there = moved[i].project(ray)) J.col(i) = (*there - *pixel) / kRadialStep;
+  for (int i = 0; pixel && i < 2; ++i)
+    if (const auto there = shifted[i].project(ray)) J.col(i) = (*there - *pixel) / kShiftStep;
   return J;
 }
 
@@ -69,7 +91,7 @@ CalibrationVector calibrationPriorSigma() {
   sigma.segment<2>(kStereoShift).setConstant(0.001);
   sigma.segment<2>(kFocal).setConstant(0.005);
   sigma.segment<4>(kPrincipalPoint).setConstant(3.0);
-  sigma.segment<4>(kRadialDistortion).setConstant(0.005);
+  sigma.segment<4>(kRadialDistortion) << 0.2, 1.0, 0.2, 1.0;
   return sigma;
 }
 
@@ -79,9 +101,9 @@ StereoInertialCalibration corrected(const StereoInertialCalibration& given,
   for (Eigen::Index c = 0; c < 2; ++c) {
     const double focal = deviation[kFocal + c];
     const Eigen::Vector2d principal = deviation.segment<2>(kPrincipalPoint + 2 * c);
-    const Eigen::Vector2d radial = deviation.segment<2>(kRadialDistortion + 2 * c);
-    if (focal != 0.0 || !principal.isZero(0.0) || !radial.isZero(0.0))
-      calibration.cameras[c].model = corrected(given.cameras[c].model, focal, principal, radial);
+    const Eigen::Vector2d shift = deviation.segment<2>(kRadialDistortion + 2 * c);
+    if (focal != 0.0 || !principal.isZero(0.0) || !shift.isZero(0.0))
+      calibration.cameras[c].model = corrected(given.cameras[c].model, focal, principal, shift);
   }
   if (deviation.segment(kCameraRotation, kFocal - kCameraRotation).isZero(0.0)) return calibration;
   SE3& T_BC0 = calibration.cameras[0].T_BC;
@@ -110,12 +132,10 @@ CalibrationDerivatives::CalibrationDerivatives(const StereoInertialCalibration& 
       camera_right_(rightJacobianSO3(deviation.segment<3>(kCameraRotation))),
       stereo_right_(rightJacobianSO3(deviation.segment<3>(kStereoRotation))),
       baseline_(baselineAxes(given.rightFromLeft().inverse())) {
-  for (size_t c = 0; c < 2; ++c) {
-    const CameraModel& camera = calibration_.cameras[c].model;
-    if (!camera.kind() || !hasRadial(camera)) continue;
-    for (const char* name : kRadial)
-      with_radial_step_[c].push_back(camera.with(name, camera.parameter(name) + kRadialStep));
-  }
+  for (size_t c = 0; c < 2; ++c)
+    for (int i = 0; i < 2; ++i)
+      shifted_[c][i] = withRadialShift(calibration_.cameras[c].model, given.cameras[c].model,
+                                       kShiftStep * Eigen::Vector2d::Unit(i));
 }
 
 CalibrationJacobian CalibrationDerivatives::operator()(size_t camera,
@@ -158,7 +178,7 @@ CalibrationJacobian CalibrationDerivatives::operator()(size_t camera,
       (per_pixel * (*pixel - model.principalPoint()) + r) / (1.0 + deviation_[kFocal + c]);
   J.middleCols<2>(kPrincipalPoint + 2 * c) = per_pixel * Eigen::Matrix2d::Identity();
   J.middleCols<2>(kRadialDistortion + 2 * c) =
-      per_pixel * pixelByRadial(model, with_radial_step_[camera], ray_C);
+      per_pixel * pixelByShift(model, shifted_[camera], ray_C);
   return J;
 }
 

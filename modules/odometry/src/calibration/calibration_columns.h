@@ -4,7 +4,6 @@
 // pixel. Private to the module.
 
 #include <array>
-#include <vector>
 
 #include "etalon/core/calibration.h"
 #include "etalon/optimization/residuals/reprojection_residual.h"
@@ -22,8 +21,9 @@ enum CalibrationColumn : Eigen::Index {
   kStereoShift = 11,     ///< of the right camera across the baseline, m, two directions
   kFocal = 13,           ///< focal lengths of the left and the right camera, relative
   kPrincipalPoint = 15,  ///< of the left camera (u, v), then of the right one, px
-  /** The coefficients k1, k2 of the left camera, then of the right one; nothing is known of those
-   * of a camera that has none. */
+  /** By how much k1 and k2 push a pixel away from the axis, px, at a quarter and at half of the
+   * image's width from it; of the left camera, then of the right one. k1 and k2 themselves are
+   * hardly told from each other. Nothing is known of a camera that has none. */
   kRadialDistortion = 19,
   kCalibrationSize = 23
 };
@@ -64,8 +64,8 @@ class CalibrationDerivatives {
   CalibrationVector deviation_ = CalibrationVector::Zero();
   Eigen::Matrix3d camera_right_, stereo_right_;  ///< right Jacobians of the two rotations
   Eigen::Matrix3d baseline_;                     ///< d(position of C1 in C0)/d(baseline, shift)
-  /** Of each camera, with a step on k1 and on k2; none where it has no such coefficients. */
-  std::array<std::vector<CameraModel>, 2> with_radial_step_;
+  /** Each camera after a step of either shift by radial distortion. */
+  std::array<std::array<CameraModel, 2>, 2> shifted_;
 };
 
 }  // namespace etalon::fixed_lag

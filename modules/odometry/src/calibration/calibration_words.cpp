@@ -63,13 +63,13 @@ std::string inWords(const CalibrationFinding& finding, const CalibrationQuantity
   const double least = std::max(1e-6, finding.sigma.minCoeff());
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(least))), 0, 6);
   const std::string sigma = "+- " + numbers(finding.sigma, decimals, "");
-  const std::string unit = finding.unit.empty() ? "" : " " + finding.unit;
-  const std::string value = numbers(finding.value, decimals, "+") + unit + " " + sigma;
+  const std::string value =
+      numbers(finding.value, decimals, "+") + " " + finding.unit + " " + sigma;
   const bool used = !finding.used.isZero(0.0);
   switch (finding.verdict) {
     case Verdict::kNotObserved:
-      return name + "not observed, because the motion hardly tells it, " + sigma + unit +
-             (used ? "; the estimate is used" : "");
+      return name + "not observed, because the motion hardly tells it, " + sigma + " " +
+             finding.unit + (used ? "; the estimate is used" : "");
     case Verdict::kAgrees:
       if (!used && (finding.value.array().abs() > kDoubtful * finding.sigma.array()).any())
         return name + "perhaps off by " + value + ", which is not certain enough; left as given";

@@ -147,7 +147,7 @@ TEST(CalibratedFlight, FindsFocalLengths) {
 
 TEST(CalibratedFlight, FindsARadialDistortion) {
   WrongCalibration wrong;
-  wrong.k1 = 0.003;
+  wrong.radial = 0.8;
   expectRecovered(wrong, "radial distortion");
 }
 

@@ -77,15 +77,28 @@ TEST(Corrected, DoesWhatTheColumnsSay) {
   CalibrationVector lens = CalibrationVector::Zero();
   lens[kFocal + 1] = 0.002;
   lens[kPrincipalPoint + 3] = -1.5;
-  lens[kRadialDistortion + 2] = 0.003;
+  lens[kRadialDistortion + 3] = 0.5;
   const StereoInertialCalibration lenses = corrected(given, lens);
   EXPECT_TRUE(lenses.cameras[0].model == given.cameras[0].model);
   EXPECT_NEAR(lenses.cameras[1].model.focal().x(), 1.002 * given.cameras[1].model.focal().x(),
               1e-9);
   EXPECT_NEAR(lenses.cameras[1].model.principalPoint().y(),
               given.cameras[1].model.principalPoint().y() - 1.5, 1e-9);
-  EXPECT_NEAR(lenses.cameras[1].model.parameter("k1"),
-              given.cameras[1].model.parameter("k1") + 0.003, 1e-12);
+}
+
+TEST(Corrected, RadialDistortionShiftsAPixelAtAQuarterAndAtHalfOfTheWidthFromTheAxis) {
+  const StereoInertialCalibration given = eurocCalibration();
+  CalibrationVector lens = CalibrationVector::Zero();
+  lens.segment<2>(kRadialDistortion + 2) << 0.1, 0.5;
+  const CameraModel &before = given.cameras[1].model,
+                    after = corrected(given, lens).cameras[1].model;
+  EXPECT_TRUE(corrected(given, lens).cameras[0].model == given.cameras[0].model);
+  for (const int quarters : {1, 2}) {
+    const Vector3d ray(0.25 * quarters * before.width() / before.focal().x(), 0.0, 1.0);
+    const Vector2d shift = *after.project(ray) - *before.project(ray);
+    EXPECT_NEAR(shift.x(), quarters == 1 ? 0.1 : 0.5, 1e-9);
+    EXPECT_NEAR(shift.y(), 0.0, 1e-9);
+  }
 }
 
 TEST(Remeasured, IsTheSamePixelOfAnotherCamera) {

@@ -3,6 +3,7 @@
 // A calibration that is wrong by a stated amount, and what an odometry that is given it should
 // find. For the tests and benchmarks of odometry.
 
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -20,7 +21,7 @@ struct WrongCalibration {
   double stereo_rotation = 0.0;  ///< between the cameras, about every axis, deg
   double baseline = 0.0;         ///< %
   double focal = 0.0;            ///< %
-  double k1 = 0.0;               ///< of both lenses
+  double radial = 0.0;           ///< k1 of both lenses: shift at half of the image's width, px
 
   /** By the names of programs' arguments. */
   std::map<std::string, double*> numbers() {
@@ -29,7 +30,7 @@ struct WrongCalibration {
             {"stereo_rotation", &stereo_rotation},
             {"baseline", &baseline},
             {"focal", &focal},
-            {"k1", &k1}};
+            {"radial", &radial}};
   }
 
   StereoInertialCalibration given(const StereoInertialCalibration& right) const {
@@ -43,7 +44,9 @@ struct WrongCalibration {
     for (CameraCalibration& camera : given.cameras) {
       for (const char* name : {"fu", "fv"})
         camera.model = camera.model.with(name, camera.model.parameter(name) / (1.0 + 0.01 * focal));
-      camera.model = camera.model.with("k1", camera.model.parameter("k1") - k1);
+      const double f = camera.model.focal().x(), r = 0.5 * camera.model.width() / f;
+      camera.model =
+          camera.model.with("k1", camera.model.parameter("k1") - radial / (f * std::pow(r, 3)));
     }
     return given;
   }
@@ -51,7 +54,8 @@ struct WrongCalibration {
   /** Of every number of what was found. */
   Eigen::VectorXd deviation(const CalibrationFinding& finding) const {
     const std::string& quantity = finding.quantity;
-    if (quantity == "radial distortion") return Eigen::Vector4d(k1, 0.0, k1, 0.0);
+    if (quantity == "radial distortion")  // at a quarter and at half of the width
+      return Eigen::Vector4d(radial / 8.0, radial, radial / 8.0, radial);
     const double number = quantity == "time offset"                           ? time_offset
                           : quantity == "rotation of the cameras in the body" ? camera_rotation
                           : quantity == "rotation between the cameras"        ? stereo_rotation

@@ -45,7 +45,7 @@ struct CalibrationFinding {
 
   std::string group;             ///< the key: "time_offset", "extrinsics", "intrinsics"
   std::string quantity;          ///< e.g. "baseline"
-  std::string unit;              ///< of the numbers, e.g. "%"; empty where they have none
+  std::string unit;              ///< of the numbers, e.g. "%"
   Eigen::VectorXd value;         ///< the deviation from what was given
   Eigen::VectorXd sigma;         ///< its standard deviations, widened (docs/odometry.md)
   Eigen::VectorXd formal_sigma;  ///< were all errors independent, as the equations have it
