@@ -26,8 +26,15 @@ CalibrationVector wrong() {
   return deviation;
 }
 
-TEST(CalibrationDerivatives, AreThoseOfTheReprojection) {
-  const StereoInertialCalibration given = eurocCalibration();
+StereoInertialCalibration fisheyeRig() {
+  StereoInertialCalibration rig = eurocCalibration();
+  for (CameraCalibration& camera : rig.cameras)
+    camera.model = CameraModel("pinhole", "equidistant", 752, 480, {380.0, 378.0, 367.0, 248.0},
+                               {-0.01, 0.02, -0.005, 0.001});
+  return rig;
+}
+
+void expectDerivativesOfTheReprojection(const StereoInertialCalibration& given) {
   const SE3 T_HT(expSO3({0.02, -0.1, 0.05}), {0.3, -0.1, 0.2});
   const InverseDepthLandmark landmark(given.cameras[0].T_BC * Vector3d(0.8, -0.4, 3.0),
                                       given.cameras[0].T_BC.t);
@@ -52,6 +59,11 @@ TEST(CalibrationDerivatives, AreThoseOfTheReprojection) {
       EXPECT_EQ(J.col(kTimeOffset).norm(), 0.0);
       EXPECT_EQ(J.middleCols<6>(kStereoRotation).isZero(0.0), c == 0);
     }
+}
+
+TEST(CalibrationDerivatives, AreThoseOfTheReprojection) {
+  expectDerivativesOfTheReprojection(eurocCalibration());
+  expectDerivativesOfTheReprojection(fisheyeRig());
 }
 
 TEST(CalibrationDerivatives, AreZeroBehindTheCamera) {
@@ -87,17 +99,20 @@ TEST(Corrected, DoesWhatTheColumnsSay) {
 }
 
 TEST(Corrected, RadialDistortionShiftsAPixelAtAQuarterAndAtHalfOfTheWidthFromTheAxis) {
-  const StereoInertialCalibration given = eurocCalibration();
   CalibrationVector lens = CalibrationVector::Zero();
   lens.segment<2>(kRadialDistortion + 2) << 0.1, 0.5;
-  const CameraModel &before = given.cameras[1].model,
-                    after = corrected(given, lens).cameras[1].model;
-  EXPECT_TRUE(corrected(given, lens).cameras[0].model == given.cameras[0].model);
-  for (const int quarters : {1, 2}) {
-    const Vector3d ray(0.25 * quarters * before.width() / before.focal().x(), 0.0, 1.0);
-    const Vector2d shift = *after.project(ray) - *before.project(ray);
-    EXPECT_NEAR(shift.x(), quarters == 1 ? 0.1 : 0.5, 1e-9);
-    EXPECT_NEAR(shift.y(), 0.0, 1e-9);
+  for (const bool fisheye : {false, true}) {
+    const StereoInertialCalibration given = fisheye ? fisheyeRig() : eurocCalibration();
+    const StereoInertialCalibration now = corrected(given, lens);
+    EXPECT_TRUE(now.cameras[0].model == given.cameras[0].model);
+    const CameraModel &before = given.cameras[1].model, &after = now.cameras[1].model;
+    for (const int quarters : {1, 2}) {
+      const double r = 0.25 * quarters * before.width() / before.focal().x();
+      const Vector3d ray(fisheye ? std::tan(r) : r, 0.0, 1.0);
+      const Vector2d shift = *after.project(ray) - *before.project(ray);
+      EXPECT_NEAR(shift.x(), quarters == 1 ? 0.1 : 0.5, 1e-9);
+      EXPECT_NEAR(shift.y(), 0.0, 1e-9);
+    }
   }
 }
 
