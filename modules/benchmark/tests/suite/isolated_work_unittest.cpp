@@ -101,13 +101,17 @@ TEST(IsolatedWork, WorkersSpreadOverTheGroups) {
   w.work.group = [](std::size_t item) { return item < 3 ? 0 : item; };
   w.work.run = [&ends](std::size_t item, std::size_t, const DoPart& do_part) {
     char go;
-    if (item == 0) EXPECT_EQ(read(ends[0], &go, 1), 1);
+    if (item == 0) {
+      EXPECT_EQ(read(ends[0], &go, 1), 1);
+    }
     for (std::size_t part = 0; part < 3; ++part)
       do_part(part, [] { return std::to_string(getpid()); });
   };
   w.work.finished = [&](std::size_t item, std::size_t part, const std::string& answer) {
     process[item] = answer;
-    if (item == 4 && part == 2) EXPECT_EQ(write(ends[1], "g", 1), 1);
+    if (item == 4 && part == 2) {
+      EXPECT_EQ(write(ends[1], "g", 1), 1);
+    }
   };
   runIsolatedWork(2, 10.0, w.work);
   EXPECT_EQ(process.size(), 5u);
