@@ -22,6 +22,9 @@ class EtalonInitializer : public Initializer {
     parameters.add("white_accel_share", &white_accel_share_, {1e-3, 1.0},
                    "Share of the accelerometer's density that is white where [priors] believe in a "
                    "slow error beside it; what is inflated stands for both.");
+    parameters.add("slow_accel_spread", &slow_accel_spread_, {0.0, 10.0},
+                   "Standard deviation, in the logarithm of its variance, of the slow error's size "
+                   "between windows; the window's own is estimated. 0: as [priors] have it.");
   }
   bool needsVisualSolution() const override { return false; }
 
@@ -31,6 +34,7 @@ class EtalonInitializer : public Initializer {
     options.least_noise = least_pixel_share_;
     options.model.slow_accel = true;
     options.model.white_accel_share = white_accel_share_;
+    options.model.slow_accel_spread = slow_accel_spread_;
     options.model.sigma_shared_rad = radians(sigma_shared_deg_);
     return solveJointMap(problem, options);
   }
@@ -40,6 +44,7 @@ class EtalonInitializer : public Initializer {
   double sigma_shared_deg_ = 0.017;
   double least_pixel_share_ = 0.1;
   double white_accel_share_ = 0.33;
+  double slow_accel_spread_ = 1.0;
 };
 
 IMPLEMENTS_MRPT_OBJECT(EtalonInitializer, Initializer, etalon::plugins)

@@ -93,7 +93,10 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
     motion.covariance.block<kError, kError>(row, row) = own;
     motion.nodes.push_back(next);
   }
-  if (slow.sigma_mps2 > 0.0) motion.covariance += slowCovariance(preintegrations, motion, slow);
+  if (slow.sigma_mps2 > 0.0) {
+    motion.slow_covariance = slowCovariance(preintegrations, motion, slow);
+    motion.covariance += motion.slow_covariance;
+  }
   return motion;
 }
 

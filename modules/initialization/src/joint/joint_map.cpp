@@ -63,15 +63,16 @@ Nodes chooseNodes(const InitializationProblem& problem, int frame_stride) {
 }
 
 /** What is believed of the accelerometer's slow error. */
-SlowAcceleration slowAcceleration(const InitializationProblem& problem, const JointModel& model) {
-  return model.slow_accel ? problem.priors().slow_accel : SlowAcceleration();
+SlowAcceleration slowAcceleration(const InitializationProblem& problem,
+                                  const JointEstimate& estimate) {
+  return {estimate.slow_accel_mps2, problem.priors().slow_accel.time_s};
 }
 
 std::vector<Preintegration> preintegrate(const InitializationProblem& problem, const Nodes& nodes,
                                          const ImuBias& bias, const JointModel& model) {
   std::vector<Preintegration> result;
   ImuNoiseDensities noise = problem.imuNoise();
-  if (slowAcceleration(problem, model).sigma_mps2 > 0.0)
+  if (model.slow_accel && problem.priors().slow_accel.sigma_mps2 > 0.0)
     noise.accel_noise_density *= model.white_accel_share;
   for (size_t k = 1; k < nodes.frames.size(); ++k)
     result.emplace_back(problem.imu().between(nodes.frames[k - 1]->t, nodes.frames[k]->t), bias,
@@ -107,7 +108,7 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
       summary.termination = Termination::kConverged;
     if (summary.converged()) break;  // the derivatives no longer change
     for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
-    *motion = composeMotion(*preintegrations, slowAcceleration(problem, options.model));
+    *motion = composeMotion(*preintegrations, slowAcceleration(problem, *estimate));
   }
   return summary;
 }
@@ -160,13 +161,13 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   TrackInformation tracks(window, std::sqrt(options.chi2_pixel), options.least_noise);
   JointEstimate estimate;
   estimate.bias = problem.priors().mean;
+  if (options.model.slow_accel) estimate.slow_accel_mps2 = problem.priors().slow_accel.sigma_mps2;
   std::vector<Preintegration> preintegrations =
       preintegrate(problem, nodes, estimate.bias, options.model);
   estimate.bias.gyro = gyroBiasOfPoints(points, preintegrations, problem.calibration().baseline(),
                                         problem.priors().sigma_gyro_rps);
   for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
-  ClosedFormMotion motion =
-      composeMotion(preintegrations, slowAcceleration(problem, options.model));
+  ClosedFormMotion motion = composeMotion(preintegrations, slowAcceleration(problem, estimate));
   estimate.T_VB = medianPositions(points, rotations(motion));
   tracks.start(points, estimate.T_VB);
   if (tracks.validCount() < options.min_landmarks)

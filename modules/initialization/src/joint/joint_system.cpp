@@ -42,6 +42,9 @@ void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB, 
   }
 }
 
+// A step in the logarithm of a variance; what is far off comes closer pass by pass.
+constexpr double kLargestLogStep = 1.5;
+
 /** Rows [rotation, position] of every node's [rotation, position, velocity]. */
 MatrixXd poseRows(const MatrixXd& nine) {
   const Index n = nine.rows() / ClosedFormMotion::kError;
@@ -97,7 +100,13 @@ void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEst
 JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormMotion& motion,
                          const MatrixXd& S, const VectorXd& s, const JointEstimate& estimate,
                          const JointModel& model)
-    : gravity_mps2_(problem.gravityMagnitude()), imu_noise_(model.imu_noise), S_(S), s_(s), W_(S) {
+    : gravity_mps2_(problem.gravityMagnitude()),
+      imu_noise_(model.imu_noise),
+      S_(S),
+      s_(s),
+      slow_prior_mps2_(problem.priors().slow_accel.sigma_mps2),
+      slow_spread_(model.slow_accel_spread),
+      W_(S) {
   linearMotion(motion, estimate.T_VB, &J9_, &c9_);
   const MatrixXd J = poseRows(J9_);
   const VectorXd c = poseRows(c9_);
@@ -105,6 +114,8 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
     noise_y_ = poseRows(motion.covariance);
     noise_ = motion.covariance;
+    if (model.slow_accel_spread > 0.0 && motion.slow_covariance.size() > 0)
+      slow_ = poseRows(poseRows(motion.slow_covariance).transpose());
     sigma_ = poseRows(noise_y_.transpose());
     if (model.sigma_shared_rad > 0.0)
       sigma_ += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
@@ -131,6 +142,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
 bool JointSystem::solve(JointEstimate* estimate) const {
   const NormConstrainedSolution solution = solveNormConstrained(H_, b_, gravity_mps2_);
   if (!solution.summary.usable()) return false;
+  if (slow_.size() > 0) scaleSlowError(solution.x, estimate);
   VectorXd y9 = J9_ * solution.x + c9_;
   if (imu_noise_) {
     const VectorXd y = poseRows(y9);
@@ -140,14 +152,36 @@ bool JointSystem::solve(JointEstimate* estimate) const {
   return true;
 }
 
+MatrixXd JointSystem::tangent(const Vector3d& g) const {
+  MatrixXd T = MatrixXd::Zero(kUnknowns, kUnknowns - 1);
+  T.topLeftCorner<9, 9>().setIdentity();
+  T.bottomRightCorner<3, 2>() = gravity_mps2_ * tangentBasis(g);
+  return T;
+}
+
+/** With r = S^-1 s - c, of covariance V = S^-1 + Sigma on top of what the unknowns explain, and
+ * P = V^-1 - V^-1 J (J^T V^-1 J)^-1 J^T V^-1, C the slow error's part of Sigma and t the logarithm
+ * of its factor: d(-2 log L)/dt = tr(P C) - r^T P C P r, of variance 2 tr(P C P C). */
+void JointSystem::scaleSlowError(const VectorXd& x, JointEstimate* estimate) const {
+  const MatrixXd J = poseRows(J9_), T = tangent(x.tail<3>()), WJ = W_ * J * T;
+  const Eigen::LLT<MatrixXd> information(T.transpose() * H_ * T);
+  if (information.info() != Eigen::Success) return;
+  const VectorXd Pr = whitening_.solve(s_) - W_ * (poseRows(c9_) + J * x);
+  MatrixXd PC = W_ * slow_;
+  PC.noalias() -= WJ * information.solve(WJ.transpose() * slow_);
+  const double score = 0.5 * (Pr.dot(slow_ * Pr) - PC.trace());
+  const double known = 0.5 * PC.cwiseProduct(PC.transpose()).sum();
+  const double before = 1.0 / (slow_spread_ * slow_spread_);
+  const double off = 2.0 * std::log(estimate->slow_accel_mps2 / slow_prior_mps2_);
+  const double step = (score - before * off) / (known + before);
+  estimate->slow_accel_mps2 *= std::exp(0.5 * std::clamp(step, -kLargestLogStep, kLargestLogStep));
+}
+
 MatrixXd JointSystem::covariance(const JointEstimate& estimate,
                                  const std::vector<size_t>& keyframes,
                                  const MatrixXd& excess) const {
   if (imu_noise_ && !hasMinimum(S_, sigma_)) return {};
-  // Gravity moves in its tangent plane: x = T x', 12 x 11.
-  MatrixXd T = MatrixXd::Zero(kUnknowns, kUnknowns - 1);
-  T.topLeftCorner<9, 9>().setIdentity();
-  T.bottomRightCorner<3, 2>() = gravity_mps2_ * tangentBasis(estimate.g_V);
+  const MatrixXd T = tangent(estimate.g_V);
   const Eigen::LLT<MatrixXd> information(T.transpose() * H_ * T);
   if (information.info() != Eigen::Success) return {};
   const MatrixXd P = T * information.solve(T.transpose());

@@ -28,6 +28,7 @@ struct ClosedFormMotion {
   std::vector<Node> nodes;
   /** Joint covariance of the nodes' errors but the first's, 9(N-1) x 9(N-1). */
   Eigen::MatrixXd covariance;
+  Eigen::MatrixXd slow_covariance;  ///< what of it the slow error makes; empty without
 };
 
 /**

@@ -17,6 +17,8 @@ struct JointEstimate {
   std::vector<Eigen::Vector3d> v_VB;  ///< of every node, m/s; empty before the first pass
   Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
   double sigma_gravity = 0.0;  ///< of its weakest direction, rad
+  /** Standard deviation of the accelerometer's slow error in this window, m/s^2; 0: none. */
+  double slow_accel_mps2 = 0.0;
 };
 
 /** What the linear system takes for exact, and what for noisy. */
@@ -29,6 +31,9 @@ struct JointModel {
   /** Take the slow error of the priors into account, where they have one, and this share of the
    * problem's accelerometer density as white: inflated densities stand for a slow error too. */
   bool slow_accel = false;
+  /** By how much the size of the slow error differs between windows: standard deviation of the
+   * logarithm of its variance. 0: it is what the priors have. */
+  double slow_accel_spread = 0.0;
   double white_accel_share = 1.0;
 };
 
@@ -47,7 +52,9 @@ class JointSystem {
               const Eigen::MatrixXd& S, const Eigen::VectorXd& s, const JointEstimate& estimate,
               const JointModel& model);
 
-  /** Solves with |g| fixed and takes `estimate` there. @return false if the system is singular */
+  /** Solves with |g| fixed and takes `estimate` there; the size of its slow error by one step of
+   * Fisher's scoring on the restricted likelihood (Patterson and Thompson, Biometrika 1971), with
+   * the model's spread as a prior. @return false if the system is singular */
   bool solve(JointEstimate* estimate) const;
 
   /**
@@ -62,6 +69,11 @@ class JointSystem {
                              const Eigen::MatrixXd& excess = {}) const;
 
  private:
+  /** @param x the solution */
+  void scaleSlowError(const Eigen::VectorXd& x, JointEstimate* estimate) const;
+  /** Gravity moves in its tangent plane: 12 unknowns by 11. */
+  Eigen::MatrixXd tangent(const Eigen::Vector3d& g) const;
+
   double gravity_mps2_;
   bool imu_noise_;
   Eigen::MatrixXd S_;
@@ -71,6 +83,9 @@ class JointSystem {
   Eigen::MatrixXd noise_y_;  ///< covariance of the poses' noise and all nodes', 6n x 9n
   Eigen::MatrixXd noise_;    ///< covariance of all nodes' noise, 9n x 9n
   Eigen::MatrixXd sigma_;    ///< Sigma
+  Eigen::MatrixXd slow_;     ///< what of it the slow error makes; empty if its size is known
+  double slow_prior_mps2_;   ///< the priors' size of the slow error
+  double slow_spread_;
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
   Eigen::MatrixXd H_;                               ///< information on x, priors included
