@@ -150,6 +150,35 @@ TEST(Recall, WhatWasSoughtIsNotSoughtAgain) {
   EXPECT_EQ(answers.views_.size(), 1U);
 }
 
+/** The old image errs there as it did when it was asked before, about another landmark. */
+TEST(Recall, AnotherLandmarkAtTheSamePointOfAViewCountsForLess) {
+  Returned scene;
+  Answers answers(scene, SE3());
+  answers.change_ = [](size_t i, ViewMatch* match) { match->found = i >= 10; };
+  scene.recall(&answers);
+  std::map<LandmarkId, Eigen::Matrix2d> first;
+  for (auto& [id, landmark] : scene.window.landmarks) {
+    landmark.sought.clear();
+    if (landmark.observations.front().serial != 0) continue;
+    first[id] = landmark.observations.front().measurements[1].sqrt_information;
+    landmark.observations.erase(landmark.observations.begin());
+  }
+  ASSERT_GE(first.size(), 25U);
+  answers.change_ = nullptr;
+  EXPECT_EQ(scene.recall(&answers), static_cast<int>(first.size()) + 10);
+  const Eigen::Matrix2d& known = first.begin()->second;
+  for (const ViewQuery& query : answers.queries_) {
+    const LandmarkObservation& o = scene.window.landmarks.at(query.id).observations.front();
+    ASSERT_EQ(o.serial, 0);
+    const Eigen::Matrix2d& now = o.measurements[1].sqrt_information;
+    EXPECT_EQ(o.look, first.count(query.id) ? 2 : 1);
+    if (first.count(query.id))
+      EXPECT_LT((std::sqrt(2.0) * now - first[query.id]).norm(), 1e-9 * now.norm());
+    else
+      EXPECT_NEAR(now.norm() / known.norm(), 1.0, 0.3);  // as the camera's scale is there
+  }
+}
+
 TEST(Recall, AViewInWhichTooFewAreFoundIsAskedAgain) {
   Returned scene;
   Answers answers(scene, SE3());

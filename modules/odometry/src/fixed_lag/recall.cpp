@@ -25,6 +25,18 @@ void addObservation(const LandmarkObservation& observation, Landmark* landmark) 
   all.insert(after, observation);
 }
 
+/** Notes that a landmark was found there, and how often this was so before: a point of the scene
+ * that comes into view again is another landmark, but the old image errs there as it did. */
+int noteFound(const Eigen::Vector2d& pixel, WindowState* state) {
+  constexpr double kSamePoint_px = 2.0;
+  auto& points = state->found_again;
+  auto point = std::find_if(points.begin(), points.end(), [&pixel](const FoundPoint& p) {
+    return (p.pixel - pixel).norm() < kSamePoint_px;
+  });
+  if (point == points.end()) point = points.insert(point, {pixel, 0});
+  return point->times++;
+}
+
 }  // namespace
 
 struct Recall::Candidate {
@@ -122,7 +134,7 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
 void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
                     ViewMatcher* matcher, Window* window,
                     std::vector<RecalledObservation>* recalled) const {
-  const WindowState& state = window->states[candidate.state];
+  WindowState& state = window->states[candidate.state];
   const std::vector<ViewMatch> matches = matcher->find(state.t, candidate.queries);
   std::vector<FoundLandmark> found;
   std::map<size_t, const ViewMatch*> match_of;  // by the landmark's index
@@ -144,9 +156,13 @@ void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>&
       agreeing(*calibration_, candidate.view, seen, found, window->pixel_variance, options_);
   for (const FoundLandmark& f : believed) {
     Landmark& landmark = window->landmarks.at(seen[f.landmark].id);
-    addObservation({state.serial, static_cast<int>(candidate.state), f.has_right, f.measurements},
-                   &landmark);
     const ViewMatch& match = *match_of.at(f.landmark);
+    LandmarkObservation observation{state.serial, static_cast<int>(candidate.state), f.has_right,
+                                    f.measurements};
+    observation.look = 1 + noteFound(match.left, &state);
+    for (ReprojectionMeasurement& m : observation.measurements)
+      m.sqrt_information /= std::sqrt(observation.look);
+    addObservation(observation, &landmark);
     recalled->push_back({state.t, {landmark.id, match.left, match.right, f.has_right}});
   }
   // Once the view is found, no landmark is looked for there a second time.

@@ -13,7 +13,8 @@ namespace etalon::fixed_lag {
 /**
  * Looks for the landmarks of the newest state in the retained keyframes that see the same scene,
  * and gives them their observations there. A landmark that was found stays tied to the old keyframe
- * for as long as it is followed, and goes into the prior with that observation.
+ * for as long as it is followed, and goes into the prior with that observation. The n-th landmark
+ * that is found at the same point of a view counts for 1/n: they share that image's error.
  */
 class Recall {
  public:

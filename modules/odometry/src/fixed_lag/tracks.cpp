@@ -198,7 +198,7 @@ void Tracks::followNoise(Window* window) const {
         Eigen::Vector2d r;
         if (reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
                                  landmark.in_host, &r))
-          squares.push_back(r.squaredNorm() / share);
+          squares.push_back(o.look * r.squaredNorm() / share);
       }
     }
   }

@@ -18,6 +18,12 @@ namespace etalon::fixed_lag {
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
 using Vector15d = Eigen::Matrix<double, 15, 1>;
 
+/** A point of the left image of a retained keyframe at which landmarks were found. */
+struct FoundPoint {
+  Eigen::Vector2d pixel;
+  int times = 0;
+};
+
 /** The body at a frame. Unknowns: pose, and velocity and biases while it is `full`. */
 struct WindowState {
   int serial = 0;  ///< of the frame
@@ -29,9 +35,10 @@ struct WindowState {
   bool fixed = false;
   bool full = true;
   bool keyframe = false;
-  bool is_view = false;   ///< landmarks can be found in it again
-  bool at_rest = false;   ///< since the state before
-  bool retained = false;  ///< an old keyframe, kept to be found again
+  bool is_view = false;                 ///< landmarks can be found in it again
+  bool at_rest = false;                 ///< since the state before
+  bool retained = false;                ///< an old keyframe, kept to be found again
+  std::vector<FoundPoint> found_again;  ///< where landmarks were found in it, far from each other
   Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
   Matrix15d imu_sqrt_information = Matrix15d::Zero();
   Eigen::Index column = 0;  ///< of its first unknown
@@ -54,6 +61,7 @@ struct LandmarkObservation {
   bool has_right = false;
   std::array<ReprojectionMeasurement, 2> measurements;
   bool has_left = true;
+  int look = 1;  ///< 2 if a landmark was found at this point of a retained view before, and so on
 
   /** The cameras that see it: from first() to before end(). */
   size_t first() const { return has_left ? 0 : 1; }
