@@ -22,10 +22,11 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Vector12 = Eigen::Matrix<double, 12, 1>;  // [v_0, b_g, b_a, g]
 
-/** Four keyframes at their true poses. What the tracks say of the poses, S and s, is drawn. */
+/** Keyframes at their true poses. What the tracks say of the poses, S and s, is drawn. */
 struct JointCase {
-  JointCase() : problem(contractProblem()), estimate(trueEstimate()) {
-    motion = composeMotion(problem.preintegrate(estimate.bias));
+  explicit JointCase(int keyframes = 4, const SlowAcceleration& slow = {})
+      : problem(contractProblem(keyframes, slow)), estimate(trueEstimate()) {
+    motion = composeMotion(problem.preintegrate(estimate.bias), slow);
     const Index n = 6 * (problem.keyframeCount() - 1);
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
@@ -36,13 +37,13 @@ struct JointCase {
     s = S * (0.01 * VectorXd::NullaryExpr(n, draw));
   }
 
-  InitializationProblem contractProblem() {
+  InitializationProblem contractProblem(int keyframes, const SlowAcceleration& slow) {
     testing::SyntheticWindowOptions options;
     options.motion = testing::Motion::kAggressive;
-    options.keyframes = 4;
+    options.keyframes = keyframes;
     options.landmarks = 20;
     options.bias = {{0.02, -0.06, 0.04}, {0.1, -0.08, 0.12}};
-    options.priors = {options.bias, 0.1, 0.1, {}};
+    options.priors = {options.bias, 0.1, 0.1, slow};
     options.priors.mean.accel.x() += 0.05;
     window = testing::makeSyntheticWindow(options);
     return testing::makeProblem(window, options);
@@ -234,6 +235,52 @@ TEST(JointSystem, ExcessOfTheScoreIsBetweenTwoInverses) {
   const MatrixXd inverse = inverseOfAll(c, solved);
   const MatrixXd expected = inverse + inverse.rightCols(n) * excess * inverse.bottomRows(n);
   expectPosesAndGyroBias(system.covariance(solved, allKeyframes(c), excess), expected);
+}
+
+/** Windows in which the accelerometer's slow error is as the priors believe, or twice that. The
+ * logarithm of the estimated size over the priors' stays near zero where they are right; elsewhere
+ * it goes most of the way to what is true. */
+TEST(JointSystem, FindsTheSizeOfTheSlowErrorInTheWindow) {
+  const SlowAcceleration believed{0.02, 0.4};
+  JointCase c(12, believed);
+  Vector12 truth;
+  truth << c.estimate.T_VB[0].R.transpose() * c.window.truth[0].v_WB, VectorXd::Zero(6),
+      c.window.truth[0].T_WB.R.transpose() * Vector3d(0.0, 0.0, -9.81);
+  const Index n = c.S.rows();
+  c.S = MatrixXd::Identity(n, n) * 1e6;  // poses to a millimetre and a thousandth of a radian
+  JointModel model;
+  model.slow_accel = true;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto draw = [&] { return normal(random); };
+  constexpr int kWindows = 60, kPasses = 6;
+  for (const double factor : {1.0, 2.0}) {
+    const ClosedFormMotion real =
+        composeMotion(c.problem.preintegrate(c.window.bias), {factor * 0.02, 0.4});
+    c.motion = real;
+    const MatrixXd root = c.imuCovariance().llt().matrixL();
+    for (const double spread : {0.0, 1.0}) {
+      model.slow_accel_spread = spread;
+      double logarithm = 0.0;
+      for (int window = 0; window < kWindows; ++window) {
+        const VectorXd y = c.carried(truth) + root * VectorXd::NullaryExpr(n, draw);
+        c.s = c.S * y + c.S.llt().matrixL() * VectorXd::NullaryExpr(n, draw);
+        JointEstimate estimate = c.estimate;
+        estimate.slow_accel_mps2 = believed.sigma_mps2;
+        for (int pass = 0; pass < kPasses; ++pass) {
+          const ClosedFormMotion motion = composeMotion(
+              c.problem.preintegrate(c.window.bias), {estimate.slow_accel_mps2, believed.time_s});
+          JointEstimate solved = c.estimate;
+          solved.slow_accel_mps2 = estimate.slow_accel_mps2;
+          ASSERT_TRUE(JointSystem(c.problem, motion, c.S, c.s, c.estimate, model).solve(&solved));
+          estimate = solved;
+        }
+        logarithm += std::log(estimate.slow_accel_mps2 / believed.sigma_mps2) / kWindows;
+      }
+      const double expected = spread == 0.0 ? 0.0 : 0.8 * std::log(factor);
+      EXPECT_NEAR(logarithm, expected, 0.15) << "factor " << factor << ", spread " << spread;
+    }
+  }
 }
 
 TEST(JointSystem, HasNoCovarianceWhereTheCostHasNoMinimum) {

@@ -16,7 +16,7 @@ namespace etalon {
 struct WindowOptions {
   StereoOdometryOptions odometry;
   /** The slow error is what windows of real flights show (README.md of the plugin `etalon`). */
-  BiasPriors priors{ImuBias(), 0.1, 0.1, {0.02, 0.68}};
+  BiasPriors priors{ImuBias(), 0.1, 0.1, {0.016, 0.68}};
   VisualInertialBaOptions vi_ba;
   AcceptanceOptions acceptance;
   double gravity_mps2 = 9.81;
