@@ -91,7 +91,7 @@ std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, doub
   for (const WindowResult& result : benchmark.results) {
     Windows& w = windows[result.sequence];
     ++w.all;
-    if (coversEnough(result.truth.size(), result.keyframes, wanted)) ++w.covered;
+    if (coversEnough(result.truth.size(), result.attempt.keyframes.size(), wanted)) ++w.covered;
   }
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : benchmark.sequences) {

@@ -81,7 +81,13 @@ TEST(Coverage, OfBothTrajectoriesAndOfABenchmarksWindows) {
   EXPECT_FALSE(run.trajectory_errors || run.smoothed_errors || run.final_errors);
 
   BenchmarkRecord record = testing::exampleBenchmark();
-  for (WindowResult& result : record.results) result.truth.resize(10);
+  for (WindowResult& result : record.results) {
+    result.attempt.keyframes.resize(10);
+    result.truth.resize(10);
+  }
+  EXPECT_THAT(describeCoverage(record, 0.5), IsEmpty());
+  record.results[1].attempt.keyframes.resize(3);  // a window that grew, accepted before its end
+  record.results[1].truth.resize(3);
   EXPECT_THAT(describeCoverage(record, 0.5), IsEmpty());
   record.results[0].truth.resize(4);  // of 10 keyframes
   const std::vector<std::string> one = describeCoverage(record, 0.5);
