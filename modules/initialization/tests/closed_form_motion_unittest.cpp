@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "etalon/core/so3.h"
 #include "etalon/testing/expect_jacobian.h"
@@ -134,6 +135,16 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
     const Matrix9 across = motion.covariance.block<9, 9>(9 * (k - 1), 9);  // node k, node 2
     EXPECT_LT((across - F * at_2).norm(), 1e-7 * across.norm());
   }
+}
+
+TEST(ClosedFormMotion, WhiteNoiseOfTheAccelerometerGrowsByItsFactor) {
+  Case c;
+  const MatrixXd grown = composeMotion(c.preintegrations(c.bias), {}, 1.5).covariance;
+  c.noise.accel_noise_density *= 1.5;
+  const MatrixXd noisier = composeMotion(c.preintegrations(c.bias)).covariance;
+  for (Index i = 0; i < grown.rows(); ++i)
+    for (Index j = 0; j < grown.rows(); ++j)
+      EXPECT_NEAR(grown(i, j), noisier(i, j), 1e-3 * std::sqrt(noisier(i, i) * noisier(j, j)));
 }
 
 /** An error that never changes is one of the bias; one that is new at every interval is less of it

@@ -237,47 +237,59 @@ TEST(JointSystem, ExcessOfTheScoreIsBetweenTwoInverses) {
   expectPosesAndGyroBias(system.covariance(solved, allKeyframes(c), excess), expected);
 }
 
-/** Windows in which the accelerometer's slow error is as the priors believe, or twice that. The
- * logarithm of the estimated size over the priors' stays near zero where they are right; elsewhere
- * it goes most of the way to what is true. */
-TEST(JointSystem, FindsTheSizeOfTheSlowErrorInTheWindow) {
+/**
+ * Mean logarithm of the estimated sizes [slow error, white noise] over those believed, in windows
+ * whose errors are `slow_factor` and `white_factor` times as large as believed.
+ */
+Eigen::Vector2d estimatedSizes(double slow_factor, double white_factor, double spread) {
   const SlowAcceleration believed{0.02, 0.4};
   JointCase c(12, believed);
   Vector12 truth;
   truth << c.estimate.T_VB[0].R.transpose() * c.window.truth[0].v_WB, VectorXd::Zero(6),
       c.window.truth[0].T_WB.R.transpose() * Vector3d(0.0, 0.0, -9.81);
   const Index n = c.S.rows();
-  c.S = MatrixXd::Identity(n, n) * 1e6;  // poses to a millimetre and a thousandth of a radian
+  c.S = MatrixXd::Identity(n, n) * 1e9;  // poses to 0.03 mm and 0.002 deg
   JointModel model;
   model.slow_accel = true;
+  model.slow_accel_spread = model.white_accel_spread = spread;
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const auto draw = [&] { return normal(random); };
   constexpr int kWindows = 60, kPasses = 6;
   const std::vector<Preintegration> imu = c.problem.preintegrate(c.window.bias);
-  for (const double factor : {1.0, 2.0}) {
-    c.motion = composeMotion(imu, {factor * believed.sigma_mps2, believed.time_s});
-    const MatrixXd root = c.imuCovariance().llt().matrixL();
-    for (const double spread : {0.0, 1.0}) {
-      model.slow_accel_spread = spread;
-      double logarithm = 0.0;
-      for (int window = 0; window < kWindows; ++window) {
-        const VectorXd y = c.carried(truth) + root * VectorXd::NullaryExpr(n, draw);
-        c.s = c.S * y + c.S.llt().matrixL() * VectorXd::NullaryExpr(n, draw);
-        double sigma_mps2 = believed.sigma_mps2;
-        for (int pass = 0; pass < kPasses; ++pass) {
-          const ClosedFormMotion motion = composeMotion(imu, {sigma_mps2, believed.time_s});
-          JointEstimate solved = c.estimate;
-          solved.slow_accel_mps2 = sigma_mps2;
-          ASSERT_TRUE(JointSystem(c.problem, motion, c.S, c.s, c.estimate, model).solve(&solved));
-          sigma_mps2 = solved.slow_accel_mps2;
-        }
-        logarithm += std::log(sigma_mps2 / believed.sigma_mps2) / kWindows;
-      }
-      const double expected = spread == 0.0 ? 0.0 : 0.8 * std::log(factor);
-      EXPECT_NEAR(logarithm, expected, 0.15) << "factor " << factor << ", spread " << spread;
+  c.motion = composeMotion(imu, {slow_factor * believed.sigma_mps2, believed.time_s}, white_factor);
+  const MatrixXd root = c.imuCovariance().llt().matrixL();
+  Eigen::Vector2d logarithm = Eigen::Vector2d::Zero();
+  for (int window = 0; window < kWindows; ++window) {
+    const VectorXd y = c.carried(truth) + root * VectorXd::NullaryExpr(n, draw);
+    c.s = c.S * y + c.S.llt().matrixL() * VectorXd::NullaryExpr(n, draw);
+    double slow_mps2 = believed.sigma_mps2, white = 1.0;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      JointEstimate solved = c.estimate;
+      solved.slow_accel_mps2 = slow_mps2;
+      solved.white_accel_factor = white;
+      const ClosedFormMotion motion = composeMotion(imu, {slow_mps2, believed.time_s}, white);
+      EXPECT_TRUE(JointSystem(c.problem, motion, c.S, c.s, c.estimate, model).solve(&solved));
+      slow_mps2 = solved.slow_accel_mps2;
+      white = solved.white_accel_factor;
     }
+    logarithm +=
+        Eigen::Vector2d(std::log(slow_mps2 / believed.sigma_mps2), std::log(white)) / kWindows;
   }
+  return logarithm;
+}
+
+/** The sizes stay where they are believed if that is right; elsewhere they go most of the way. */
+TEST(JointSystem, FindsTheSizesOfTheAccelerometersErrorsInTheWindow) {
+  const double twice = 0.8 * std::log(2.0);
+  const auto expectNear = [](const Eigen::Vector2d& found, double slow, double white) {
+    EXPECT_NEAR(found.x(), slow, 0.15);
+    EXPECT_NEAR(found.y(), white, 0.15);
+  };
+  expectNear(estimatedSizes(2.0, 2.0, 0.0), 0.0, 0.0);  // not asked
+  expectNear(estimatedSizes(1.0, 1.0, 1.0), 0.0, 0.0);
+  expectNear(estimatedSizes(2.0, 1.0, 1.0), twice, 0.0);
+  expectNear(estimatedSizes(1.0, 2.0, 1.0), 0.0, twice);
 }
 
 TEST(JointSystem, HasNoCovarianceWhereTheCostHasNoMinimum) {

@@ -25,6 +25,8 @@ class EtalonInitializer : public Initializer {
     parameters.add("slow_accel_spread", &slow_accel_spread_, {0.0, 10.0},
                    "Standard deviation, in the logarithm of its variance, of the slow error's size "
                    "between windows; the window's own is estimated. 0: as [priors] have it.");
+    parameters.add("white_accel_spread", &white_accel_spread_, {0.0, 10.0},
+                   "The same of the accelerometer's white noise. 0: as [imu_noise] has it.");
   }
   bool needsVisualSolution() const override { return false; }
 
@@ -35,6 +37,7 @@ class EtalonInitializer : public Initializer {
     options.model.slow_accel = true;
     options.model.white_accel_share = white_accel_share_;
     options.model.slow_accel_spread = slow_accel_spread_;
+    options.model.white_accel_spread = white_accel_spread_;
     options.model.sigma_shared_rad = radians(sigma_shared_deg_);
     return solveJointMap(problem, options);
   }
@@ -45,6 +48,7 @@ class EtalonInitializer : public Initializer {
   double least_pixel_share_ = 0.1;
   double white_accel_share_ = 0.33;
   double slow_accel_spread_ = 1.0;
+  double white_accel_spread_ = 0.5;
 };
 
 IMPLEMENTS_MRPT_OBJECT(EtalonInitializer, Initializer, etalon::plugins)

@@ -61,10 +61,33 @@ Eigen::MatrixXd slowCovariance(const std::vector<Preintegration>& preintegration
   return slow.sigma_mps2 * slow.sigma_mps2 * by_error * correlation * by_error.transpose();
 }
 
+/** Covariance of the nodes' errors by white noise of the acceleration: its first integral is
+ * Brownian motion. Noise that is alike along all axes is so in every frame. */
+Eigen::MatrixXd whiteAccelCovariance(const std::vector<ClosedFormMotion::Node>& nodes,
+                                     double density) {
+  const Eigen::Index n = nodes.size() - 1;
+  const double d = density * density;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kError * n, kError * n);
+  const auto set = [&covariance](Eigen::Index row, Eigen::Index column, double value) {
+    covariance.block<3, 3>(row, column).diagonal().setConstant(value);
+    covariance.block<3, 3>(column, row).diagonal().setConstant(value);
+  };
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index j = 0; j <= k; ++j) {
+      const double t = nodes[j + 1].t, later = nodes[k + 1].t - t;
+      const Eigen::Index early = kError * j, late = kError * k;
+      set(late + 3, early + 3, d * t * t * (t / 3.0 + later / 2.0));
+      set(late + 3, early + 6, d * t * (t / 2.0 + later));
+      set(early + 3, late + 6, d * t * t / 2.0);
+      set(early + 6, late + 6, d * t);
+    }
+  return covariance;
+}
+
 }  // namespace
 
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
-                               const SlowAcceleration& slow) {
+                               const SlowAcceleration& slow, double white_accel_factor) {
   ClosedFormMotion motion;
   motion.nodes.emplace_back();
   const Eigen::Index n = preintegrations.size();
@@ -92,6 +115,14 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
     }
     motion.covariance.block<kError, kError>(row, row) = own;
     motion.nodes.push_back(next);
+  }
+  if (n > 0) {
+    const double density = preintegrations.front().noise().accel_noise_density;
+    motion.white_accel_covariance =
+        whiteAccelCovariance(motion.nodes, white_accel_factor * density);
+    if (white_accel_factor != 1.0)
+      motion.covariance +=
+          motion.white_accel_covariance - whiteAccelCovariance(motion.nodes, density);
   }
   if (slow.sigma_mps2 > 0.0) {
     motion.slow_covariance = slowCovariance(preintegrations, motion, slow);

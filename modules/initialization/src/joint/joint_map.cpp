@@ -86,7 +86,16 @@ std::vector<Matrix3d> rotations(const ClosedFormMotion& motion) {
   return result;
 }
 
-/** Linear solutions until the gyro bias stands still. Costs are not computed. */
+/** By how much the sizes of the accelerometer's errors have changed, in their logarithms. */
+double resized(const JointEstimate& before, const JointEstimate& after) {
+  const auto change = [](double a, double b) { return a > 0.0 ? std::abs(std::log(b / a)) : 0.0; };
+  return std::max(change(before.slow_accel_mps2, after.slow_accel_mps2),
+                  change(before.white_accel_factor, after.white_accel_factor));
+}
+constexpr double kSizesAtRest = 0.1;
+
+/** Linear solutions until the gyro bias stands still, and how noisy the IMU is. Costs are not
+ * computed. */
 SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOptions& options,
                           TrackInformation* tracks, std::vector<Preintegration>* preintegrations,
                           ClosedFormMotion* motion, JointEstimate* estimate) {
@@ -97,18 +106,22 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
     // From the medians the landmarks have farther to go.
     for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_VB);
     tracks->linearize(estimate->T_VB);
-    const ImuBias before = estimate->bias;
+    const JointEstimate before = *estimate;
     const JointSystem system(problem, *motion, tracks->S(), tracks->s(), *estimate, options.model);
     if (!system.solve(estimate)) {
       summary.stop(Termination::kSingular, "the tracks do not determine velocity and gravity");
       return summary;
     }
-    const double moved = (estimate->bias.gyro - before.gyro).norm();
-    if (moved < options.converged_rps && tracks->nearFinalScale() && pass > 0)
+    const double moved = (estimate->bias.gyro - before.bias.gyro).norm();
+    const bool at_rest = moved < options.converged_rps && tracks->nearFinalScale() && pass > 0;
+    // Sizes that do not settle must not refuse a window whose state has.
+    const bool last = pass + 1 == options.max_passes;
+    if (at_rest && (last || resized(before, *estimate) < kSizesAtRest))
       summary.termination = Termination::kConverged;
     if (summary.converged()) break;  // the derivatives no longer change
     for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
-    *motion = composeMotion(*preintegrations, slowAcceleration(problem, *estimate));
+    *motion = composeMotion(*preintegrations, slowAcceleration(problem, *estimate),
+                            estimate->white_accel_factor);
   }
   return summary;
 }

@@ -100,13 +100,7 @@ void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEst
 JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormMotion& motion,
                          const MatrixXd& S, const VectorXd& s, const JointEstimate& estimate,
                          const JointModel& model)
-    : gravity_mps2_(problem.gravityMagnitude()),
-      imu_noise_(model.imu_noise),
-      S_(S),
-      s_(s),
-      slow_prior_mps2_(problem.priors().slow_accel.sigma_mps2),
-      slow_spread_(model.slow_accel_spread),
-      W_(S) {
+    : gravity_mps2_(problem.gravityMagnitude()), imu_noise_(model.imu_noise), S_(S), s_(s), W_(S) {
   linearMotion(motion, estimate.T_VB, &J9_, &c9_);
   const MatrixXd J = poseRows(J9_);
   const VectorXd c = poseRows(c9_);
@@ -114,8 +108,15 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
     noise_y_ = poseRows(motion.covariance);
     noise_ = motion.covariance;
-    if (model.slow_accel_spread > 0.0 && motion.slow_covariance.size() > 0)
-      slow_ = poseRows(poseRows(motion.slow_covariance).transpose());
+    const auto addPart = [this](double JointEstimate::*size, double believed, double spread,
+                                const MatrixXd& nine) {
+      if (spread > 0.0 && nine.size() > 0)
+        parts_.push_back({size, believed, spread, poseRows(poseRows(nine).transpose())});
+    };
+    addPart(&JointEstimate::slow_accel_mps2, problem.priors().slow_accel.sigma_mps2,
+            model.slow_accel_spread, motion.slow_covariance);
+    addPart(&JointEstimate::white_accel_factor, 1.0, model.white_accel_spread,
+            motion.white_accel_covariance);
     sigma_ = poseRows(noise_y_.transpose());
     if (model.sigma_shared_rad > 0.0)
       sigma_ += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
@@ -142,7 +143,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
 bool JointSystem::solve(JointEstimate* estimate) const {
   const NormConstrainedSolution solution = solveNormConstrained(H_, b_, gravity_mps2_);
   if (!solution.summary.usable()) return false;
-  if (slow_.size() > 0) scaleSlowError(solution.x, estimate);
+  if (!parts_.empty()) scaleNoise(solution.x, estimate);
   VectorXd y9 = J9_ * solution.x + c9_;
   if (imu_noise_) {
     const VectorXd y = poseRows(y9);
@@ -160,21 +161,33 @@ MatrixXd JointSystem::tangent(const Vector3d& g) const {
 }
 
 /** With r = S^-1 s - c, of covariance V = S^-1 + Sigma on top of what the unknowns explain, and
- * P = V^-1 - V^-1 J (J^T V^-1 J)^-1 J^T V^-1, C the slow error's part of Sigma and t the logarithm
- * of its factor: d(-2 log L)/dt = tr(P C) - r^T P C P r, of variance 2 tr(P C P C). */
-void JointSystem::scaleSlowError(const VectorXd& x, JointEstimate* estimate) const {
+ * P = V^-1 - V^-1 J (J^T V^-1 J)^-1 J^T V^-1, C_i a part of Sigma and t_i the logarithm of its
+ * factor: d(-2 log L)/dt_i = tr(P C_i) - r^T P C_i P r, of covariance 2 tr(P C_i P C_j). */
+void JointSystem::scaleNoise(const VectorXd& x, JointEstimate* estimate) const {
   const MatrixXd J = poseRows(J9_), T = tangent(x.tail<3>()), WJ = W_ * J * T;
   const Eigen::LLT<MatrixXd> information(T.transpose() * H_ * T);
   if (information.info() != Eigen::Success) return;
   const VectorXd Pr = whitening_.solve(s_) - W_ * (poseRows(c9_) + J * x);
-  MatrixXd PC = W_ * slow_;
-  PC.noalias() -= WJ * information.solve(WJ.transpose() * slow_);
-  const double score = 0.5 * (Pr.dot(slow_ * Pr) - PC.trace());
-  const double known = 0.5 * PC.cwiseProduct(PC.transpose()).sum();
-  const double before = 1.0 / (slow_spread_ * slow_spread_);
-  const double off = 2.0 * std::log(estimate->slow_accel_mps2 / slow_prior_mps2_);
-  const double step = (score - before * off) / (known + before);
-  estimate->slow_accel_mps2 *= std::exp(0.5 * std::clamp(step, -kLargestLogStep, kLargestLogStep));
+  const Index n = parts_.size();
+  std::vector<MatrixXd> PC;
+  VectorXd score(n);
+  MatrixXd known(n, n);
+  for (Index i = 0; i < n; ++i) {
+    const NoisePart& part = parts_[i];
+    const MatrixXd& C = part.covariance;
+    PC.emplace_back(W_ * C);
+    PC[i].noalias() -= WJ * information.solve(WJ.transpose() * C);
+    for (Index j = 0; j <= i; ++j)
+      known(i, j) = known(j, i) = 0.5 * PC[i].cwiseProduct(PC[j].transpose()).sum();
+    const double before = 1.0 / (part.spread * part.spread);
+    const double off = 2.0 * std::log(estimate->*part.size / part.believed);
+    known(i, i) += before;
+    score(i) = 0.5 * (Pr.dot(C * Pr) - PC[i].trace()) - before * off;
+  }
+  const VectorXd step = known.llt().solve(score);
+  for (Index i = 0; i < n; ++i)
+    estimate->*parts_[i].size *=
+        std::exp(0.5 * std::clamp(step(i), -kLargestLogStep, kLargestLogStep));
 }
 
 MatrixXd JointSystem::covariance(const JointEstimate& estimate,

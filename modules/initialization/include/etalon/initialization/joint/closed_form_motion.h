@@ -28,14 +28,17 @@ struct ClosedFormMotion {
   std::vector<Node> nodes;
   /** Joint covariance of the nodes' errors but the first's, 9(N-1) x 9(N-1). */
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd slow_covariance;  ///< what of it the slow error makes; empty without
+  Eigen::MatrixXd slow_covariance;         ///< what of it the slow error makes; empty without
+  Eigen::MatrixXd white_accel_covariance;  ///< what the accelerometer's white noise makes
 };
 
 /**
  * @param preintegrations between neighbouring nodes; their own biases are those of the result
  * @param slow adds to the covariance; constant over an interval
+ * @param white_accel_factor times the accelerometer's white noise of the preintegrations, all of
+ *        the same density
  */
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
-                               const SlowAcceleration& slow = {});
+                               const SlowAcceleration& slow = {}, double white_accel_factor = 1.0);
 
 }  // namespace etalon

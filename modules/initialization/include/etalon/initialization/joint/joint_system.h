@@ -19,6 +19,8 @@ struct JointEstimate {
   double sigma_gravity = 0.0;  ///< of its weakest direction, rad
   /** Standard deviation of the accelerometer's slow error in this window, m/s^2; 0: none. */
   double slow_accel_mps2 = 0.0;
+  /** Standard deviation of its white noise in this window, times what the preintegrations have. */
+  double white_accel_factor = 1.0;
 };
 
 /** What the linear system takes for exact, and what for noisy. */
@@ -34,6 +36,7 @@ struct JointModel {
   /** By how much the size of the slow error differs between windows: standard deviation of the
    * logarithm of its variance. 0: it is what the priors have. */
   double slow_accel_spread = 0.0;
+  double white_accel_spread = 0.0;  ///< the same of the white noise
   double white_accel_share = 1.0;
 };
 
@@ -52,9 +55,9 @@ class JointSystem {
               const Eigen::MatrixXd& S, const Eigen::VectorXd& s, const JointEstimate& estimate,
               const JointModel& model);
 
-  /** Solves with |g| fixed and takes `estimate` there; the size of its slow error by one step of
-   * Fisher's scoring on the restricted likelihood (Patterson and Thompson, Biometrika 1971), with
-   * the model's spread as a prior. @return false if the system is singular */
+  /** Solves with |g| fixed and takes `estimate` there; the sizes of its accelerometer's errors by one
+   * step of Fisher's scoring on the restricted likelihood (Patterson and Thompson, Biometrika 1971),
+   * with the model's spreads as a prior. @return false if the system is singular */
   bool solve(JointEstimate* estimate) const;
 
   /**
@@ -69,8 +72,16 @@ class JointSystem {
                              const Eigen::MatrixXd& excess = {}) const;
 
  private:
+  /** A part of Sigma whose size in the window is estimated. */
+  struct NoisePart {
+    double JointEstimate::*size;  ///< a standard deviation
+    double believed;              ///< of the window's size, the prior's mean
+    double spread;                ///< of the logarithm of the size's square
+    Eigen::MatrixXd covariance;   ///< of the poses, at the estimate's size
+  };
+
   /** @param x the solution */
-  void scaleSlowError(const Eigen::VectorXd& x, JointEstimate* estimate) const;
+  void scaleNoise(const Eigen::VectorXd& x, JointEstimate* estimate) const;
   /** Gravity moves in its tangent plane: 12 unknowns by 11. */
   Eigen::MatrixXd tangent(const Eigen::Vector3d& g) const;
 
@@ -83,9 +94,7 @@ class JointSystem {
   Eigen::MatrixXd noise_y_;  ///< covariance of the poses' noise and all nodes', 6n x 9n
   Eigen::MatrixXd noise_;    ///< covariance of all nodes' noise, 9n x 9n
   Eigen::MatrixXd sigma_;    ///< Sigma
-  Eigen::MatrixXd slow_;     ///< what of it the slow error makes; empty if its size is known
-  double slow_prior_mps2_;   ///< the priors' size of the slow error
-  double slow_spread_;
+  std::vector<NoisePart> parts_;
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
   Eigen::MatrixXd H_;                               ///< information on x, priors included
