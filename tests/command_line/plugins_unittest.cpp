@@ -55,6 +55,18 @@ TEST(PluginsCommand, PrintsIniSectionsThatCanBeRead) {
   EXPECT_GE(IniFile::fromText(all.out, "all").sections().size(), 2U);
 }
 
+/** config/euroc.ini says that it has every key with its default. */
+TEST(PluginsCommand, TheConfigurationThatIsShippedHasAllKeysOfAllPlugins) {
+  const IniFile shipped = IniFile::fromFile(ETALON_CONFIG "/euroc.ini");
+  const IniFile all = IniFile::fromText(runEtalon({"plugins", "--ini"}).out, "all");
+  for (const std::string& section : all.sections())
+    for (const auto& [key, value] : all.section(section)) {
+      const auto& there = shipped.section(section);
+      ASSERT_TRUE(there.count(key)) << "[" << section << "] " << key;
+      EXPECT_EQ(there.at(key).text, value.text) << "[" << section << "] " << key;
+    }
+}
+
 TEST(PluginsCommand, RefusesAnUnknownNameWithTheNearest) {
   const CommandResult result = runEtalon({"plugins", "--describe", "etta"});
   EXPECT_EQ(result.exit_code, 3);

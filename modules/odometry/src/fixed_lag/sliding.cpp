@@ -126,10 +126,6 @@ LinearRows without(const LinearRows& rows, const std::vector<Eigen::Index>& leav
   return compressed(marginalizeFirst(ordered, leaving.size()));
 }
 
-}  // namespace
-
-namespace {
-
 /** The retained keyframe that is least needed. */
 size_t redundantKeyframe(const Window& window, const MapOptions& options) {
   std::vector<SE3> T_WC;
