@@ -15,7 +15,8 @@ using Pyramid = std::vector<cv::Mat>;
 Pyramid buildPyramid(const cv::Mat& image, const StereoTrackerOptions& options);
 
 /**
- * Follows `from` points into another image.
+ * Follows `from` points into another image. KLT takes gray levels for constant: where the exposure has
+ * changed between the images, the darker one is brightened before.
  * @param to in: initial guesses; out: positions, subpixel
  * @return one flag a point: found, and found back within options.forward_backward_px
  */

@@ -44,6 +44,18 @@ struct Occlusion {
   cv::Mat first, second;
 };
 
+// Automatic exposure changes the brightness by a fifth from one image to the next (EuRoC's MH_01).
+TEST(FollowPoints, FollowsThroughAStepOfExposure) {
+  const StereoTrackerOptions options;
+  Occlusion occlusion;
+  const double constant = occlusion.followed(false, options);
+  const cv::Mat second = occlusion.second;
+  for (const double factor : {0.3, 0.8, 1.4}) {
+    second.convertTo(occlusion.second, CV_8U, factor);
+    EXPECT_GT(occlusion.followed(false, options), constant - 0.05) << factor;
+  }
+}
+
 TEST(FollowPoints, DropsWhatDoesNotFindItsWayBack) {
   const Occlusion occlusion;
   StereoTrackerOptions options;
