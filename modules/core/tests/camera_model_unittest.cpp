@@ -31,6 +31,24 @@ CameraModel withRadial(double k1, double k2) {
   return pinhole(eurocCameras()[0].intrinsics(), {k1, k2, 0.0, 0.0});
 }
 
+/** With k3; decentring as well. */
+CameraModel withK3() {
+  std::vector<double> d = decentred().coefficients();
+  d.push_back(-0.03);
+  return CameraModel("pinhole", "radial-tangential-k3", 752, 480, eurocCameras()[0].intrinsics(),
+                     d);
+}
+
+TEST(PinholeRadtan, K3AddsTheSixthPowerOfTheRadius) {
+  const CameraModel camera = withK3(), without = camera.with("k3", 0.0);
+  const Vector3d ray(0.4, -0.3, 1.0);  // at r = 0.5
+  const Vector2d shift = *camera.project(ray) - *without.project(ray);
+  const double radial = -0.03 * std::pow(0.5, 6);
+  EXPECT_NEAR(shift.x(), camera.focal().x() * 0.4 * radial, 1e-12);
+  EXPECT_NEAR(shift.y(), camera.focal().y() * -0.3 * radial, 1e-12);
+  EXPECT_EQ(*without.project(ray), *decentred().project(ray));
+}
+
 TEST(PinholeRadtan, ProjectsByTheEquations) {
   const CameraModel camera = decentred();
   const auto p = [&camera](const char* name) { return camera.parameter(name); };
@@ -54,6 +72,7 @@ TEST(PinholeRadtan, JacobiansAgreeWithNumericalOnes) {
   constexpr double kStep = 1e-5;
   std::vector<CameraModel> cameras = eurocCameras();
   cameras.push_back(decentred());
+  cameras.push_back(withK3());
   for (const CameraModel& camera : cameras) {
     for (const Vector3d& p_C : {Vector3d(0, 0, 1), Vector3d(0.4, -0.3, 1), Vector3d(-2.4, 1.3, 3),
                                 Vector3d(0.05, 0.08, 0.1), Vector3d(-30, -18, 40)}) {
@@ -120,6 +139,15 @@ TEST(PinholeRadtan, RefusesWhatLiesBeyondTheFoldOfTheDistortion) {
     EXPECT_FALSE(barrel.project({0.6 * r, 0.8 * r, 1}).has_value()) << r;
     EXPECT_FALSE(wavy.project({0.6 * r, 0.8 * r, 1}).has_value()) << r;
   }
+}
+
+TEST(PinholeRadtan, K3FoldsTheImageToo) {
+  // r (1 - 0.2 r^6) rises up to r = 0.945.
+  const CameraModel camera("pinhole", "radial-tangential-k3", 752, 480,
+                           eurocCameras()[0].intrinsics(), {0.0, 0.0, 0.0, 0.0, -0.2});
+  EXPECT_TRUE(camera.project({0.94, 0, 1}).has_value());
+  for (double r : {0.95, 1.5, 3.0, 1000.0})
+    EXPECT_FALSE(camera.project({0, r, 1}).has_value()) << r;
 }
 
 TEST(PinholeRadtan, UndistortsOnlyWhatTheLensCanShow) {

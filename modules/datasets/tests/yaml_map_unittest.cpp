@@ -133,12 +133,13 @@ TEST_F(YamlMapTest, ACameraIsItsModelSizeAndNumbers) {
   EXPECT_EQ(model.focal(), Eigen::Vector2d(458.6, 457.2));
   EXPECT_EQ(model.principalPoint(), Eigen::Vector2d(367.2, 248.3));
   EXPECT_EQ(model.parameter("k2"), 0.07);
-  // OpenCV writes five coefficients; the fifth is known here only as zero.
+  // OpenCV writes five coefficients, most often with a fifth of zero.
   EXPECT_TRUE(camera(kCamera, "0, 0]\n", "0, 0, 0.0]\n") == model);
+  EXPECT_EQ(camera(kCamera, "0, 0]\n", "0, 0, 0.1]\n").parameter("k3"), 0.1);
   const auto error = [&](const std::string& from, const std::string& to) {
     return dataErrorOf([&] { camera(kCamera, from, to); });
   };
-  EXPECT_THAT(error("0, 0]\n", "0, 0, 0.1]\n"), HasSubstr("found 5 numbers"));
+  EXPECT_THAT(error("0, 0]\n", "0, 0, 0.1, 0.1]\n"), HasSubstr("found 6 numbers"));
   EXPECT_THAT(error("[752, 480]", "[752.5, 480]"), HasSubstr("'resolution' to be whole pixels"));
   EXPECT_THAT(error("[752, 480]", "[0, 480]"), HasSubstr("sensor.yaml:2: "));
   EXPECT_THAT(error("[752, 480]", "[752, 100001]"), HasSubstr("whole pixels"));

@@ -8,7 +8,10 @@ namespace etalon {
 
 CameraKind pinholeRadtan();
 CameraKind equidistant();
+CameraKind pinholeRadtanK3();
 
-inline std::vector<CameraKind> allCameraKinds() { return {pinholeRadtan(), equidistant()}; }
+inline std::vector<CameraKind> allCameraKinds() {
+  return {pinholeRadtan(), equidistant(), pinholeRadtanK3()};
+}
 
 }  // namespace etalon

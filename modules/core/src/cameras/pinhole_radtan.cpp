@@ -1,4 +1,6 @@
 #include <Eigen/LU>
+#include <cmath>
+#include <limits>
 
 #include "cameras/kinds.h"
 
@@ -10,15 +12,25 @@ using Eigen::Vector2d;
 namespace {
 
 /**
- * Pinhole camera with radial-tangential (Brown-Conrady) distortion, EuRoC's model:
- *   x = X/Z, y = Y/Z, r2 = x^2 + y^2, d = 1 + k1 r2 + k2 r2^2
+ * Pinhole camera with radial-tangential (Brown-Conrady) distortion, EuRoC's model and, with k3,
+ * OpenCV's of five coefficients:
+ *   x = X/Z, y = Y/Z, r2 = x^2 + y^2, d = 1 + k1 r2 + k2 r2^2 + k3 r2^3
  *   x' = x d + 2 p1 x y + p2 (r2 + 2 x^2),  y' = y d + p1 (r2 + 2 y^2) + 2 p2 x y
  *   u = fu x' + cu,  v = fv y' + cv
  */
 class PinholeRadtan final : public CameraProjection {
  public:
   PinholeRadtan(const std::vector<double>& f, const std::vector<double>& d)
-      : fu_(f[0]), fv_(f[1]), cu_(f[2]), cv_(f[3]), k1_(d[0]), k2_(d[1]), p1_(d[2]), p2_(d[3]) {}
+      : fu_(f[0]),
+        fv_(f[1]),
+        cu_(f[2]),
+        cv_(f[3]),
+        k1_(d[0]),
+        k2_(d[1]),
+        k3_(d.size() > 4 ? d[4] : 0.0),
+        p1_(d[2]),
+        p2_(d[3]),
+        r2_fold_(fold()) {}
 
   std::optional<Vector2d> project(const Eigen::Vector3d& p_C,
                                   Eigen::Matrix<double, 2, 3>* J) const override;
@@ -28,30 +40,48 @@ class PinholeRadtan final : public CameraProjection {
  private:
   /** (X/Z, Y/Z) to (x', y'), and the 2x2 derivative. */
   Vector2d distort(const Vector2d& xy, Matrix2d* J) const;
+  /** d(r d)/dr */
+  double slope(double r2) const {
+    return 1.0 + r2 * (3.0 * k1_ + r2 * (5.0 * k2_ + r2 * 7.0 * k3_));
+  }
+  double fold() const;
   bool isBeforeFold(const Vector2d& xy, const Matrix2d& D) const;
 
-  double fu_, fv_, cu_, cv_, k1_, k2_, p1_, p2_;
+  double fu_, fv_, cu_, cv_, k1_, k2_, k3_, p1_, p2_;
+  double r2_fold_;  ///< r d rises up to here
 };
 
+/** The least r2 at which r d stops rising; infinity if it rises as far as any lens sees. */
+double PinholeRadtan::fold() const {
+  constexpr double kWidest = 10.0;  // r of 84 degrees
+  constexpr int kSteps = 4096;      // a dip narrower than this does not show in the image
+  for (int i = 1; i <= kSteps; ++i) {
+    double high = std::pow(kWidest * i / kSteps, 2);
+    if (slope(high) > 0.0) continue;
+    double low = std::pow(kWidest * (i - 1) / kSteps, 2);
+    for (int bisection = 0; bisection < 50; ++bisection) {
+      const double middle = 0.5 * (low + high);
+      (slope(middle) > 0.0 ? low : high) = middle;
+    }
+    return low;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
 /**
- * Whether the distortion is one-to-one from the centre out to `xy`: r (1 + k1 r^2 + k2 r^4) rises
- * all the way, and with the decentring terms the derivative D keeps its orientation.
+ * Whether the distortion is one-to-one from the centre out to `xy`: r d rises all the way, and
+ * with the decentring terms the derivative D keeps its orientation.
  */
 bool PinholeRadtan::isBeforeFold(const Vector2d& xy, const Matrix2d& D) const {
   const double r2 = xy.squaredNorm();
-  const double slope = 1.0 + r2 * (3.0 * k1_ + r2 * 5.0 * k2_);
-  if (!(slope > 0.0) || !(D.determinant() > 0.0)) return false;
-  // The slope falls with r^2 while k1 < 0; beyond its minimum it may have been negative already.
-  const double a = 5.0 * k2_, b = 3.0 * k1_;
-  const bool turns_back = a > 0.0 && b < 0.0 && b * b > 4.0 * a;
-  return !turns_back || 2.0 * a * r2 < -b;
+  return r2 < r2_fold_ && slope(r2) > 0.0 && D.determinant() > 0.0;
 }
 
 Vector2d PinholeRadtan::distort(const Vector2d& xy, Matrix2d* J) const {
   const double x = xy.x(), y = xy.y();
   const double r2 = x * x + y * y;
-  const double radial = 1.0 + r2 * (k1_ + k2_ * r2);
-  const double dradial = 2.0 * (k1_ + 2.0 * k2_ * r2);  // d(radial)/d(r2) * 2
+  const double radial = 1.0 + r2 * (k1_ + r2 * (k2_ + r2 * k3_));
+  const double dradial = 2.0 * (k1_ + r2 * (2.0 * k2_ + r2 * 3.0 * k3_));  // d(radial)/d(r2) * 2
   (*J)(0, 0) = radial + x * x * dradial + 2.0 * p1_ * y + 6.0 * p2_ * x;
   (*J)(0, 1) = x * y * dradial + 2.0 * p1_ * x + 2.0 * p2_ * y;
   (*J)(1, 0) = (*J)(0, 1);
@@ -96,6 +126,11 @@ std::optional<Eigen::Vector3d> PinholeRadtan::unproject(const Vector2d& pixel) c
   return std::nullopt;
 }
 
+std::shared_ptr<const CameraProjection> makePinholeRadtan(const std::vector<double>& f,
+                                                          const std::vector<double>& d) {
+  return std::make_shared<PinholeRadtan>(f, d);
+}
+
 }  // namespace
 
 CameraKind pinholeRadtan() {
@@ -103,10 +138,15 @@ CameraKind pinholeRadtan() {
           {"radial-tangential", "radtan", "plumb_bob"},
           {"fu", "fv", "cu", "cv"},
           {"k1", "k2", "p1", "p2"},
-          [](const std::vector<double>& f,
-             const std::vector<double>& d) -> std::shared_ptr<const CameraProjection> {
-            return std::make_shared<PinholeRadtan>(f, d);
-          }};
+          makePinholeRadtan};
+}
+
+CameraKind pinholeRadtanK3() {
+  return {"pinhole",
+          {"radial-tangential-k3"},
+          {"fu", "fv", "cu", "cv"},
+          {"k1", "k2", "p1", "p2", "k3"},
+          makePinholeRadtan};
 }
 
 }  // namespace etalon

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
@@ -34,14 +35,16 @@ SE3 fromMrptPoseQuat(const mrpt::poses::CPose3DQuat& pose) {
           Eigen::Vector3d(pose.x(), pose.y(), pose.z())};
 }
 
-/** MRPT's distortion of the same equations, and the places of our coefficients in its array. */
+/** MRPT's distortion of the same equations, and the places of our coefficients in its array; those of
+ * a kind with less coefficients come first. */
 struct MrptDistortion {
   const char* name;
   mrpt::img::DistortionModel mrpt;
-  std::array<size_t, 4> places;
+  std::array<size_t, 5> places;
 };
-constexpr std::array<MrptDistortion, 2> kMrptDistortions = {
+constexpr std::array<MrptDistortion, 3> kMrptDistortions = {
     {{"radial-tangential", mrpt::img::DistortionModel::plumb_bob, {0, 1, 2, 3}},
+     {"radial-tangential-k3", mrpt::img::DistortionModel::plumb_bob, {0, 1, 2, 3, 4}},
      {"equidistant", mrpt::img::DistortionModel::kannala_brandt, {0, 1, 4, 5}}}};
 
 mrpt::img::TCamera toMrptCamera(const CameraModel& model, const std::string& name) {
@@ -65,19 +68,21 @@ CameraModel fromMrptCamera(const mrpt::img::TCamera& camera, const std::string& 
     throw DataError(name, 0, "the intrinsic parameters are missing; expected positive fx and fy");
   std::string distortion = "none";
   std::vector<double> coefficients;
-  auto dist = camera.dist;
+  bool complete = true;  // no coefficient is left over
   for (const MrptDistortion& known : kMrptDistortions) {
-    if (camera.distortion != known.mrpt) continue;
+    if (camera.distortion != known.mrpt || (distortion != "none" && complete)) continue;
     distortion = known.name;
-    for (const size_t place : known.places) {
-      coefficients.push_back(dist[place]);
-      dist[place] = 0.0;
-    }
-    if (std::any_of(dist.begin(), dist.end(), [](double d) { return d != 0.0; }))
-      throw DataError(name, 0,
-                      "the distortion is not supported; supported is 'plumb_bob' with k1, k2, p1, "
-                      "p2 and 'kannala_brandt' with k1, k2, k3, k4");
+    coefficients.clear();
+    auto rest = camera.dist;
+    const size_t count = findCameraKind("pinhole", known.name)->coefficients.size();
+    for (size_t i = 0; i < count; ++i)
+      coefficients.push_back(std::exchange(rest[known.places[i]], 0.0));
+    complete = std::all_of(rest.begin(), rest.end(), [](double d) { return d == 0.0; });
   }
+  if (!complete)
+    throw DataError(name, 0,
+                    "the distortion is not supported; supported is 'plumb_bob' with k1, k2, p1, "
+                    "p2, k3 and 'kannala_brandt' with k1, k2, k3, k4");
   try {
     return CameraModel("pinhole", distortion, static_cast<int>(camera.ncols),
                        static_cast<int>(camera.nrows),

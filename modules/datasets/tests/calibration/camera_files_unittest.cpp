@@ -36,6 +36,11 @@ class CameraFiles : public ::testing::Test {
     }
   }
 
+  /** One coefficient more for the left camera. */
+  void writeWithFifth(const std::string& k3) const {
+    replaceInFile(file("cam0/sensor.yaml"), "1.7e-05]", "1.7e-05, " + k3 + "]");
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -60,6 +65,25 @@ TEST_F(CameraFiles, SensorYamlDescribesAFisheye) {
 TEST_F(CameraFiles, DistortionNoneIsAPinholeWithout) {
   replaceInFile(file("cam0/sensor.yaml"), "radial-tangential", "none");
   EXPECT_EQ(read().cameras[0].model.coefficients(), std::vector<double>(4, 0.0));
+}
+
+TEST_F(CameraFiles, FiveCoefficientsAreAPinholeWithK3) {
+  const CameraModel given = read().cameras[0].model;
+  writeWithFifth("-0.04");
+  const CameraModel model = read().cameras[0].model;
+  EXPECT_EQ(model.parameter("k3"), -0.04);
+  EXPECT_EQ(model.parameter("k1"), given.parameter("k1"));
+  const auto observation = toObservation(StereoFrame{}, read());
+  EXPECT_EQ(observation.leftCamera.distortion, mrpt::img::DistortionModel::plumb_bob);
+  EXPECT_TRUE(calibrationOf(observation, SE3(), "test").cameras[0].model == model);
+  writeFile(file("cam0/sensor.yaml"), cameraYaml(read().cameras[0], "as it is written"));
+  EXPECT_TRUE(read().cameras[0].model == model);
+}
+
+TEST_F(CameraFiles, AFifthCoefficientOfZeroChangesNothing) {
+  const CameraModel given = read().cameras[0].model;
+  writeWithFifth("0.0");
+  EXPECT_TRUE(read().cameras[0].model == given);
 }
 
 TEST_F(CameraFiles, FisheyesSurviveARawlog) {

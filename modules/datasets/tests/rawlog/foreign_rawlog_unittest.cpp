@@ -74,7 +74,7 @@ TEST_F(ForeignRawlog, SaysWhatIsMissingInTheCalibration) {
               AllOf(HasSubstr("right camera"), HasSubstr("intrinsic")));
   write([](auto& stereo) { stereo.rightCameraPose = mrpt::poses::CPose3DQuat(); });
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("baseline"));
-  write([](auto& stereo) { stereo.leftCamera.k3(0.1); });
+  write([](auto& stereo) { stereo.leftCamera.k4(0.1); });
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
               AllOf(HasSubstr("left camera"), HasSubstr("plumb_bob"), HasSubstr("kannala_brandt")));
   write([](auto& stereo) { stereo.hasImageRight = false; });

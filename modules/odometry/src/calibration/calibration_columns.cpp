@@ -19,42 +19,56 @@ Eigen::Matrix3d baselineAxes(const SE3& T_C0C1) {
   return axes;
 }
 
-constexpr const char* kRadial[] = {"k1", "k2"};
-constexpr double kShiftStep = 0.01;  // px; of any size: a pixel is linear in k1 and k2
+constexpr std::array<const char*, kRadialShifts> kRadial = {"k1", "k2", "k3"};
+constexpr double kShiftStep = 0.01;  // px; of any size: a pixel is linear in the coefficients
+
+/** With a k3 of zero where it has k1 and k2 alone. */
+CameraModel withThirdRadial(const CameraModel& camera) {
+  if (!camera.kind() || camera.kind()->distortion.front() != "radial-tangential") return camera;
+  std::vector<double> coefficients = camera.coefficients();
+  coefficients.push_back(0.0);
+  return {camera.kind()->camera_model,
+          "radial-tangential-k3",
+          camera.width(),
+          camera.height(),
+          camera.intrinsics(),
+          coefficients};
+}
 
 bool hasRadial(const CameraModel& camera) {
   if (!camera.kind()) return false;
   const std::vector<std::string>& names = camera.kind()->coefficients;
-  return std::all_of(std::begin(kRadial), std::end(kRadial), [&](const char* name) {
+  return std::all_of(kRadial.begin(), kRadial.end(), [&](const char* name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   });
 }
 
-/** d(k1, k2)/d(shifts): at r focal lengths from the axis a pixel is shifted by f (k1 r^3 + k2 r^5),
- * with r the tangent of the ray's angle, or the angle where the camera is equidistant. */
-Eigen::Matrix2d radialByShift(const CameraModel& given) {
+/** d(k1, k2, k3)/d(shifts): at r focal lengths from the axis a pixel is shifted by
+ * f (k1 r^3 + k2 r^5 + k3 r^7), with r the tangent of the ray's angle, or the angle where the camera
+ * is equidistant. */
+Eigen::Matrix3d radialByShift(const CameraModel& given) {
   const double f = given.focal().x();
-  Eigen::Matrix2d shift;
-  for (int i = 0; i < 2; ++i) {
-    const double r = 0.25 * (i + 1) * given.width() / f;
-    shift.row(i) << f * std::pow(r, 3), f * std::pow(r, 5);
+  Eigen::Matrix3d shift;
+  for (int i = 0; i < kRadialShifts; ++i) {
+    const double r = (i + 1) / 6.0 * given.width() / f;
+    shift.row(i) << f * std::pow(r, 3), f * std::pow(r, 5), f * std::pow(r, 7);
   }
   return shift.inverse();
 }
 
-/** `camera` with k1 and k2 changed by what shifts the pixels of `given` so, px. */
+/** `camera` with its radial coefficients changed by what shifts the pixels of `given` so, px. */
 CameraModel withRadialShift(const CameraModel& camera, const CameraModel& given,
-                            const Eigen::Vector2d& shift) {
-  if (!hasRadial(camera)) return camera;
-  const Eigen::Vector2d change = radialByShift(given) * shift;
-  CameraModel shifted = camera;
-  for (int i = 0; i < 2; ++i)
-    shifted = shifted.with(kRadial[i], camera.parameter(kRadial[i]) + change[i]);
+                            const RadialShift& shift) {
+  CameraModel shifted = withThirdRadial(camera);
+  if (shift.isZero(0.0) || !hasRadial(shifted)) return camera;
+  const RadialShift change = radialByShift(given) * shift;
+  for (int i = 0; i < kRadialShifts; ++i)
+    shifted = shifted.with(kRadial[i], shifted.parameter(kRadial[i]) + change[i]);
   return shifted;
 }
 
 CameraModel corrected(const CameraModel& given, double focal, const Eigen::Vector2d& principal,
-                      const Eigen::Vector2d& radial_shift) {
+                      const RadialShift& radial_shift) {
   const CameraModel camera = given.with("fu", given.parameter("fu") * (1.0 + focal))
                                  .with("fv", given.parameter("fv") * (1.0 + focal))
                                  .with("cu", given.parameter("cu") + principal.x())
@@ -63,11 +77,12 @@ CameraModel corrected(const CameraModel& given, double focal, const Eigen::Vecto
 }
 
 /** Derivative of the pixel of a ray by the shifts. @param shifted the camera after a step of each */
-Eigen::Matrix2d pixelByShift(const CameraModel& camera, const std::array<CameraModel, 2>& shifted,
-                             const Eigen::Vector3d& ray) {
-  Eigen::Matrix2d J = Eigen::Matrix2d::Zero();
+Eigen::Matrix<double, 2, kRadialShifts> pixelByShift(
+    const CameraModel& camera, const std::array<CameraModel, kRadialShifts>& shifted,
+    const Eigen::Vector3d& ray) {
+  Eigen::Matrix<double, 2, kRadialShifts> J = Eigen::Matrix<double, 2, kRadialShifts>::Zero();
   const auto pixel = camera.project(ray);
-  for (int i = 0; pixel && i < 2; ++i)
+  for (int i = 0; pixel && i < kRadialShifts; ++i)
     if (const auto there = shifted[i].project(ray)) J.col(i) = (*there - *pixel) / kShiftStep;
   return J;
 }
@@ -91,7 +106,7 @@ CalibrationVector calibrationPriorSigma() {
   sigma.segment<2>(kStereoShift).setConstant(0.001);
   sigma.segment<2>(kFocal).setConstant(0.005);
   sigma.segment<4>(kPrincipalPoint).setConstant(3.0);
-  sigma.segment<4>(kRadialDistortion) << 0.2, 1.0, 0.2, 1.0;
+  sigma.segment<2 * kRadialShifts>(kRadialDistortion) << 0.15, 0.4, 1.0, 0.15, 0.4, 1.0;
   return sigma;
 }
 
@@ -101,7 +116,8 @@ StereoInertialCalibration corrected(const StereoInertialCalibration& given,
   for (Eigen::Index c = 0; c < 2; ++c) {
     const double focal = deviation[kFocal + c];
     const Eigen::Vector2d principal = deviation.segment<2>(kPrincipalPoint + 2 * c);
-    const Eigen::Vector2d shift = deviation.segment<2>(kRadialDistortion + 2 * c);
+    const RadialShift shift =
+        deviation.segment<kRadialShifts>(kRadialDistortion + kRadialShifts * c);
     if (focal != 0.0 || !principal.isZero(0.0) || !shift.isZero(0.0))
       calibration.cameras[c].model = corrected(given.cameras[c].model, focal, principal, shift);
   }
@@ -133,9 +149,9 @@ CalibrationDerivatives::CalibrationDerivatives(const StereoInertialCalibration& 
       stereo_right_(rightJacobianSO3(deviation.segment<3>(kStereoRotation))),
       baseline_(baselineAxes(given.rightFromLeft().inverse())) {
   for (size_t c = 0; c < 2; ++c)
-    for (int i = 0; i < 2; ++i)
+    for (int i = 0; i < kRadialShifts; ++i)
       shifted_[c][i] = withRadialShift(calibration_.cameras[c].model, given.cameras[c].model,
-                                       kShiftStep * Eigen::Vector2d::Unit(i));
+                                       kShiftStep * RadialShift::Unit(i));
 }
 
 CalibrationJacobian CalibrationDerivatives::operator()(size_t camera,
@@ -177,7 +193,7 @@ CalibrationJacobian CalibrationDerivatives::operator()(size_t camera,
   J.col(kFocal + c) =
       (per_pixel * (*pixel - model.principalPoint()) + r) / (1.0 + deviation_[kFocal + c]);
   J.middleCols<2>(kPrincipalPoint + 2 * c) = per_pixel * Eigen::Matrix2d::Identity();
-  J.middleCols<2>(kRadialDistortion + 2 * c) =
+  J.middleCols<kRadialShifts>(kRadialDistortion + kRadialShifts * c) =
       per_pixel * pixelByShift(model, shifted_[camera], ray_C);
   return J;
 }

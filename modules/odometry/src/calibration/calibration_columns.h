@@ -21,12 +21,15 @@ enum CalibrationColumn : Eigen::Index {
   kStereoShift = 11,     ///< of the right camera across the baseline, m, two directions
   kFocal = 13,           ///< focal lengths of the left and the right camera, relative
   kPrincipalPoint = 15,  ///< of the left camera (u, v), then of the right one, px
-  /** By how much k1 and k2 push a pixel away from the axis, px, at a quarter and at half of the
-   * image's width from it; of the left camera, then of the right one. k1 and k2 themselves are
+  /** By how much k1, k2 and k3 push a pixel away from the axis, px, at a sixth, a third and half of the
+   * image's width from it; of the left camera, then of the right one. The coefficients themselves are
    * hardly told from each other. Nothing is known of a camera that has none. */
   kRadialDistortion = 19,
-  kCalibrationSize = 23
+  kCalibrationSize = 25
 };
+
+constexpr int kRadialShifts = 3;  ///< of a camera
+using RadialShift = Eigen::Matrix<double, kRadialShifts, 1>;
 
 using CalibrationVector = Eigen::Matrix<double, kCalibrationSize, 1>;
 using CalibrationJacobian = Eigen::Matrix<double, 2, kCalibrationSize>;
@@ -35,7 +38,8 @@ using CalibrationJacobian = Eigen::Matrix<double, 2, kCalibrationSize>;
  * measurement. */
 CalibrationVector calibrationPriorSigma();
 
-/** The calibration with the deviations; the time offset is not in it. */
+/** The calibration with the deviations; the time offset is not in it. A pinhole of k1 and k2 whose
+ * radial distortion deviates has k3, too. */
 StereoInertialCalibration corrected(const StereoInertialCalibration& given,
                                     const CalibrationVector& deviation);
 
@@ -52,7 +56,7 @@ class CalibrationDerivatives {
 
   /**
    * @param T_HT pose of the observing body in the landmark's frame, H
-   * @return 2 x 23, whitened; zero by the time offset, which moves T_HT alone, and where the
+   * @return 2 x 25, whitened; zero by the time offset, which moves T_HT alone, and where the
    *         landmark is behind the camera
    */
   CalibrationJacobian operator()(size_t camera, const ReprojectionMeasurement& measurement,
@@ -64,8 +68,8 @@ class CalibrationDerivatives {
   CalibrationVector deviation_ = CalibrationVector::Zero();
   Eigen::Matrix3d camera_right_, stereo_right_;  ///< right Jacobians of the two rotations
   Eigen::Matrix3d baseline_;                     ///< d(position of C1 in C0)/d(baseline, shift)
-  /** Each camera after a step of either shift by radial distortion. */
-  std::array<std::array<CameraModel, 2>, 2> shifted_;
+  /** Each camera after a step of each shift by radial distortion. */
+  std::array<std::array<CameraModel, kRadialShifts>, 2> shifted_;
 };
 
 }  // namespace etalon::fixed_lag

@@ -98,19 +98,20 @@ TEST(Corrected, DoesWhatTheColumnsSay) {
               given.cameras[1].model.principalPoint().y() - 1.5, 1e-9);
 }
 
-TEST(Corrected, RadialDistortionShiftsAPixelAtAQuarterAndAtHalfOfTheWidthFromTheAxis) {
+TEST(Corrected, RadialDistortionShiftsAPixelAtSixthsOfTheWidthFromTheAxis) {
+  const RadialShift shifts(0.1, -0.2, 0.5);
   CalibrationVector lens = CalibrationVector::Zero();
-  lens.segment<2>(kRadialDistortion + 2) << 0.1, 0.5;
+  lens.segment<kRadialShifts>(kRadialDistortion + kRadialShifts) = shifts;
   for (const bool fisheye : {false, true}) {
     const StereoInertialCalibration given = fisheye ? fisheyeRig() : eurocCalibration();
     const StereoInertialCalibration now = corrected(given, lens);
     EXPECT_TRUE(now.cameras[0].model == given.cameras[0].model);
     const CameraModel &before = given.cameras[1].model, &after = now.cameras[1].model;
-    for (const int quarters : {1, 2}) {
-      const double r = 0.25 * quarters * before.width() / before.focal().x();
+    for (int i = 0; i < kRadialShifts; ++i) {
+      const double r = (i + 1) / 6.0 * before.width() / before.focal().x();
       const Vector3d ray(fisheye ? std::tan(r) : r, 0.0, 1.0);
       const Vector2d shift = *after.project(ray) - *before.project(ray);
-      EXPECT_NEAR(shift.x(), quarters == 1 ? 0.1 : 0.5, 1e-9);
+      EXPECT_NEAR(shift.x(), shifts[i], 1e-9);
       EXPECT_NEAR(shift.y(), 0.0, 1e-9);
     }
   }

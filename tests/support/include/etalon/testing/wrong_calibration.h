@@ -54,8 +54,10 @@ struct WrongCalibration {
   /** Of every number of what was found. */
   Eigen::VectorXd deviation(const CalibrationFinding& finding) const {
     const std::string& quantity = finding.quantity;
-    if (quantity == "radial distortion")  // at a quarter and at half of the width
-      return Eigen::Vector4d(radial / 8.0, radial, radial / 8.0, radial);
+    if (quantity == "radial distortion") {  // at a sixth, a third and half of the width
+      const Eigen::Vector3d shifts(radial / 27.0, radial * 8.0 / 27.0, radial);
+      return (Eigen::VectorXd(6) << shifts, shifts).finished();
+    }
     const double number = quantity == "time offset"                           ? time_offset
                           : quantity == "rotation of the cameras in the body" ? camera_rotation
                           : quantity == "rotation between the cameras"        ? stereo_rotation
