@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/calibration.h"
@@ -22,6 +23,7 @@ struct WrongCalibration {
   double baseline = 0.0;         ///< %
   double focal = 0.0;            ///< %
   double radial = 0.0;           ///< k1 of both lenses: shift at half of the image's width, px
+  double radial_k3 = 0.0;        ///< k3 of both lenses, the same
 
   /** By the names of programs' arguments. */
   std::map<std::string, double*> numbers() {
@@ -30,7 +32,8 @@ struct WrongCalibration {
             {"stereo_rotation", &stereo_rotation},
             {"baseline", &baseline},
             {"focal", &focal},
-            {"radial", &radial}};
+            {"radial", &radial},
+            {"radial_k3", &radial_k3}};
   }
 
   StereoInertialCalibration given(const StereoInertialCalibration& right) const {
@@ -47,6 +50,11 @@ struct WrongCalibration {
       const double f = camera.model.focal().x(), r = 0.5 * camera.model.width() / f;
       camera.model =
           camera.model.with("k1", camera.model.parameter("k1") - radial / (f * std::pow(r, 3)));
+      if (radial_k3 == 0.0) continue;
+      std::vector<double> coefficients = camera.model.coefficients();
+      coefficients.push_back(-radial_k3 / (f * std::pow(r, 7)));
+      camera.model = CameraModel("pinhole", "radial-tangential-k3", camera.model.width(),
+                                 camera.model.height(), camera.model.intrinsics(), coefficients);
     }
     return given;
   }
@@ -55,7 +63,11 @@ struct WrongCalibration {
   Eigen::VectorXd deviation(const CalibrationFinding& finding) const {
     const std::string& quantity = finding.quantity;
     if (quantity == "radial distortion") {  // at a sixth, a third and half of the width
-      const Eigen::Vector3d shifts(radial / 27.0, radial * 8.0 / 27.0, radial);
+      Eigen::Vector3d shifts;
+      for (int i = 0; i < 3; ++i) {
+        const double part = (i + 1) / 3.0;
+        shifts[i] = radial * std::pow(part, 3) + radial_k3 * std::pow(part, 7);
+      }
       return (Eigen::VectorXd(6) << shifts, shifts).finished();
     }
     const double number = quantity == "time offset"                           ? time_offset
