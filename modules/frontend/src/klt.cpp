@@ -12,30 +12,39 @@ constexpr double kMinEigenvalue = 1e-4;
 constexpr int kBackwardLevels = 1;
 // A smaller change of brightness moves a point by a few hundredths of a pixel.
 constexpr double kBrightnessChange = 1.03;
+constexpr int kGrayRadius = 1;  // of the pixels that are summed
 
-/** Gray level around a point, at an eighth of the resolution or the coarsest there is; 0 at the edge
- * of the image. */
-double grayAround(const Pyramid& pyramid, const cv::Point2f& point) {
-  constexpr int kLevel = 3, kRadius = 1, kSide = 2 * kRadius + 1;
+/** Sum of the gray levels around a point, at an eighth of the resolution or the coarsest there is; 0
+ * at the edge of the image. */
+int grayAround(const Pyramid& pyramid, const cv::Point2f& point) {
+  constexpr int kLevel = 3;
   const int level = std::min(kLevel, static_cast<int>(pyramid.size()) / 2 - 1);
   const cv::Mat& image = pyramid[2 * level];  // every second one has derivatives
   const float scale = 1.0F / static_cast<float>(1 << level);
-  const cv::Rect box(cvRound(point.x * scale) - kRadius, cvRound(point.y * scale) - kRadius, kSide,
-                     kSide);
-  return (box & cv::Rect({}, image.size())) == box ? cv::mean(image(box))[0] : 0.0;
+  const int x = cvRound(point.x * scale), y = cvRound(point.y * scale);
+  if (x < kGrayRadius || y < kGrayRadius || x >= image.cols - kGrayRadius ||
+      y >= image.rows - kGrayRadius)
+    return 0;
+  int sum = 0;
+  for (int v = y - kGrayRadius; v <= y + kGrayRadius; ++v) {
+    const uchar* row = image.ptr<uchar>(v);
+    for (int u = x - kGrayRadius; u <= x + kGrayRadius; ++u) sum += row[u];
+  }
+  return sum;
 }
 
 /** How many times brighter an image is than the one before: the median over the points. 1 where too
  * few of them can be compared. */
 double brightnessRatio(const Pyramid& from_image, const Pyramid& to_image,
                        const std::vector<cv::Point2f>& from, const std::vector<cv::Point2f>& to) {
-  constexpr double kDark = 10.0, kBright = 240.0;  // beyond them gray levels are clipped
+  constexpr int kPixels = (2 * kGrayRadius + 1) * (2 * kGrayRadius + 1);
+  constexpr int kDark = 10 * kPixels, kBright = 240 * kPixels;  // beyond them they are clipped
   constexpr size_t kFewest = 20;
   std::vector<double> ratios;
   for (size_t i = 0; i < from.size(); ++i) {
-    const double before = grayAround(from_image, from[i]), now = grayAround(to_image, to[i]);
+    const int before = grayAround(from_image, from[i]), now = grayAround(to_image, to[i]);
     if (std::min(before, now) > kDark && std::max(before, now) < kBright)
-      ratios.push_back(now / before);
+      ratios.push_back(static_cast<double>(now) / before);
   }
   if (ratios.size() < kFewest) return 1.0;
   const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
