@@ -75,8 +75,8 @@ void expectRecovered(const WrongCalibration& wrong, const std::string& quantity,
   for (const auto& [name, finding] : flown.findings) {
     const Eigen::VectorXd truth = wrong.deviation(finding);
     for (Eigen::Index i = 0; i < finding.value.size(); ++i) {
-      // Within three of its own standard deviations, and a tenth for what was measured before it was
-      // corrected: the robust loss held that back. Of what is wrong the odometry uses as much.
+      // Within three of its own standard deviations, and a tenth for what was linearised before it was
+      // corrected. Of what is wrong the odometry uses as much.
       const double held_back = 0.1 * std::abs(truth[i]);
       EXPECT_LT(std::abs(finding.value[i] - truth[i]), 3.0 * finding.sigma[i] + held_back)
           << finding.words;
