@@ -32,12 +32,7 @@ CameraModel withRadial(double k1, double k2) {
 }
 
 /** With k3; decentring as well. */
-CameraModel withK3() {
-  std::vector<double> d = decentred().coefficients();
-  d.push_back(-0.03);
-  return CameraModel("pinhole", "radial-tangential-k3", 752, 480, eurocCameras()[0].intrinsics(),
-                     d);
-}
+CameraModel withK3() { return withThirdRadial(decentred()).with("k3", -0.03); }
 
 TEST(PinholeRadtan, K3AddsTheSixthPowerOfTheRadius) {
   const CameraModel camera = withK3(), without = camera.with("k3", 0.0);

@@ -147,4 +147,16 @@ CameraModel CameraModel::with(const std::string& name, double value) const {
   return {*kind_, width_, height_, std::move(intrinsics), std::move(coefficients)};
 }
 
+CameraModel withThirdRadial(const CameraModel& camera) {
+  if (!camera.kind() || camera.kind()->distortion.front() != "radial-tangential") return camera;
+  std::vector<double> coefficients = camera.coefficients();
+  coefficients.push_back(0.0);
+  return {camera.kind()->camera_model,
+          "radial-tangential-k3",
+          camera.width(),
+          camera.height(),
+          camera.intrinsics(),
+          coefficients};
+}
+
 }  // namespace etalon

@@ -1,4 +1,5 @@
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -44,6 +45,7 @@ class PinholeRadtan final : public CameraProjection {
   double slope(double r2) const {
     return 1.0 + r2 * (3.0 * k1_ + r2 * (5.0 * k2_ + r2 * 7.0 * k3_));
   }
+  /** r2 at which r d stops rising; infinity if it rises as far as any lens sees. */
   double fold() const;
   bool isBeforeFold(const Vector2d& xy, const Matrix2d& D) const;
 
@@ -51,15 +53,21 @@ class PinholeRadtan final : public CameraProjection {
   double r2_fold_;  ///< r d rises up to here
 };
 
-/** The least r2 at which r d stops rising; infinity if it rises as far as any lens sees. */
+/** The slope is a cubic of r2: its least root lies in the first of its monotone pieces that ends below
+ * zero. */
 double PinholeRadtan::fold() const {
-  constexpr double kWidest = 10.0;  // r of 84 degrees
-  constexpr int kSteps = 4096;      // a dip narrower than this does not show in the image
-  for (int i = 1; i <= kSteps; ++i) {
-    double high = std::pow(kWidest * i / kSteps, 2);
-    if (slope(high) > 0.0) continue;
-    double low = std::pow(kWidest * (i - 1) / kSteps, 2);
-    for (int bisection = 0; bisection < 50; ++bisection) {
+  constexpr double kWidest = 100.0;  // r2 of 84 degrees
+  // Where its derivative, 3 (k1 + 10/3 k2 r2 + 7 k3 r2^2), is zero; no number or infinite if nowhere.
+  const double a = 7.0 * k3_, b = 10.0 / 3.0 * k2_, c = k1_;
+  const double q = -0.5 * (b + std::copysign(std::sqrt(b * b - 4.0 * a * c), b));
+  double low = 0.0;
+  for (double high : {std::min(q / a, c / q), std::max(q / a, c / q), kWidest}) {
+    if (!(high > low && high <= kWidest)) continue;
+    if (slope(high) > 0.0) {
+      low = high;
+      continue;
+    }
+    for (int bisection = 0; bisection < 60; ++bisection) {
       const double middle = 0.5 * (low + high);
       (slope(middle) > 0.0 ? low : high) = middle;
     }

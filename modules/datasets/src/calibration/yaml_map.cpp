@@ -135,20 +135,15 @@ double YamlMap::parse(const YAML::Node& scalar, const std::string& key,
 
 namespace {
 
-/** @param kind radial-tangential with OpenCV's five coefficients becomes the kind that has k3 */
-std::vector<double> readCoefficients(const YamlMap& yaml, const std::string& key,
-                                     const CameraKind** kind) {
-  const size_t count = (*kind)->coefficients.size();
-  const std::string expected = std::to_string(count) + " numbers " + listOf((*kind)->coefficients);
+/** As many as the kind has; one more, OpenCV's k3, if it is not zero and radial-tangential. */
+std::vector<double> readCoefficients(const YamlMap& yaml, const CameraKind& kind,
+                                     const std::string& key) {
+  const size_t count = kind.coefficients.size();
+  const std::string expected = std::to_string(count) + " numbers " + listOf(kind.coefficients);
   const YAML::Node list = yaml.node(key, expected);
   std::vector<double> d = yaml.numbers(list, key, expected);
-  if ((*kind)->distortion.front() == "radial-tangential" && d.size() == count + 1) {
-    if (d.back() != 0.0)
-      *kind = findCameraKind((*kind)->camera_model, "radial-tangential-k3");
-    else
-      d.pop_back();
-    return d;
-  }
+  if (d.size() == count + 1 && d.back() == 0.0) d.pop_back();
+  if (d.size() == count + 1 && kind.distortion.front() == "radial-tangential") return d;
   if (d.size() != count)
     yaml.fail(list, "expected '" + key + "' to be " + expected + ", found " +
                         std::to_string(d.size()) + " numbers");
@@ -179,9 +174,10 @@ CameraModel readCameraModel(const YamlMap& yaml, const std::string& coefficients
       yaml.numbers("intrinsics", kind->intrinsics.size(), listOf(kind->intrinsics) + " in pixels");
   const std::vector<double> coefficients = distortion == "none"
                                                ? std::vector<double>()
-                                               : readCoefficients(yaml, coefficients_key, &kind);
+                                               : readCoefficients(yaml, *kind, coefficients_key);
+  const bool has_k3 = coefficients.size() > kind->coefficients.size();
   try {
-    return CameraModel(model, distortion == "none" ? distortion : kind->distortion.front(),
+    return CameraModel(model, has_k3 ? "radial-tangential-k3" : distortion,
                        static_cast<int>(size[0]), static_cast<int>(size[1]), intrinsics,
                        coefficients);
   } catch (const ConfigError& e) {

@@ -36,7 +36,7 @@ SE3 fromMrptPoseQuat(const mrpt::poses::CPose3DQuat& pose) {
 }
 
 /** MRPT's distortion of the same equations, and the places of our coefficients in its array; those of
- * a kind with less coefficients come first. */
+ * a kind with fewer coefficients come first. */
 struct MrptDistortion {
   const char* name;
   mrpt::img::DistortionModel mrpt;
@@ -70,7 +70,7 @@ CameraModel fromMrptCamera(const mrpt::img::TCamera& camera, const std::string& 
   std::vector<double> coefficients;
   bool complete = true;  // no coefficient is left over
   for (const MrptDistortion& known : kMrptDistortions) {
-    if (camera.distortion != known.mrpt || (distortion != "none" && complete)) continue;
+    if (camera.distortion != known.mrpt) continue;
     distortion = known.name;
     coefficients.clear();
     auto rest = camera.dist;
@@ -78,6 +78,7 @@ CameraModel fromMrptCamera(const mrpt::img::TCamera& camera, const std::string& 
     for (size_t i = 0; i < count; ++i)
       coefficients.push_back(std::exchange(rest[known.places[i]], 0.0));
     complete = std::all_of(rest.begin(), rest.end(), [](double d) { return d == 0.0; });
+    if (complete) break;
   }
   if (!complete)
     throw DataError(name, 0,

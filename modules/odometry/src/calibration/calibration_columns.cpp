@@ -22,19 +22,6 @@ Eigen::Matrix3d baselineAxes(const SE3& T_C0C1) {
 constexpr std::array<const char*, kRadialShifts> kRadial = {"k1", "k2", "k3"};
 constexpr double kShiftStep = 0.01;  // px; of any size: a pixel is linear in the coefficients
 
-/** With a k3 of zero where it has k1 and k2 alone. */
-CameraModel withThirdRadial(const CameraModel& camera) {
-  if (!camera.kind() || camera.kind()->distortion.front() != "radial-tangential") return camera;
-  std::vector<double> coefficients = camera.coefficients();
-  coefficients.push_back(0.0);
-  return {camera.kind()->camera_model,
-          "radial-tangential-k3",
-          camera.width(),
-          camera.height(),
-          camera.intrinsics(),
-          coefficients};
-}
-
 bool hasRadial(const CameraModel& camera) {
   if (!camera.kind()) return false;
   const std::vector<std::string>& names = camera.kind()->coefficients;

@@ -65,7 +65,7 @@ const std::array<CalibrationQuantity, kQuantityCount> kCalibrationQuantities = {
      nullptr, nullptr},
     {"intrinsics", "principal points", "px", kPrincipalPoint, 4, 1.0, 0.2,
      &CalibrationOptions::intrinsics, nullptr, nullptr},
-    {"intrinsics", "radial distortion", "px", kRadialDistortion, 2 * kRadialShifts, 1.0, 0.01,
+    {"intrinsics", "radial distortion", "px", kRadialDistortion, 2 * kRadialShifts, 1.0, 0.02,
      &CalibrationOptions::intrinsics, nullptr, nullptr},
 }};
 

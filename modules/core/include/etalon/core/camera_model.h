@@ -146,6 +146,10 @@ class CameraModel {
   Eigen::Vector2d focal_ = Eigen::Vector2d::Zero(), principal_point_ = Eigen::Vector2d::Zero();
 };
 
+/** The camera with a k3 of zero where it is radial-tangential with k1 and k2 alone; another one as it
+ * is. */
+CameraModel withThirdRadial(const CameraModel& camera);
+
 /** All kinds of cameras. */
 const std::vector<CameraKind>& cameraKinds();
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/calibration.h"
@@ -51,10 +50,7 @@ struct WrongCalibration {
       camera.model =
           camera.model.with("k1", camera.model.parameter("k1") - radial / (f * std::pow(r, 3)));
       if (radial_k3 == 0.0) continue;
-      std::vector<double> coefficients = camera.model.coefficients();
-      coefficients.push_back(-radial_k3 / (f * std::pow(r, 7)));
-      camera.model = CameraModel("pinhole", "radial-tangential-k3", camera.model.width(),
-                                 camera.model.height(), camera.model.intrinsics(), coefficients);
+      camera.model = withThirdRadial(camera.model).with("k3", -radial_k3 / (f * std::pow(r, 7)));
     }
     return given;
   }
