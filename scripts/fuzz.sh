@@ -5,7 +5,8 @@
 #
 # SECONDS for each fuzzer (default 360: an hour in all), one a core at a time; NAMEs of tests/fuzz/NAME_fuzz.cpp (default: all). Begins
 # with the inputs in tests/fuzz/corpus/NAME and keeps what it finds in build/fuzz/corpus/NAME. An input that crashes, hangs for 20 s,
-# leaks or needs more than 2 GB is kept in build/fuzz/NAME-*, and the exit code is 1. With a seed the inputs are the same every time.
+# leaks, or needs more than 2 GB in all or 256 MB at once is kept in build/fuzz/NAME-*, and the exit code is 1. With a seed the inputs
+# are nearly the same every time.
 # --quick, for continuous integration: only what reads files has sanitizers, the rest is that of build/release; two a core at a time;
 # in build/fuzz-quick.
 #
@@ -57,7 +58,7 @@ export ASAN_OPTIONS=detect_container_overflow=0:allocator_may_return_null=1 UBSA
 run() { # NAME
   mkdir -p "$folder/corpus/$1" "tests/fuzz/corpus/$1"
   if "$folder/bin/etalon_fuzz" --target="$1" "$folder/corpus/$1" "tests/fuzz/corpus/$1" -seed="$seed" -max_total_time="$seconds" -timeout=20 \
-    -rss_limit_mb=2000 -max_len=65536 -artifact_prefix="$folder/$1-" -print_final_stats=1 -verbosity=0 >"$folder/$1.log" 2>&1; then
+    -rss_limit_mb=2000 -malloc_limit_mb=256 -max_len=65536 -artifact_prefix="$folder/$1-" -print_final_stats=1 -verbosity=0 >"$folder/$1.log" 2>&1; then
     echo "fuzz: $1: $(awk '/number_of_executed_units/ {print $2}' "$folder/$1.log") inputs, nothing found"
   else
     echo "fuzz: $1: FAILED, $folder/$1.log:"

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "etalon/core/errors.h"
+#include "rawlog/jpeg_check.h"
 
 namespace etalon {
 
@@ -16,8 +17,8 @@ namespace {
 
 /** zlib never packs more into a byte (https://zlib.net/zlib_tech.html). */
 constexpr std::int64_t kBestCompression = 1032;
-/** The first of MRPT's class CImage that says whether it is a file. */
-constexpr int kFirstImageVersion = 6;
+/** The first of MRPT's class CImage that says whether it is a file and how large it is. */
+constexpr int kFirstImageVersion = 7;
 
 constexpr std::array<const char*, 5> kKnown = {"CObservationComment", "CObservationStereoImages",
                                                "CObservationIMU", "CObservationRobotPose",
@@ -85,7 +86,10 @@ void GuardedArchive::watch(const std::uint8_t* bytes, size_t count) {
   const size_t name_length = std::exchange(name_length_, 0);
   const bool is_text = std::exchange(is_text_, false);
   const Next now = std::exchange(next_, Next::kOther);
-  if (count == 1) {
+  if (now == Next::kJpeg) {
+    const std::string problem = problemOfJpeg(bytes, count, width_, height_);
+    if (!problem.empty()) refuse(problem);
+  } else if (count == 1) {
     const std::uint8_t byte = bytes[0];
     if (now == Next::kVersion) return checkVersion(byte);
     if (now == Next::kExternal) {
@@ -99,27 +103,35 @@ void GuardedArchive::watch(const std::uint8_t* bytes, size_t count) {
       name_length_ = byte & 0x7f;
     }
   } else if (count == name_length) {
-    startClass(std::string(reinterpret_cast<const char*>(bytes), count));
+    // MRPT takes the name for a C string: what stands behind a zero is no part of it.
+    const auto* name = reinterpret_cast<const char*>(bytes);
+    startClass(std::string(name, strnlen(name, count)), bytes_of_object_ == 1 + count);
   } else if (count == 4 && now == Next::kWidth) {
     width_ = numberAt<std::int32_t>(bytes);
     next_ = Next::kHeight;
   } else if (count == 4 && now == Next::kHeight) {
-    checkArea(width_, numberAt<std::int32_t>(bytes));
-  } else if (count == 4 && is_known_ && !is_text) {
+    height_ = numberAt<std::int32_t>(bytes);
+    if (has_color_ && width_ > 0 && height_ > 0)
+      next_ = Next::kJpegLength;
+    else
+      checkArea();
+  } else if (count == 4 && (is_known_ || now == Next::kJpegLength) && !is_text) {
     const auto length = numberAt<std::uint32_t>(bytes);
     if (length > most_bytes_)
       refuse("a length of " + std::to_string(length) + ", more than the log can hold");
-    is_text_ = length == 4;
+    if (now == Next::kJpegLength)
+      next_ = Next::kJpeg;
+    else
+      is_text_ = length == 4;
   }
 }
 
-void GuardedArchive::startClass(const std::string& name) {
+void GuardedArchive::startClass(const std::string& name, bool is_first) {
   const size_t colon = name.find_last_of(':');
   class_ = colon == std::string::npos ? name : name.substr(colon + 1);
   const bool is_frame = class_ == "CSensoryFrame";
   const bool carries =
       is_frame || startsWith(class_, "CObservation") || startsWith(class_, "CAction");
-  const bool is_first = bytes_of_object_ == 1 + name.size();
   if (is_first && !carries)
     refuse("it is a " + class_ + "; expected an observation, a sensory frame or an action");
   if (is_frame && std::exchange(in_frame_, true)) refuse("a sensory frame inside another");
@@ -139,12 +151,10 @@ void GuardedArchive::checkVersion(std::uint8_t version) {
   }
 }
 
-void GuardedArchive::checkArea(std::int64_t width, std::int64_t height) {
-  // Of an image with colour that is compressed as JPEG the length says how much is to be read.
-  if (has_color_ && width > 0 && height > 0) return;
+void GuardedArchive::checkArea() {
   const std::int64_t sign = has_color_ ? -1 : 1, channels = has_color_ ? 3 : 1;
-  if (sign * width < 0 || sign * height < 0 || channels * width * height > most_bytes_)
-    refuse("a size of " + std::to_string(width) + " x " + std::to_string(height) +
+  if (sign * width_ < 0 || sign * height_ < 0 || channels * width_ * height_ > most_bytes_)
+    refuse("a size of " + std::to_string(width_) + " x " + std::to_string(height_) +
            ", more than the log can hold");
 }
 

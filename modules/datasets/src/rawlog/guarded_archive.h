@@ -32,7 +32,16 @@ class GuardedArchive : public mrpt::serialization::CArchive {
 
  private:
   /** What the next bytes are. */
-  enum class Next : std::uint8_t { kVersion, kExternal, kColor, kWidth, kHeight, kOther };
+  enum class Next : std::uint8_t {
+    kVersion,
+    kExternal,
+    kColor,
+    kWidth,
+    kHeight,
+    kJpegLength,
+    kJpeg,
+    kOther
+  };
 
   size_t write(const void* buffer, size_t count) override;
   /** All `count` bytes or none. */
@@ -40,9 +49,9 @@ class GuardedArchive : public mrpt::serialization::CArchive {
   std::string getArchiveDescription() const override;
 
   void watch(const std::uint8_t* bytes, size_t count);
-  void startClass(const std::string& name);
+  void startClass(const std::string& name, bool is_first);
   void checkVersion(std::uint8_t version);
-  void checkArea(std::int64_t width, std::int64_t height);
+  void checkArea();
   [[noreturn]] void refuse(const std::string& reason);
 
   mrpt::io::CFileGZInputStream stream_;
@@ -57,7 +66,8 @@ class GuardedArchive : public mrpt::serialization::CArchive {
   bool in_frame_ = false;   ///< of observations
   bool is_text_ = false;    ///< the next four bytes are the text that the four before announced
   bool has_color_ = false;  ///< the image
-  std::int64_t width_ = 0;  ///< of an image or a matrix; of an image negative if it is raw
+  /** Of an image or a matrix; of an image with colour negative if it is raw. */
+  std::int64_t width_ = 0, height_ = 0;
 };
 
 }  // namespace etalon

@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <mrpt/img/CImage.h>
 #include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/io/CMemoryStream.h>
+#include <mrpt/obs/CObservationStereoImages.h>
+#include <mrpt/serialization/CArchive.h>
 
 #include "etalon/core/errors.h"
 #include "rawlog/rawlog_test.h"
@@ -53,6 +57,12 @@ TEST_F(DamagedRawlog, LengthsThatItCannotHoldAreRefusedBeforeThereIsRoomForThem)
               HasSubstr("more than the log can hold"));
 }
 
+TEST_F(DamagedRawlog, ANameEndsAtItsZeroAsInMrpt) {
+  const std::string name = "mrpt::obs::CObservationComment";
+  EXPECT_THAT(errorOf(header(name + std::string("\0ab", 3), 0) + huge + whole),
+              HasSubstr("more than the log can hold"));
+}
+
 TEST_F(DamagedRawlog, SizesOfImagesThatItCannotHoldAreRefused) {
   const std::string image = "mrpt::img::CImage";
   EXPECT_THAT(errorWith(image, 3, huge), HasSubstr("2147483647 x 48"));
@@ -61,6 +71,38 @@ TEST_F(DamagedRawlog, SizesOfImagesThatItCannotHoldAreRefused) {
   // Raw, with colour: 64 x 48 pixels of three bytes are behind the sizes in neither case.
   EXPECT_THAT(errorWith(image, 2, "\x01" + std::string(3, '\x80') + "\xff" + many),
               HasSubstr("more than the log can hold"));
+}
+
+/** An observation of two images with colour of 64 x 48 pixels, which MRPT writes as JPEG if it is told to. */
+std::string stereoInColor() {
+  mrpt::obs::CObservationStereoImages stereo;
+  stereo.imageLeft = mrpt::img::CImage(64, 48, mrpt::img::CH_RGB);
+  stereo.imageLeft.filledRectangle(0, 0, 63, 47, mrpt::img::TColor(80, 120, 160));
+  stereo.imageRight = stereo.imageLeft;
+  stereo.hasImageRight = true;
+  mrpt::io::CMemoryStream bytes;
+  const bool is_raw = mrpt::img::CImage::DISABLE_JPEG_COMPRESSION();
+  mrpt::img::CImage::DISABLE_JPEG_COMPRESSION(false);
+  mrpt::serialization::archiveFrom(bytes) << stereo;
+  mrpt::img::CImage::DISABLE_JPEG_COMPRESSION(is_raw);
+  return {static_cast<const char*>(bytes.getRawBufferData()),
+          static_cast<size_t>(bytes.getTotalBytesCount())};
+}
+
+TEST_F(DamagedRawlog, AnImageWithColorIsReadOnlyIfItsJpegIsWhatTheLogSays) {
+  const std::string color = stereoInColor();
+  const std::string frame_header("\xff\xc0\x00\x11\x08\x00\x30\x00\x40", 9);  // 48 rows, 64 columns
+  const size_t start = color.find("\xff\xd8"), size = color.find(frame_header);
+  ASSERT_NE(start, std::string::npos);
+  ASSERT_NE(size, std::string::npos);
+  EXPECT_THAT(errorOf(color), HasSubstr("found none"));  // IMU samples
+  const auto with = [&color](size_t at, const std::string& bytes) {
+    return std::string(color).replace(at, bytes.size(), bytes);
+  };
+  EXPECT_THAT(errorOf(with(size + 5, "\xf0\x01\xf0\x01")), HasSubstr("a JPEG of 61441 x 61441"));
+  EXPECT_THAT(errorOf(with(start, "\xff\xd7")), HasSubstr("JPEG of 64 x 48 pixels that cannot"));
+  EXPECT_THAT(errorOf(with(start + 2, "\xfe")), HasSubstr("a JPEG without a header"));
+  EXPECT_THAT(errorOf(with(size + 9, "\x01")), HasSubstr("1 channels; expected 3"));
 }
 
 TEST_F(DamagedRawlog, BytesThatAreNoBoolAreRefused) {
