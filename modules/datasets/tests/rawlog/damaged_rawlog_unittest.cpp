@@ -102,6 +102,9 @@ TEST_F(DamagedRawlog, AnImageWithColorIsReadOnlyIfItsJpegIsWhatTheLogSays) {
   EXPECT_THAT(errorOf(with(size + 5, "\xf0\x01\xf0\x01")), HasSubstr("a JPEG of 61441 x 61441"));
   EXPECT_THAT(errorOf(with(start, "\xff\xd7")), HasSubstr("JPEG of 64 x 48 pixels that cannot"));
   EXPECT_THAT(errorOf(with(start + 2, "\xfe")), HasSubstr("a JPEG without a header"));
+  const size_t end = color.find("\xff\xd9", size);
+  EXPECT_THAT(errorOf(with(end - 6, "\xff\x3f")), HasSubstr("does not end as it should"));
+  EXPECT_THAT(errorOf(with(end, "\xff\xd8")), HasSubstr("does not end as it should"));
   EXPECT_THAT(errorOf(with(size + 9, "\x01")), HasSubstr("1 channels; expected 3"));
 }
 
