@@ -58,7 +58,8 @@ export ASAN_OPTIONS=detect_container_overflow=0:allocator_may_return_null=1 UBSA
 run() { # NAME
   mkdir -p "$folder/corpus/$1" "tests/fuzz/corpus/$1"
   if "$folder/bin/etalon_fuzz" --target="$1" "$folder/corpus/$1" "tests/fuzz/corpus/$1" -seed="$seed" -max_total_time="$seconds" -timeout=20 \
-    -rss_limit_mb=2000 -malloc_limit_mb=256 -max_len=65536 -artifact_prefix="$folder/$1-" -print_final_stats=1 -verbosity=0 >"$folder/$1.log" 2>&1; then
+    -rss_limit_mb=2000 -malloc_limit_mb=256 -max_len=65536 -artifact_prefix="$folder/$1-" -print_final_stats=1 -verbosity=0 \
+    >"$folder/$1.log" 2>&1; then
     echo "fuzz: $1: $(awk '/number_of_executed_units/ {print $2}' "$folder/$1.log") inputs, nothing found"
   else
     echo "fuzz: $1: FAILED, $folder/$1.log:"

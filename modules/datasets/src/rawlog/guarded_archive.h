@@ -17,7 +17,8 @@ namespace etalon {
  * four bytes is a length or a size in all classes that Etalon uses. One that the whole log could
  * not hold is refused before MRPT sees it; so are images of such a size, and a frame within a
  * frame, which MRPT would follow to any depth. In other observations, which Etalon passes over,
- * four bytes may be anything: they are read as they are.
+ * four bytes may be anything: they are read as they are, but for images, whose sizes and JPEGs are
+ * checked wherever they stand.
  */
 class GuardedArchive : public mrpt::serialization::CArchive {
  public:
