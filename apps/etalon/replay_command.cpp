@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
@@ -14,7 +15,7 @@
 #include "etalon/pipeline/flight_bias.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/report/run_results.h"
-#include "gui/flight_window.h"
+#include "gui/load_flight_window.h"
 #include "options/configuration_options.h"
 #include "options/fault_option.h"
 #include "options/ground_truth_option.h"
@@ -73,7 +74,7 @@ class Replay {
     pipeline_.onImuState([this](const ImuRateState& state) { imu_states_.push_back(state); });
   }
 
-  void openWindow() { window_.emplace(&pipeline_); }
+  void openWindow() { window_.reset(loadFlightWindow()(&pipeline_)); }
 
   void waitForWindow() {
     if (window_) window_->waitUntilClosed();
@@ -134,7 +135,7 @@ class Replay {
   Pipeline pipeline_;
   std::vector<StereoReference> images_;
   std::vector<ImuRateState> imu_states_;
-  std::optional<FlightWindow> window_;
+  std::unique_ptr<FlightWindow> window_;
   ProgressLine progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
@@ -224,7 +225,7 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
 int replay(const ReplayArguments& arguments) {
   if (!(arguments.from_s < arguments.to_s))
     throw ConfigError("replay: --from must be less than --to");
-  if (arguments.gui) FlightWindow::requireDisplay();
+  if (arguments.gui) loadFlightWindow();
   // A file that cannot be updated should not be noticed after minutes of work.
   if (std::filesystem::exists(arguments.update_device))
     DeviceFile::fromIni(IniFile::fromFile(arguments.update_device));

@@ -4,11 +4,10 @@
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <thread>
 
-#include "etalon/core/errors.h"
 #include "etalon/report/scene.h"
 
 namespace etalon::app {
@@ -33,88 +32,85 @@ cv::Mat drawn(const FrontFrame& frame) {
   return image;
 }
 
-}  // namespace
-
-struct FlightWindow::Impl {
-  explicit Impl(Pipeline* p) : pipeline(*p), window("Etalon", kWidth, kHeight) {
-    window.setCameraZoom(8.0F);
-    window.setCameraElevationDeg(45.0F);
-    window.setCameraAzimuthDeg(-60.0F);
-    pipeline.onTracks([this](const FrontFrame& frame) {
-      if (!frame.images.left.empty()) last = frame;
+class MrptFlightWindow : public FlightWindow {
+ public:
+  explicit MrptFlightWindow(Pipeline* pipeline)
+      : pipeline_(*pipeline), window_("Etalon", kWidth, kHeight) {
+    window_.setCameraZoom(8.0F);
+    window_.setCameraElevationDeg(45.0F);
+    window_.setCameraAzimuthDeg(-60.0F);
+    pipeline_.onTracks([this](const FrontFrame& frame) {
+      if (!frame.images.left.empty()) last_ = frame;
     });
   }
 
+  ~MrptFlightWindow() override { pipeline_.onTracks(nullptr); }
+
+  void update() override {
+    const auto now = Clock::now();
+    if (now - drawn_at_ < kBetweenDrawings) return;
+    drawn_at_ = now;
+    const bool with_map = now - map_at_ >= kBetweenMaps;
+    if (with_map) map_at_ = now;
+    draw(with_map);
+  }
+
+  void waitUntilClosed() override {
+    draw(true);
+    if (!window_.isOpen()) return;
+    std::printf("replay: close the window to end\n");
+    std::fflush(stdout);
+    while (window_.isOpen()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+
+ private:
   void draw(bool with_map) {
-    if (!window.isOpen()) return;
-    flight.trajectory = pipeline.trajectory();
+    if (!window_.isOpen()) return;
+    flight_.trajectory = pipeline_.trajectory();
     if (with_map) {
-      flight.keyframes = pipeline.record().smoothed();
-      flight.landmarks = pipeline.record().landmarks();
+      flight_.keyframes = pipeline_.record().smoothed();
+      flight_.landmarks = pipeline_.record().landmarks();
     }
-    mrpt::opengl::COpenGLScene::Ptr scene = sceneOf(flight);
-    if (last) {
-      const cv::Mat image = drawn(*last);
+    mrpt::opengl::COpenGLScene::Ptr scene = sceneOf(flight_);
+    if (last_) {
+      const cv::Mat image = drawn(*last_);
       auto view = scene->createViewport("left image");
       const double height = kImageWidth * kWidth / kHeight * image.rows / image.cols;
       view->setViewportPosition(0.0, 1.0 - height, kImageWidth, height);
       view->setImageView(mrpt::img::CImage(image, mrpt::img::DEEP_COPY));
     }
-    window.get3DSceneAndLock() = scene;
+    window_.get3DSceneAndLock() = scene;
     mrpt::opengl::TFontParams font;
     font.color = {0.0F, 0.0F, 0.0F};
-    window.addTextMessage(0.01, 0.02, text(), 0, font);
-    window.unlockAccess3DScene();
-    if (!flight.trajectory.empty()) {
-      const Eigen::Vector3f p = flight.trajectory.back().T_WB.t.cast<float>();
-      window.setCameraPointingToPoint(p.x(), p.y(), p.z());
+    window_.addTextMessage(0.01, 0.02, text(), 0, font);
+    window_.unlockAccess3DScene();
+    if (!flight_.trajectory.empty()) {
+      const Eigen::Vector3f p = flight_.trajectory.back().T_WB.t.cast<float>();
+      window_.setCameraPointingToPoint(p.x(), p.y(), p.z());
     }
-    window.forceRepaint();
+    window_.forceRepaint();
   }
 
   std::string text() const {
     char line[128];
-    const double seconds = flight.trajectory.empty() ? 0.0
-                                                     : secondsBetween(flight.trajectory.front().t,
-                                                                      flight.trajectory.back().t);
+    const double seconds = flight_.trajectory.empty() ? 0.0
+                                                      : secondsBetween(flight_.trajectory.front().t,
+                                                                       flight_.trajectory.back().t);
     std::snprintf(line, sizeof line, "%.1f s  %s  %zu landmarks", seconds,
-                  toString(pipeline.state()), flight.landmarks.size());
+                  toString(pipeline_.state()), flight_.landmarks.size());
     return line;
   }
 
-  Pipeline& pipeline;
-  mrpt::gui::CDisplayWindow3D window;
-  std::optional<FrontFrame> last;
-  FlightScene flight;
-  Clock::time_point drawn_at, map_at;
+  Pipeline& pipeline_;
+  mrpt::gui::CDisplayWindow3D window_;
+  std::optional<FrontFrame> last_;
+  FlightScene flight_;
+  Clock::time_point drawn_at_, map_at_;
 };
 
-void FlightWindow::requireDisplay() {
-  if (std::getenv("DISPLAY") == nullptr)
-    throw ConfigError(
-        "--gui: there is no display: DISPLAY is not set; run it in a desktop session, or without "
-        "--gui and open flight.3Dscene later");
-}
-
-FlightWindow::FlightWindow(Pipeline* pipeline) : impl_(std::make_unique<Impl>(pipeline)) {}
-
-FlightWindow::~FlightWindow() { impl_->pipeline.onTracks(nullptr); }
-
-void FlightWindow::update() {
-  const auto now = Clock::now();
-  if (now - impl_->drawn_at < kBetweenDrawings) return;
-  impl_->drawn_at = now;
-  const bool with_map = now - impl_->map_at >= kBetweenMaps;
-  if (with_map) impl_->map_at = now;
-  impl_->draw(with_map);
-}
-
-void FlightWindow::waitUntilClosed() {
-  impl_->draw(true);
-  if (!impl_->window.isOpen()) return;
-  std::printf("replay: close the window to end\n");
-  std::fflush(stdout);
-  while (impl_->window.isOpen()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-}
-
+}  // namespace
 }  // namespace etalon::app
+
+extern "C" etalon::app::FlightWindow* etalon_make_flight_window(etalon::Pipeline* pipeline) {
+  return new etalon::app::MrptFlightWindow(pipeline);
+}

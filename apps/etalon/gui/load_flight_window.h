@@ -1,0 +1,15 @@
+#pragma once
+
+#include "gui/flight_window.h"
+
+namespace etalon::app {
+
+/**
+ * Loads the library of the window. It is not linked, because MRPT's gui library brings in some
+ * seventy others, which would nearly double the time that every command takes to start.
+ *
+ * @throws ConfigError if there is no display, or if the library is missing or cannot be loaded
+ */
+MakeFlightWindow* loadFlightWindow();
+
+}  // namespace etalon::app
