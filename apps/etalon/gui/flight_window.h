@@ -19,10 +19,7 @@ class FlightWindow {
   virtual void waitUntilClosed() = 0;
 };
 
-/** Opens the window and listens to `pipeline`, which must outlive it. The caller deletes it. */
-using MakeFlightWindow = FlightWindow*(Pipeline* pipeline);
-
-/** The library's function of type MakeFlightWindow. */
-constexpr const char* kMakeFlightWindow = "etalon_make_flight_window";
-
 }  // namespace etalon::app
+
+/** Opens the window and listens to `pipeline`, which must outlive it. The caller deletes it. */
+extern "C" etalon::app::FlightWindow* etalon_make_flight_window(etalon::Pipeline* pipeline);

@@ -16,7 +16,7 @@ MakeFlightWindow* loadFlightWindow() {
         "--gui and open flight.3Dscene later");
   // A name without '/' is looked for where the program's own libraries are (its run path).
   void* const library = dlopen("libetalon_flight_window.so", RTLD_NOW | RTLD_LOCAL);
-  void* const symbol = library ? dlsym(library, kMakeFlightWindow) : nullptr;
+  void* const symbol = library ? dlsym(library, "etalon_make_flight_window") : nullptr;
   if (!symbol) {
     const char* const error = dlerror();
     throw ConfigError(
