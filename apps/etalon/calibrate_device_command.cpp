@@ -73,9 +73,9 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
     windows.push_back([=, options = pipeline.window](const NoiseFactors& believed) mutable {
       options.odometry.sigma_px = believed.sigma_px;
       ImuNoiseOptions noise;
-      noise.gyro_noise_factor = believed.gyro;
-      noise.accel_noise_factor = noise.min_accel_noise_factor =
-          believed.accel;  // whatever the samples show
+      // Whatever the samples show.
+      noise.gyro_noise_factor = noise.min_gyro_noise_factor = believed.gyro;
+      noise.accel_noise_factor = noise.min_accel_noise_factor = believed.accel;
       return windowProblem(*tracks, every_s, shape, window, noise, options);
     });
   return windows;

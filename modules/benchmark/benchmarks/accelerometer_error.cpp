@@ -4,7 +4,7 @@
 // (EuRoC folder or .rawlog) with ground truth, velocities and biases included. Its time is divided
 // into intervals; those at rest (slower than 0.1 m/s) are left out. Prints, for intervals of three
 // lengths, and separately for samples that show less and more than five times the data sheet's
-// noise (shownAccelNoiseDensity):
+// noise (shownNoiseDensity):
 //  - how many there are, and the noise that the samples show, in units of the data sheet's;
 //  - by how much the change of velocity that the IMU integrates to is off, against the ground truth
 //    (RMS of an axis), in standard deviations of the data sheet's white noise; b_a is the mean of
@@ -95,7 +95,7 @@ std::optional<Eigen::Vector3d> addInterval(const RecordedSource& recording, cons
   const Eigen::Vector3d error =
       end->v_WB - start->v_WB - gravity * length_s - start->T_WB.R * integral.deltas().dv;
   const double variance = sheet.accel_noise_density * sheet.accel_noise_density;
-  const double shown = shownAccelNoiseDensity(integral.samples());
+  const double shown = shownNoiseDensity(integral.samples(), &ImuSample::accel);
   Sum& sum = (*sums)[{length_s, shown > kVibrates * sheet.accel_noise_density}];
   ++sum.count;
   sum.shown2 += shown * shown / variance;

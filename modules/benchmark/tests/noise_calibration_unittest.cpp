@@ -85,8 +85,9 @@ constexpr double kTolerance = 0.15;
 
 void expectFound(const Truth& truth, std::uint64_t seed) {
   NoiseCalibrationOptions options;
-  options.start = {1.0, 1.0, 1.0};               // the data sheet's, and a pixel
-  options.window.vi_ba.sigma_shared_deg = 1e-4;  // simulated pixels have independent errors
+  options.start = {1.0, 1.0, 1.0};  // the data sheet's, and a pixel
+  // Simulated pixels have independent errors.
+  options.window.vi_ba.sigma_shared_deg = options.window.vi_ba.sigma_turn_deg = 1e-4;
   const NoiseCalibration found =
       calibrateNoise(simulatedWindows(truth, seed, 32), TestInitializer(), options);
   EXPECT_TRUE(found.converged) << found.message;

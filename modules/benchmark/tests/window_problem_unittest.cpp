@@ -99,7 +99,7 @@ TEST(WindowProblem, TheRateAndTheNoiseAreThoseThatAreAskedFor) {
   EXPECT_EQ(fast.keyframeCount(), 5);
   EXPECT_EQ(fast.keyframe(4).t, 8 * kFrameStep);
   ImuNoiseOptions noise;
-  noise.gyro_noise_factor = 3.0;
+  noise.gyro_noise_factor = noise.min_gyro_noise_factor = 3.0;
   const double density = tracks.calibration.imu.noise.gyro_noise_density;
   EXPECT_DOUBLE_EQ(cut(tracks, 0, {5, 10.0}, noise).imuNoise().gyro_noise_density, 3.0 * density);
 }

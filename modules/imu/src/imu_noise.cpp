@@ -6,11 +6,12 @@
 
 namespace etalon {
 
-double shownAccelNoiseDensity(const std::vector<ImuSample>& samples) {
+double shownNoiseDensity(const std::vector<ImuSample>& samples,
+                         Eigen::Vector3d ImuSample::*sensor) {
   constexpr int kFewest = 20;         // differences: 17 % of standard error in the density
   constexpr double kLongest = 1.5;    // step, in shortest ones of the same difference
   constexpr double kVariance = 20.0;  // of a third difference of white noise: 1 + 9 + 9 + 1
-  double sum = 0.0;                   // m^2/s^4/Hz
+  double sum = 0.0;                   // the sensor's unit squared, by Hz
   int count = 0;
   for (size_t k = 1; k + 4 < samples.size(); ++k) {
     double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
@@ -20,8 +21,8 @@ double shownAccelNoiseDensity(const std::vector<ImuSample>& samples) {
       longest = std::max(longest, step);
     }
     if (longest > kLongest * shortest) continue;
-    const Eigen::Vector3d difference = samples[k + 3].accel - samples[k].accel -
-                                       3.0 * (samples[k + 2].accel - samples[k + 1].accel);
+    const Eigen::Vector3d difference = samples[k + 3].*sensor - samples[k].*sensor -
+                                       3.0 * (samples[k + 2].*sensor - samples[k + 1].*sensor);
     const double step = secondsBetween(samples[k].t, samples[k + 3].t) / 3.0;
     sum += difference.squaredNorm() / 3.0 / kVariance * step;
     ++count;
@@ -29,16 +30,28 @@ double shownAccelNoiseDensity(const std::vector<ImuSample>& samples) {
   return count < kFewest ? std::numeric_limits<double>::infinity() : std::sqrt(sum / count);
 }
 
+namespace {
+
+/** What the samples show, no less than the data sheet's times `least` and no more than `used`. */
+double densityOf(const std::vector<ImuSample>& samples, Eigen::Vector3d ImuSample::*sensor,
+                 double data_sheet, double least, double used) {
+  return std::min(used, std::max(shownNoiseDensity(samples, sensor), least * data_sheet));
+}
+
+}  // namespace
+
 void ImuNoiseOptions::declare(ParameterSet& parameters) {
   parameters.add("gyro_noise_factor", &gyro_noise_factor, {0.1, 1000.0},
-                 "The gyro's white-noise density is the data sheet's times this factor.");
+                 "The gyro's white-noise density is the data sheet's times this factor where a "
+                 "window's samples show vibration (a flying platform).");
+  parameters.add("min_gyro_noise_factor", &min_gyro_noise_factor, {0.1, 1000.0},
+                 "Where they show less than gyro_noise_factor, the density is what they show, but "
+                 "no less than the data sheet's times this factor. As large as gyro_noise_factor, "
+                 "or larger: gyro_noise_factor always.");
   parameters.add("accel_noise_factor", &accel_noise_factor, {0.1, 1000.0},
-                 "The accelerometer's white-noise density is the data sheet's times this factor "
-                 "where a window's samples show vibration (a flying platform).");
+                 "As gyro_noise_factor, of the accelerometer.");
   parameters.add("min_accel_noise_factor", &min_accel_noise_factor, {0.1, 1000.0},
-                 "Where they show less than accel_noise_factor, the density is what they show, but "
-                 "no less than the data sheet's times this factor. As large as accel_noise_factor, "
-                 "or larger: accel_noise_factor always.");
+                 "As min_gyro_noise_factor, of the accelerometer.");
 }
 
 ImuNoiseDensities ImuNoiseOptions::apply(const ImuNoiseDensities& data_sheet) const {
@@ -51,10 +64,10 @@ ImuNoiseDensities ImuNoiseOptions::apply(const ImuNoiseDensities& data_sheet) co
 ImuNoiseDensities ImuNoiseOptions::apply(const ImuNoiseDensities& data_sheet,
                                          const std::vector<ImuSample>& window) const {
   ImuNoiseDensities used = apply(data_sheet);
-  const double least = data_sheet.accel_noise_density * min_accel_noise_factor;
-  const double shown = shownAccelNoiseDensity(window);
-  if (std::max(shown, least) < used.accel_noise_density)
-    used.accel_noise_density = std::max(shown, least);
+  used.gyro_noise_density = densityOf(window, &ImuSample::gyro, data_sheet.gyro_noise_density,
+                                      min_gyro_noise_factor, used.gyro_noise_density);
+  used.accel_noise_density = densityOf(window, &ImuSample::accel, data_sheet.accel_noise_density,
+                                       min_accel_noise_factor, used.accel_noise_density);
   return used;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -13,8 +14,11 @@ namespace {
 
 constexpr double kSeconds = 2.25;  // a window
 
-/** A window of the analytic motion with white noise of this density on the accelerometer. */
-std::vector<ImuSample> window(double density, double rate_hz = 200.0) {
+using Sensor = Eigen::Vector3d ImuSample::*;
+constexpr Sensor kGyro = &ImuSample::gyro, kAccel = &ImuSample::accel;
+
+/** A window of the analytic motion with white noise of this density on a sensor. */
+std::vector<ImuSample> window(Sensor sensor, double density, double rate_hz = 200.0) {
   const AnalyticMotion motion;
   std::mt19937_64 random(7);
   std::normal_distribution<double> white(0.0, 1.0);
@@ -22,7 +26,7 @@ std::vector<ImuSample> window(double density, double rate_hz = 200.0) {
   for (int k = 0; k <= static_cast<int>(kSeconds * rate_hz); ++k) {
     samples.push_back(motion.sample(durationNs(k / rate_hz)));
     for (int axis = 0; axis < 3; ++axis)
-      samples.back().accel[axis] += density * std::sqrt(rate_hz) * white(random);
+      (samples.back().*sensor)[axis] += density * std::sqrt(rate_hz) * white(random);
   }
   return samples;
 }
@@ -33,11 +37,12 @@ std::vector<ImuSample> window(double density, double rate_hz = 200.0) {
  */
 constexpr double kTolerance = 3.0 * 0.5 * 0.0585;
 
-double believedFactor(const ImuNoiseOptions& options, double shown_factor) {
+double believedFactor(const ImuNoiseOptions& options, Sensor sensor, double shown_factor) {
   const ImuNoiseDensities sheet;
-  return options.apply(sheet, window(shown_factor * sheet.accel_noise_density))
-             .accel_noise_density /
-         sheet.accel_noise_density;
+  const auto density = sensor == kGyro ? &ImuNoiseDensities::gyro_noise_density
+                                       : &ImuNoiseDensities::accel_noise_density;
+  return options.apply(sheet, window(sensor, shown_factor * sheet.*density)).*density /
+         sheet.*density;
 }
 
 TEST(ImuNoiseOptions, ScalesWhiteNoiseAndLeavesTheRandomWalks) {
@@ -54,54 +59,59 @@ TEST(ImuNoiseOptions, ScalesWhiteNoiseAndLeavesTheRandomWalks) {
 
 TEST(ImuNoiseOptions, BelievesWhatTheWindowShowsBetweenItsTwoFactors) {
   ImuNoiseOptions options;
-  options.min_accel_noise_factor = 3.0;
-  options.accel_noise_factor = 6.0;
-  EXPECT_DOUBLE_EQ(believedFactor(options, 0.0), 3.0);
-  EXPECT_DOUBLE_EQ(believedFactor(options, 1.0), 3.0);  // as the data sheet has it
-  EXPECT_NEAR(believedFactor(options, 4.5), 4.5, 4.5 * kTolerance);
-  EXPECT_DOUBLE_EQ(believedFactor(options, 40.0), 6.0);  // in flight
+  options.min_gyro_noise_factor = options.min_accel_noise_factor = 3.0;
+  options.gyro_noise_factor = options.accel_noise_factor = 6.0;
+  for (const Sensor sensor : {kGyro, kAccel}) {
+    SCOPED_TRACE(sensor == kGyro ? "gyro" : "accelerometer");
+    EXPECT_DOUBLE_EQ(believedFactor(options, sensor, 0.0), 3.0);
+    EXPECT_DOUBLE_EQ(believedFactor(options, sensor, 1.0), 3.0);  // as the data sheet has it
+    EXPECT_NEAR(believedFactor(options, sensor, 4.5), 4.5, 4.5 * kTolerance);
+    EXPECT_DOUBLE_EQ(believedFactor(options, sensor, 40.0), 6.0);  // in flight
+  }
   const ImuNoiseDensities sheet;
-  const ImuNoiseDensities used = options.apply(sheet, window(0.0));
-  EXPECT_EQ(used.gyro_noise_density, options.gyro_noise_factor * sheet.gyro_noise_density);
+  const ImuNoiseDensities used = options.apply(sheet, window(kAccel, 40.0));
+  EXPECT_EQ(used.gyro_noise_density, options.min_gyro_noise_factor * sheet.gyro_noise_density);
   EXPECT_EQ(used.accel_random_walk, sheet.accel_random_walk);
 }
 
 TEST(ImuNoiseOptions, TheFactorIsFixedIfTheLeastIsNoLess) {
-  const ImuNoiseDensities sheet;
   ImuNoiseOptions options;
   for (const double factor : {1.0, 3.0}) {  // 1: the papers' conditions
+    options.gyro_noise_factor = std::min(1.5, factor);
     options.accel_noise_factor = factor;
-    for (const double shown : {0.0, 1.0, 40.0})
-      EXPECT_EQ(options.apply(sheet, window(shown * sheet.accel_noise_density)).accel_noise_density,
-                options.apply(sheet).accel_noise_density);
+    for (const Sensor sensor : {kGyro, kAccel})
+      for (const double shown : {0.0, 1.0, 40.0})
+        EXPECT_DOUBLE_EQ(believedFactor(options, sensor, shown),
+                         sensor == kGyro ? options.gyro_noise_factor : factor);
   }
 }
 
-TEST(ShownAccelNoiseDensity, IsThatOfWhiteNoiseAtAnyRate) {
+TEST(ShownNoiseDensity, IsThatOfWhiteNoiseAtAnyRate) {
   for (const double rate_hz : {100.0, 200.0, 1000.0})
-    EXPECT_NEAR(shownAccelNoiseDensity(window(0.01, rate_hz)), 0.01,
+    EXPECT_NEAR(shownNoiseDensity(window(kAccel, 0.01, rate_hz), kAccel), 0.01,
                 0.01 * kTolerance * std::sqrt(200.0 / std::min(200.0, rate_hz)));
 }
 
-TEST(ShownAccelNoiseDensity, HardlySeesMotion) {
-  EXPECT_LT(shownAccelNoiseDensity(window(0.0)), 0.05 * ImuNoiseDensities().accel_noise_density);
+TEST(ShownNoiseDensity, HardlySeesMotion) {
+  EXPECT_LT(shownNoiseDensity(window(kAccel, 0.0), kAccel),
+            0.05 * ImuNoiseDensities().accel_noise_density);
 }
 
-TEST(ShownAccelNoiseDensity, LeavesOutInterpolatedEndsAndGaps) {
-  std::vector<ImuSample> samples = window(0.01);
-  const double before = shownAccelNoiseDensity(samples);
+TEST(ShownNoiseDensity, LeavesOutInterpolatedEndsAndGaps) {
+  std::vector<ImuSample> samples = window(kAccel, 0.01);
+  const double before = shownNoiseDensity(samples, kAccel);
   samples.front().accel += Eigen::Vector3d::Constant(5.0);
   samples.back().accel -= Eigen::Vector3d::Constant(5.0);
-  EXPECT_EQ(shownAccelNoiseDensity(samples), before);
+  EXPECT_EQ(shownNoiseDensity(samples, kAccel), before);
   samples.erase(samples.begin() + 100, samples.begin() + 200);
-  EXPECT_NEAR(shownAccelNoiseDensity(samples), before, before * kTolerance);
+  EXPECT_NEAR(shownNoiseDensity(samples, kAccel), before, before * kTolerance);
 }
 
-TEST(ShownAccelNoiseDensity, FewSamplesShowNothingAndVibrationIsAssumed) {
-  std::vector<ImuSample> samples = window(0.002);
+TEST(ShownNoiseDensity, FewSamplesShowNothingAndVibrationIsAssumed) {
+  std::vector<ImuSample> samples = window(kAccel, 0.002);
   samples.resize(20);
-  EXPECT_TRUE(std::isinf(shownAccelNoiseDensity(samples)));
-  EXPECT_TRUE(std::isinf(shownAccelNoiseDensity({})));
+  EXPECT_TRUE(std::isinf(shownNoiseDensity(samples, kAccel)));
+  EXPECT_TRUE(std::isinf(shownNoiseDensity({}, kAccel)));
   const ImuNoiseOptions options;
   const ImuNoiseDensities sheet;
   EXPECT_EQ(options.apply(sheet, samples).accel_noise_density,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 #include "etalon/testing/known_landmarks.h"
@@ -22,6 +23,7 @@ using testing::SyntheticWindowOptions;
 struct Belief {
   double gyro = 1.0, accel = 1.0, pixel = 1.0;
   double shared_deg = 0.0;  ///< true: every keyframe's pixels are turned together, an axis
+  double turn_deg = 0.0;    ///< true: all keyframes' pixels are turned alike, an axis
 };
 
 /** The synthetic pixels of a frame err each for itself. */
@@ -30,7 +32,7 @@ constexpr double kNoSharedError = 1e-4;
 VisualInertialBaOptions robust() {
   VisualInertialBaOptions ba;
   ba.check_noise = true;
-  ba.sigma_shared_deg = kNoSharedError;
+  ba.sigma_shared_deg = ba.sigma_turn_deg = kNoSharedError;
   return ba;
 }
 
@@ -38,21 +40,23 @@ VisualInertialBaOptions leastSquares() {
   VisualInertialBaOptions ba = robust();
   ba.iterations_per_round = 30;
   ba.chi2_pixel = ba.chi2_inertial = 1e9;
-  ba.sigma_shared_deg = kNoSharedError;
   return ba;
 }
 
-/** Turns what each keyframe sees by a rotation of the body of its own, both cameras alike. */
-void turnKeyframes(double sigma_deg, unsigned seed, VisualWindow* window) {
+/** Turns what each keyframe sees by a rotation of the body of its own and by one that all have in
+ * common, both cameras alike. */
+void turnKeyframes(const Belief& truth, unsigned seed, VisualWindow* window) {
   std::mt19937 rng(seed);
-  const double scale = sigma_deg * std::acos(-1.0) / 180.0;
-  std::vector<Eigen::Matrix3d> turn;
-  for (int k = 0; k < window->keyframe_count; ++k) {
+  const auto drawn = [&rng](double sigma_deg) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of twelve uniform numbers: variance 1
     for (int i = 0; i < 12; ++i)
       for (int a = 0; a < 3; ++a) sum[a] += static_cast<double>(rng()) / 4294967296.0 - 0.5;
-    turn.push_back(expSO3(scale * sum));
-  }
+    return Eigen::Vector3d(radians(sigma_deg) * sum);
+  };
+  std::vector<Eigen::Matrix3d> turn;
+  for (int k = 0; k < window->keyframe_count; ++k) turn.push_back(expSO3(drawn(truth.shared_deg)));
+  const Eigen::Matrix3d common = expSO3(drawn(truth.turn_deg));
+  for (Eigen::Matrix3d& R : turn) R = common * R;
   for (VisualMeasurement& m : window->measurements) {
     const Eigen::Matrix3d& R_CB = window->T_CB[m.camera].R;
     const Eigen::Vector3d f =
@@ -69,7 +73,8 @@ VisualInertialBaResult solve(const SyntheticWindowOptions& options, const Belief
   const SyntheticWindow synthetic = testing::makeSyntheticWindow(options);
   VisualWindow window = buildVisualWindow(synthetic.calibration, synthetic.keyframes(),
                                           options.sigma_px * belief.pixel);
-  if (belief.shared_deg > 0.0) turnKeyframes(belief.shared_deg, options.seed, &window);
+  if (belief.shared_deg > 0.0 || belief.turn_deg > 0.0)
+    turnKeyframes(belief, options.seed, &window);
   // The synthetic noise is white.
   ImuNoiseDensities noise = synthetic.calibration.imu.noise;
   noise.gyro_random_walk = noise.accel_random_walk = 1e-12;
@@ -175,6 +180,21 @@ TEST(NoiseCheck, AnErrorThatTheFrameSharesIsNotTheGyros) {
   expectRatio(shared.gyro, 1.0, 0.03);
   expectRatio(shared.accel, 1.0, 0.03);
   expectRatio(shared.vision, 1.0, 0.03);
+}
+
+TEST(NoiseCheck, CamerasThatAreTurnedInTheBodyAreNotTheGyrosNoise) {
+  SyntheticWindowOptions options = noisy();
+  options.landmarks = 400;
+  Belief truth;
+  truth.turn_deg = 0.5;
+  VisualInertialBaOptions ba = robust();
+  const NoiseCheck exact = monteCarlo(options, truth, ba, 4);
+  EXPECT_GT(exact.gyro.chi2, 2.0 * exact.gyro.dof);
+  ba.sigma_turn_deg = truth.turn_deg;
+  const NoiseCheck turned = monteCarlo(options, truth, ba, 4);
+  expectRatio(turned.gyro, 1.0, 0.03);
+  expectRatio(turned.accel, 1.0, 0.03);
+  expectRatio(turned.vision, 1.0, 0.03);
 }
 
 TEST(NoiseCheck, OutliersDoNotBlowItUp) {

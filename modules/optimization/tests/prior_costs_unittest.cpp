@@ -5,6 +5,7 @@
 #include "cost_function_checks.h"
 #include "etalon/core/so3.h"
 #include "residuals/bias_prior_cost.h"
+#include "residuals/camera_turn_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/shared_error_cost.h"
 
@@ -17,6 +18,8 @@ using testing::kAttitudes;
 using testing::kPosition;
 using testing::poseValue;
 using testing::residual;
+
+const Vector3d kTurn(2e-3, -1e-3, 3e-3);
 
 TEST(BiasPriorCost, JacobianAgreesWithDifferencesAndSigmasWhiten) {
   const BiasPriorCost cost({{{0.01, -0.02, 0.03}, {0.1, 0.2, -0.3}}, 0.02, 0.5, {}});
@@ -55,8 +58,19 @@ TEST(SharedErrorCost, JacobianAgreesWithDifferences) {
     for (const Vector3d& off : {Vector3d(0, 0, 0), Vector3d(0.1, 0.2, -0.3)}) {
       const SE3 body(expSO3(attitude), kPosition);
       const SE3 seen(body.R * expSO3(off), body.t + Vector3d(0.1, -0.2, 0.3));
-      expectJacobians(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen)});
+      expectJacobians(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen), kTurn});
     }
+}
+
+TEST(SharedErrorCost, IsZeroWhereTheCamerasAreTurnedAsTheTurnSays) {
+  const SE3 body(expSO3(kAttitudes[1]), kPosition);
+  const SE3 seen(body.R * expSO3(kTurn), body.t);
+  EXPECT_LT(residual(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen), kTurn}).norm(),
+            1e-9);
+}
+
+TEST(CameraTurnPriorCost, JacobianAgreesWithDifferences) {
+  expectJacobians(CameraTurnPriorCost(1e-3), {kTurn});
 }
 
 }  // namespace

@@ -59,7 +59,8 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
   ba.rounds = 1;
   ba.iterations_per_round = 30;
   ba.chi2_pixel = ba.chi2_inertial = 1e6;  // plain least squares
-  ba.sigma_shared_deg = 1e-4;              // the synthetic pixels of a frame err each for itself
+  // The synthetic pixels of a frame err each for itself.
+  ba.sigma_shared_deg = ba.sigma_turn_deg = 1e-4;
   const int runs = 60;
   double nees = 0.0;
   for (int run = 0; run < runs; ++run) {
@@ -213,7 +214,8 @@ TEST(VisualInertialBa, HuberBoundsWhatOneCorruptIntervalDoes) {
     c.preintegrations[4] = Preintegration(samples, options.bias, c.synthetic.calibration.imu.noise);
     VisualInertialBaOptions ba = patient();
     ba.chi2_inertial = chi2_inertial;
-    ba.sigma_shared_deg = 1e-4;  // the synthetic pixels of a frame err each for itself
+    // The synthetic pixels of a frame err each for itself.
+    ba.sigma_shared_deg = ba.sigma_turn_deg = 1e-4;
     const VisualInertialBaResult result = c.solve(ba);
     return errorsOf(c.stamped(result), result.bias, c.synthetic).velocity_mps;
   };

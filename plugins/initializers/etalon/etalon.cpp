@@ -15,6 +15,9 @@ class EtalonInitializer : public Initializer {
     parameters.add("sigma_shared_deg", &sigma_shared_deg_, {0.0, 10.0},
                    "Standard deviation of the error that all pixels of a keyframe share, as a "
                    "rotation an axis, deg (calibration).");
+    parameters.add("sigma_turn_deg", &sigma_turn_deg_, {0.0, 10.0},
+                   "Standard deviation of the turn of the cameras in the body against the "
+                   "calibration, an axis, deg.");
     parameters.add(
         "least_pixel_share", &least_pixel_share_, {1e-3, 1.0},
         "Least share of sigma_px that counts as the pixels' noise where the window's own "
@@ -39,12 +42,14 @@ class EtalonInitializer : public Initializer {
     options.model.slow_accel_spread = slow_accel_spread_;
     options.model.white_accel_spread = white_accel_spread_;
     options.model.sigma_shared_rad = radians(sigma_shared_deg_);
+    options.model.sigma_turn_rad = radians(sigma_turn_deg_);
     return solveJointMap(problem, options);
   }
 
  private:
   JointMapOptions map_;
-  double sigma_shared_deg_ = 0.017;
+  double sigma_shared_deg_ = 0.02;
+  double sigma_turn_deg_ = 0.07;
   double least_pixel_share_ = 0.1;
   double white_accel_share_ = 0.33;
   double slow_accel_spread_ = 1.0;

@@ -126,7 +126,8 @@ void attempt(const testing::SyntheticWindow& window, const testing::SyntheticWin
              const Initializer& initializer, Column* before, Column* after) {
   WindowOptions window_options;
   window_options.odometry.sigma_px = options.assumed_sigma_px;
-  window_options.vi_ba.sigma_shared_deg = 1e-4;  // these tracks share no error
+  // These tracks share no error.
+  window_options.vi_ba.sigma_shared_deg = window_options.vi_ba.sigma_turn_deg = 1e-4;
   const InitializationProblem problem = testing::makeProblem(window, options);
   const InitializationAttempt result = attemptInitialization(problem, initializer, window_options);
   if (result.init)

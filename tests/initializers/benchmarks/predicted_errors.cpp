@@ -94,7 +94,8 @@ void printRow(const std::string& name, const Case& what, const Initializer& init
               int windows) {
   WindowOptions options;
   options.odometry.sigma_px = what.window.assumed_sigma_px;
-  options.vi_ba.sigma_shared_deg = 1e-4;  // these tracks share no error
+  // These tracks share no error.
+  options.vi_ba.sigma_shared_deg = options.vi_ba.sigma_turn_deg = 1e-4;
   options.priors = what.window.priors;
   Errors tilt, velocity, gyro;
   int accepted = 0, wrong = 0;
@@ -125,7 +126,8 @@ void run(const std::string& name, int windows) {
   ParameterSet parameters(name);
   initializer->declareParameters(parameters);
   if (name == "etalon")
-    parameters.read(IniFile::fromText("[etalon]\nsigma_shared_deg = 0\n", "simulation"));
+    parameters.read(
+        IniFile::fromText("[etalon]\nsigma_shared_deg = 0\nsigma_turn_deg = 0\n", "simulation"));
   const auto table = [&](const char* title, const std::vector<double>& values,
                          const std::function<void(Case*, double)>& set) {
     std::printf(

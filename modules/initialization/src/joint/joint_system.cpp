@@ -54,16 +54,23 @@ MatrixXd poseRows(const MatrixXd& nine) {
   return six;
 }
 
-/** Of [rotation, position] as the cameras see them, relative to the first node as they see that. */
-MatrixXd sharedCovariance(const std::vector<SE3>& T_VB, double sigma_rad) {
+/** Of [rotation, position] as the cameras see them, relative to the first node as they see that.
+ * Node k is seen turned by e_k, which is an error of its own and the cameras' turn, the same for
+ * all: that moves rotation k by e_k - R_k^T e_0 and position k by p_k x e_0. */
+MatrixXd seenCovariance(const std::vector<SE3>& T_VB, const JointModel& model) {
   const Index n = T_VB.size() - 1;
   MatrixXd by_first(kPose * n, 3);
   for (Index k = 0; k < n; ++k)
     by_first.middleRows<kPose>(kPose * k) << -T_VB[k + 1].R.transpose(), hat(T_VB[k + 1].t);
-  MatrixXd covariance = by_first * by_first.transpose();
+  MatrixXd by_turn = by_first;
+  for (Index k = 0; k < n; ++k) by_turn.block<3, 3>(kPose * k, 0).diagonal().array() += 1.0;
+  const double own = model.sigma_shared_rad * model.sigma_shared_rad;
+  const double turn = model.sigma_turn_rad * model.sigma_turn_rad;
+  MatrixXd covariance = own * by_first * by_first.transpose();
+  covariance.noalias() += turn * by_turn * by_turn.transpose();
   for (Index k = 0; k < n; ++k)
-    covariance.block<3, 3>(kPose * k, kPose * k).diagonal().array() += 1.0;
-  return sigma_rad * sigma_rad * covariance;
+    covariance.block<3, 3>(kPose * k, kPose * k).diagonal().array() += own;
+  return covariance;
 }
 
 /** Whether S + Sigma^-1 is positive definite. */
@@ -118,8 +125,8 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
     addPart(&JointEstimate::white_accel_factor, 1.0, model.white_accel_spread,
             motion.white_accel_covariance);
     sigma_ = poseRows(noise_y_.transpose());
-    if (model.sigma_shared_rad > 0.0)
-      sigma_ += sharedCovariance(estimate.T_VB, model.sigma_shared_rad);
+    if (model.sigma_shared_rad > 0.0 || model.sigma_turn_rad > 0.0)
+      sigma_ += seenCovariance(estimate.T_VB, model);
     MatrixXd M = S * sigma_;
     M.diagonal().array() += 1.0;
     whitening_.compute(M);

@@ -12,6 +12,7 @@
 #include "etalon/core/angles.h"
 #include "etalon/optimization/bundle/reduced_information.h"
 #include "residuals/bias_prior_cost.h"
+#include "residuals/camera_turn_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/preintegration_cost.h"
 #include "residuals/shared_error_cost.h"
@@ -38,6 +39,9 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "Standard deviation of the error that all pixels of a keyframe share, as a "
                  "rotation an axis, deg (calibration; 0.01 deg is 0.08 px at 460 px of focal "
                  "length). 1e-4: practically none.");
+  parameters.add("sigma_turn_deg", &sigma_turn_deg, {1e-4, 10.0},
+                 "Standard deviation of the turn of the cameras in the body against the "
+                 "calibration, an axis, deg. 1e-4: practically none.");
   parameters.add("reintegrate_gyro_rps", &reintegrate_gyro_rps, {0.0, 10.0},
                  "Re-integrate the raw IMU if b_g moved farther than this, rad/s.");
   parameters.add("reintegrate_accel_mps2", &reintegrate_accel_mps2, {0.0, 100.0},
@@ -100,7 +104,8 @@ class VisualInertialSolver {
       : problem_(*problem),
         options_(options),
         visual_(problem->bundle, poses(problem->states)),
-        sigma_shared_rad_(radians(options.sigma_shared_deg)) {
+        sigma_shared_rad_(radians(options.sigma_shared_deg)),
+        sigma_turn_rad_(radians(options.sigma_turn_deg)) {
     for (const NavState& s : problem->states) {
       bodies_.push_back(toBlock(s.T_WB));
       velocities_.push_back(s.v_WB);
@@ -111,6 +116,7 @@ class VisualInertialSolver {
       state_.addVector(velocities_[k].data(), 3);
     }
     state_.addVector(bias_.data(), 6);
+    state_.addVector(turn_.data(), 3);
   }
 
   /** One Ceres run, ended by a step shorter than `converged_sigmas`. */
@@ -123,6 +129,7 @@ class VisualInertialSolver {
     for (PoseBlock& body : bodies_) others.push_back(body.data());
     for (Eigen::Vector3d& velocity : velocities_) others.push_back(velocity.data());
     others.push_back(bias_.data());
+    others.push_back(turn_.data());
     StepWatch watch(converged_sigmas);
     ceres::Solver::Options solver =
         visual_.solverOptions(*problem, others, options_.iterations_per_round);
@@ -167,7 +174,9 @@ class VisualInertialSolver {
     Eigen::MatrixXd score = equations.score;
     addSlowError(residuals, problem_.preintegrations, problem_.priors.slow_accel,
                  state_.of(bias_.data()).column + 3, &score);
-    result->covariance = covarianceOrEmpty(equations.curvature, score);
+    const Eigen::MatrixXd covariance = covarianceOrEmpty(equations.curvature, score);
+    const Eigen::Index states = state_.of(turn_.data()).column;
+    if (covariance.size() > 0) result->covariance = covariance.topLeftCorner(states, states);
     if (!options_.check_noise || result->covariance.size() == 0) return;
     const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
     if (inverse.size() == 0) return;
@@ -185,7 +194,7 @@ class VisualInertialSolver {
     residuals_.clear();
     for (size_t k = 0; k < bodies_.size(); ++k)
       residuals_.add({std::make_unique<SharedErrorCost>(sigma_shared_rad_),
-                      {bodies_[k].data(), visual_.pose(k)},
+                      {bodies_[k].data(), visual_.pose(k), turn_.data()},
                       ResidualKind::kEliminated});
     const Eigen::Vector3d g_W(0.0, 0.0, -problem_.gravity_mps2);
     for (size_t k = 0; k < problem_.preintegrations.size(); ++k)
@@ -195,6 +204,7 @@ class VisualInertialSolver {
                       ResidualKind::kImu,
                       std::sqrt(options_.chi2_inertial)});
     residuals_.add({std::make_unique<BiasPriorCost>(problem_.priors), {bias_.data()}});
+    residuals_.add({std::make_unique<CameraTurnPriorCost>(sigma_turn_rad_), {turn_.data()}});
     residuals_.add({std::make_unique<GaugeCost>(problem_.states[0].T_WB), {bodies_[0].data()}});
   }
 
@@ -218,8 +228,21 @@ class VisualInertialSolver {
         equations.score.block<6, 6>(9 * i, 9 * j) = seen.score.block<6, 6>(6 * i, 6 * j);
         equations.curvature.block<6, 6>(9 * i, 9 * j) = seen.curvature.block<6, 6>(6 * i, 6 * j);
       }
+    addTurn(seen.score, &equations.score);
+    addTurn(seen.curvature, &equations.curvature);
     addInformation(residuals, &equations);
     return equations;
+  }
+
+  /** A turn of the cameras moves the rotation of every pose that they see. */
+  void addTurn(const Eigen::MatrixXd& seen, Eigen::MatrixXd* information) const {
+    const Eigen::Index turn = state_.of(turn_.data()).column;
+    for (Eigen::Index i = 0; i < visual_.poseCount(); ++i)
+      for (Eigen::Index j = 0; j < visual_.poseCount(); ++j) {
+        information->block<6, 3>(9 * i, turn) += seen.block<6, 3>(6 * i, 6 * j);
+        information->block<3, 6>(turn, 9 * j) += seen.block<3, 6>(6 * i, 6 * j);
+        information->block<3, 3>(turn, turn) += seen.block<3, 3>(6 * i, 6 * j);
+      }
   }
 
   ImuBias bias() const { return {bias_.head<3>(), bias_.tail<3>()}; }
@@ -234,10 +257,11 @@ class VisualInertialSolver {
   VisualInertialProblem& problem_;
   const VisualInertialBaOptions& options_;
   VisualProblem visual_;
-  double sigma_shared_rad_;
+  double sigma_shared_rad_, sigma_turn_rad_;
   std::vector<PoseBlock> bodies_;
   std::vector<Eigen::Vector3d> velocities_;
   Eigen::Matrix<double, 6, 1> bias_;
+  Eigen::Vector3d turn_ = Eigen::Vector3d::Zero();
   StateBlocks state_;
   ResidualList residuals_;
 };

@@ -15,6 +15,8 @@ using testing::Outcome;
 using testing::runOn;
 using testing::SyntheticWindowOptions;
 
+/** The windows' pixels share no error, and none is believed. */
+const std::string kExactCameras = "sigma_shared_deg = 0\nsigma_turn_deg = 0";
 const std::string kToTheEnd = "\npasses = 30\nconverged_rps = 1e-9";
 
 Initializer::Ptr load(const std::string& ini = "") {
@@ -28,7 +30,7 @@ SyntheticWindowOptions withSlowError(SyntheticWindowOptions options) {
 }
 
 TEST(Etalon, IsExactWithoutNoise) {
-  for (const char* ini : {"", "frame_stride = 2", "sigma_shared_deg = 0"})
+  for (const char* ini : {"", "frame_stride = 2", kExactCameras.c_str()})
     for (const Motion motion : testing::kExcitingMotions) {
       SCOPED_TRACE(std::string(ini) + " " + testing::toString(motion));
       // Priors that hardly say anything, so that they do not pull; without any, gravity and its
@@ -46,18 +48,17 @@ TEST(Etalon, IsExactWithItsDefaultsWhereThePriorsAreTrue) {
 
 TEST(Etalon, NeedsNoVisualOdometry) { EXPECT_FALSE(load()->needsVisualSolution()); }
 
-/** The windows have no error that all pixels share, and none is believed here. */
 TEST(Etalon, ErrsAsItsCovarianceSays) {
-  testing::expectErrsAsItsCovarianceSays(*load("sigma_shared_deg = 0"), 0.05);
+  testing::expectErrsAsItsCovarianceSays(*load(kExactCameras), 0.05);
 }
 
 /** Pixels of 0.1 px that are believed to have 0.5: what is known is what is right for 0.1. */
 TEST(Etalon, KnowsWhatItsResidualsShow) {
   SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, 1, 0.1);
-  const Outcome right = runOn(options, *load("sigma_shared_deg = 0"));
+  const Outcome right = runOn(options, *load(kExactCameras));
   options.assumed_sigma_px = 0.5;
-  const Outcome shown = runOn(options, *load("sigma_shared_deg = 0")),
-                believed = runOn(options, *load("sigma_shared_deg = 0\nleast_pixel_share = 1"));
+  const Outcome shown = runOn(options, *load(kExactCameras)),
+                believed = runOn(options, *load(kExactCameras + "\nleast_pixel_share = 1"));
   ASSERT_TRUE(right.result && shown.result && believed.result);
   const auto variance = [](const Outcome& o) {
     return o.result->covariance.diagonal().segment<3>(8).sum();  // of the velocity
@@ -72,9 +73,9 @@ TEST(Etalon, KnowsLessWhereMoreErrorsAreBelieved) {
   const SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, 1, 0.3);
   SyntheticWindowOptions with_slow = options;
   with_slow.priors.slow_accel = {0.03, 0.68};
-  const std::string none = "sigma_shared_deg = 0";
-  const Outcome plain = runOn(options, *load(none)), slow = runOn(with_slow, *load(none)),
-                shared = runOn(options, *load("sigma_shared_deg = 0.05"));
+  const Outcome plain = runOn(options, *load(kExactCameras)),
+                slow = runOn(with_slow, *load(kExactCameras)),
+                shared = runOn(options, *load("sigma_shared_deg = 0.05\nsigma_turn_deg = 0"));
   ASSERT_TRUE(plain.result && slow.result && shared.result);
   const auto variance = [](const Outcome& o, int first) {
     return o.result->covariance.diagonal().segment<2>(first).sum();
@@ -123,8 +124,7 @@ TEST(Etalon, RefusesLandmarksThatAreTooFarAndKnowsHowLittleFarOnesSay) {
       SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, seed, 0.3);
       options.landmark_distance_m = distance_m;
       options.landmarks = 120;
-      const Outcome o =
-          runOn(testing::withoutBiasWalk(options), options, *load("sigma_shared_deg = 0"));
+      const Outcome o = runOn(testing::withoutBiasWalk(options), options, *load(kExactCameras));
       if (distance_m == 1e6) {
         ASSERT_FALSE(o.result) << "seed " << seed;
         EXPECT_EQ(o.result.error().status, RefusalStatus::kIllConditioned);

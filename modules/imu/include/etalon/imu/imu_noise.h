@@ -9,22 +9,24 @@
 namespace etalon {
 
 /**
- * The white-noise density of the accelerometer that the samples themselves show, m/s^2/sqrt(Hz),
+ * The white-noise density of a sensor that the samples themselves show, in its unit by sqrt(Hz),
  * mean over the axes. It comes from third differences: their variance is 20 times that of a white
  * sample, and motion that is slow against the sampling hardly enters. Vibration counts as noise.
  *
  * The first and the last sample are left out, because they may be interpolated, and so are those
  * around a gap. Infinite if fewer than 20 differences remain.
+ * @param sensor &ImuSample::gyro or &ImuSample::accel
  */
-double shownAccelNoiseDensity(const std::vector<ImuSample>& samples);
+double shownNoiseDensity(const std::vector<ImuSample>& samples, Eigen::Vector3d ImuSample::*sensor);
 
 /**
  * How far the data sheet's white-noise densities are to be believed. A platform that vibrates has
- * an accelerometer several times noisier than one whose motors are off (docs/noise.md gives the
- * measurements behind the defaults).
+ * an IMU several times noisier than one whose motors are off (docs/noise.md gives the measurements
+ * behind the defaults).
  */
 struct ImuNoiseOptions {
-  double gyro_noise_factor = 2.2;
+  double gyro_noise_factor = 2.2;       ///< of a platform that vibrates
+  double min_gyro_noise_factor = 1.5;   ///< of one that does not
   double accel_noise_factor = 6.0;      ///< of a platform that vibrates
   double min_accel_noise_factor = 3.0;  ///< of one that does not
 
@@ -33,9 +35,9 @@ struct ImuNoiseOptions {
    * are left as they are. */
   ImuNoiseDensities apply(const ImuNoiseDensities& data_sheet) const;
   /**
-   * The densities to use for a window. The accelerometer's is what the window's samples show, but
-   * no less than the data sheet's times min_accel_noise_factor and no more than the data sheet's
-   * times accel_noise_factor: most of a vibration integrates to nothing.
+   * The densities to use for a window. A sensor's is what the window's samples show, but no less
+   * than the data sheet's times its least factor and no more than the data sheet's times the factor
+   * of a platform that vibrates: most of a vibration integrates to nothing.
    */
   ImuNoiseDensities apply(const ImuNoiseDensities& data_sheet,
                           const std::vector<ImuSample>& window) const;

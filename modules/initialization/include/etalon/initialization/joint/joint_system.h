@@ -30,6 +30,9 @@ struct JointModel {
   /** Of the error that all pixels of a node share, as a rotation an axis of the body, rad
    * (VisualInertialBaOptions::sigma_shared_deg). Only with `imu_noise`. */
   double sigma_shared_rad = 0.0;
+  /** Of the turn of the cameras in the body against the calibration, an axis, rad
+   * (VisualInertialBaOptions::sigma_turn_deg). Only with `imu_noise`. */
+  double sigma_turn_rad = 0.0;
   /** Take the slow error of the priors into account, where they have one, and this share of the
    * problem's accelerometer density as white: inflated densities stand for a slow error too. */
   bool slow_accel = false;
@@ -43,7 +46,7 @@ struct JointModel {
 /**
  * The linear system of one pass. The unknowns x = [v_0, b_g, b_a, g], changes of the biases, and
  * the tracks' information S, s on the poses y = J x + c + n, n the IMU's noise of covariance Sigma
- * (and the error that a node's pixels share), are joined by
+ * (and what the cameras see turned), are joined by
  *   (y - S^-1 s)^T (S^-1 + Sigma)^-1 (y - S^-1 s)  at n = 0,   then n is what is most likely.
  */
 class JointSystem {
