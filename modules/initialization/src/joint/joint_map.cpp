@@ -104,8 +104,8 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
   for (int pass = 0; pass < options.max_passes && !summary.converged(); ++pass) {
     ++summary.iterations;
     // From the medians the landmarks have farther to go.
-    for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_VB);
-    tracks->linearize(estimate->T_VB);
+    for (int i = 0; i < (pass == 0 ? 3 : 1); ++i) tracks->triangulate(estimate->T_SS);
+    tracks->linearize(estimate->T_SS);
     const JointEstimate before = *estimate;
     const JointSystem system(problem, *motion, tracks->S(), tracks->s(), *estimate, options.model);
     if (!system.solve(estimate)) {
@@ -158,7 +158,8 @@ Initialization makeResult(const InitializationProblem& problem, const Nodes& nod
   in_V.g_V = estimate.g_V;
   in_V.bias = estimate.bias;
   for (size_t l = 0; l < window.landmark_ids.size(); ++l)
-    if (tracks.valid()[l]) in_V.landmarks[window.landmark_ids[l]] = tracks.landmarks()[l];
+    if (tracks.valid()[l])
+      in_V.landmarks[window.landmark_ids[l]] = estimate.R_VS * tracks.landmarks()[l];
   return alignWithGravity(problem, in_V);
 }
 
@@ -181,8 +182,8 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
                                         problem.priors().sigma_gyro_rps);
   for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
   ClosedFormMotion motion = composeMotion(preintegrations, slowAcceleration(problem, estimate));
-  estimate.T_VB = medianPositions(points, rotations(motion));
-  tracks.start(points, estimate.T_VB);
+  estimate.T_VB = estimate.T_SS = medianPositions(points, rotations(motion));
+  tracks.start(points, estimate.T_SS);
   if (tracks.validCount() < options.min_landmarks)
     return refuse(RefusalStatus::kTooFewTracks, Value(tracks.validCount()),
                   " landmarks of the window have a depth from both cameras, at least ",
@@ -204,11 +205,11 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
     return refuse(RefusalStatus::kNotConverged, Value(options.max_passes),
                   " linear solutions did not come to rest");
   constexpr int kMostMoves = 20;
-  tracks.triangulate(estimate.T_VB, kMostMoves);
+  tracks.triangulate(estimate.T_SS, kMostMoves);
   Eigen::MatrixXd covariance;
   // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
   if (options.model.imu_noise && options.model.estimate_accel_bias) {
-    const NormalEquations visual = tracks.information(estimate.T_VB);
+    const NormalEquations visual = tracks.information(estimate.T_SS);
     covariance = JointSystem(problem, motion, visual.curvature, tracks.s(), estimate, options.model)
                      .covariance(estimate, nodes.keyframes, visual.score - visual.curvature);
     if (covariance.size() == 0)

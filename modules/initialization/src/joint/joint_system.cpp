@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
@@ -22,8 +23,8 @@ namespace {
 enum Unknown : Index { kVelocity = 0, kGyroBias = 3, kAccelBias = 6, kGravity = 9, kUnknowns = 12 };
 constexpr int kPose = 6;  ///< [rotation, position] of a node
 
-/** The nodes' errors as a linear function of the unknowns: y = J x + c, 9 a node. */
-void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB, MatrixXd* J,
+/** The nodes' errors, against T_SS, as a linear function of the unknowns: y = J x + c, 9 a node. */
+void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_SS, MatrixXd* J,
                   VectorXd* c) {
   const Index n = ClosedFormMotion::kError * (motion.nodes.size() - 1);
   J->setZero(n, kUnknowns);
@@ -36,8 +37,8 @@ void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_VB, 
     J->block<3, 3>(row + 3, kGravity).diagonal().setConstant(0.5 * node.t * node.t);
     J->block<3, 3>(row + 6, kVelocity).setIdentity();
     J->block<3, 3>(row + 6, kGravity).diagonal().setConstant(node.t);
-    c->segment<3>(row) = logSO3(T_VB[k].R.transpose() * node.R_VB);
-    c->segment<3>(row + 3) = node.alpha - T_VB[k].t;
+    c->segment<3>(row) = logSO3(T_SS[k].R.transpose() * node.R_VB);
+    c->segment<3>(row + 3) = node.alpha - T_SS[k].t;
     c->segment<3>(row + 6) = node.beta;
   }
 }
@@ -54,10 +55,16 @@ MatrixXd poseRows(const MatrixXd& nine) {
   return six;
 }
 
-/** Of [rotation, position] as the cameras see them, relative to the first node as they see that.
- * Node k is seen turned by e_k, which is an error of its own and the cameras' turn, the same for
- * all: that moves rotation k by e_k - R_k^T e_0 and position k by p_k x e_0. */
-MatrixXd seenCovariance(const std::vector<SE3>& T_VB, const JointModel& model) {
+/** What the cameras see turned. */
+struct SeenErrors {
+  MatrixXd covariance;  ///< of [rotation, position] of the nodes, relative to the first
+  MatrixXd with_first;  ///< of the first node's turn with those, 3 rows
+};
+
+/** Node k is seen turned by e_k, which is an error of its own and the cameras' turn, the same for
+ * all: relative to the first node as it is seen, that moves rotation k by e_k - R_k^T e_0 and
+ * position k by p_k x e_0. */
+SeenErrors seenErrors(const std::vector<SE3>& T_VB, const JointModel& model) {
   const Index n = T_VB.size() - 1;
   MatrixXd by_first(kPose * n, 3);
   for (Index k = 0; k < n; ++k)
@@ -66,11 +73,13 @@ MatrixXd seenCovariance(const std::vector<SE3>& T_VB, const JointModel& model) {
   for (Index k = 0; k < n; ++k) by_turn.block<3, 3>(kPose * k, 0).diagonal().array() += 1.0;
   const double own = model.sigma_shared_rad * model.sigma_shared_rad;
   const double turn = model.sigma_turn_rad * model.sigma_turn_rad;
-  MatrixXd covariance = own * by_first * by_first.transpose();
-  covariance.noalias() += turn * by_turn * by_turn.transpose();
+  SeenErrors errors;
+  errors.with_first = (own * by_first + turn * by_turn).transpose();
+  errors.covariance = own * by_first * by_first.transpose();
+  errors.covariance.noalias() += turn * by_turn * by_turn.transpose();
   for (Index k = 0; k < n; ++k)
-    covariance.block<3, 3>(kPose * k, kPose * k).diagonal().array() += own;
-  return covariance;
+    errors.covariance.block<3, 3>(kPose * k, kPose * k).diagonal().array() += own;
+  return errors;
 }
 
 /** Whether S + Sigma^-1 is positive definite. */
@@ -81,17 +90,24 @@ bool hasMinimum(const MatrixXd& S, const MatrixXd& sigma) {
   return Eigen::LLT<MatrixXd>(whitened).info() == Eigen::Success;
 }
 
-/** `y9`: the nodes' errors against the poses of `estimate`, velocities as they are. */
-void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, JointEstimate* estimate) {
+/** T moved by [rotation, position]. */
+SE3 moved(const SE3& T, const Eigen::Ref<const VectorXd>& step) {
+  return {nearestRotation(T.R * expSO3(step.head<3>())), T.t + step.segment<3>(3)};
+}
+
+/** @param y9 the nodes' errors against T_SS, velocities as they are @param seen the same of the
+ * poses as the cameras see them, 6 a node */
+void adopt(const NormConstrainedSolution& solution, const VectorXd& y9, const VectorXd& seen,
+           JointEstimate* estimate) {
   estimate->bias.gyro += solution.x.segment<3>(kGyroBias);
   estimate->bias.accel += solution.x.segment<3>(kAccelBias);
   estimate->g_V = solution.x.tail<3>();
   estimate->v_VB.assign(1, solution.x.segment<3>(kVelocity));
   for (size_t k = 1; k < estimate->T_VB.size(); ++k) {
     const Index row = ClosedFormMotion::kError * (k - 1);
-    SE3& pose = estimate->T_VB[k];
-    pose.R = nearestRotation(pose.R * expSO3(y9.segment<3>(row)));
-    pose.t += y9.segment<3>(row + 3);
+    SE3& T_SS = estimate->T_SS[k];
+    estimate->T_VB[k] = moved(T_SS, y9.segment<kPose>(row));
+    T_SS = moved(T_SS, seen.segment<kPose>(kPose * (k - 1)));
     estimate->v_VB.emplace_back(y9.segment<3>(row + 6));
   }
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(estimate->g_V);
@@ -108,7 +124,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
                          const MatrixXd& S, const VectorXd& s, const JointEstimate& estimate,
                          const JointModel& model)
     : gravity_mps2_(problem.gravityMagnitude()), imu_noise_(model.imu_noise), S_(S), s_(s), W_(S) {
-  linearMotion(motion, estimate.T_VB, &J9_, &c9_);
+  linearMotion(motion, estimate.T_SS, &J9_, &c9_);
   const MatrixXd J = poseRows(J9_);
   const VectorXd c = poseRows(c9_);
   VectorXd w = s;
@@ -125,8 +141,9 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
     addPart(&JointEstimate::white_accel_factor, 1.0, model.white_accel_spread,
             motion.white_accel_covariance);
     sigma_ = poseRows(noise_y_.transpose());
-    if (model.sigma_shared_rad > 0.0 || model.sigma_turn_rad > 0.0)
-      sigma_ += seenCovariance(estimate.T_VB, model);
+    SeenErrors seen = seenErrors(estimate.T_VB, model);
+    sigma_ += seen.covariance;
+    first_seen_ = std::move(seen.with_first);
     MatrixXd M = S * sigma_;
     M.diagonal().array() += 1.0;
     whitening_.compute(M);
@@ -152,11 +169,14 @@ bool JointSystem::solve(JointEstimate* estimate) const {
   if (!solution.summary.usable()) return false;
   if (!parts_.empty()) scaleNoise(solution.x, estimate);
   VectorXd y9 = J9_ * solution.x + c9_;
+  VectorXd seen = poseRows(y9);
   if (imu_noise_) {
-    const VectorXd y = poseRows(y9);
-    y9 += noise_y_.transpose() * whitening_.solve(s_ - S_ * y);
+    const VectorXd pull = whitening_.solve(s_ - S_ * seen);
+    y9 += noise_y_.transpose() * pull;
+    seen += sigma_ * pull;
+    estimate->R_VS = expSO3(first_seen_ * pull);
   }
-  adopt(solution, y9, estimate);
+  adopt(solution, y9, seen, estimate);
   return true;
 }
 

@@ -2,8 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <random>
 #include <string>
 
+#include "etalon/core/angles.h"
+#include "etalon/core/so3.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon {
@@ -83,6 +86,33 @@ TEST(Etalon, KnowsLessWhereMoreErrorsAreBelieved) {
   EXPECT_GT(variance(slow, 6), 1.5 * variance(plain, 6));    // tilt
   EXPECT_GT(variance(shared, 0), 1.5 * variance(plain, 0));  // b_g
   EXPECT_NEAR(variance(slow, 0) / variance(plain, 0), 1.0, 0.2);
+}
+
+/** Cameras that are turned in the body by 0.2 deg an axis against the calibration: who believes in that
+ * keeps the gyro's rotations, and the errors are those of the covariance. */
+TEST(Etalon, BearsCamerasThatAreTurnedInTheBody) {
+  constexpr int kWindows = 20;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, radians(0.2));
+  double exact_deg = 0.0, turned_deg = 0.0, nees = 0.0;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const SyntheticWindowOptions options = testing::drawnOptions(Motion::kAggressive, seed, 0.1);
+    testing::SyntheticWindow window = testing::withoutBiasWalk(options);
+    const Eigen::Vector3d turn(normal(random), normal(random), normal(random));
+    for (CameraCalibration& camera : window.calibration.cameras)
+      camera.T_BC = SE3(expSO3(turn), Eigen::Vector3d::Zero()) * camera.T_BC;
+    const Outcome exact = runOn(window, options, *load(kExactCameras)),
+                  turned =
+                      runOn(window, options, *load("sigma_shared_deg = 0\nsigma_turn_deg = 0.2"));
+    ASSERT_TRUE(exact.result) << exact.result.error().reason;
+    ASSERT_TRUE(turned.result) << turned.result.error().reason;
+    exact_deg += exact.errors.rre_deg / kWindows;
+    turned_deg += turned.errors.rre_deg / kWindows;
+    const Eigen::Vector3d e = testing::estimationError(*turned.result, turned.window).segment<3>(8);
+    nees += e.dot(turned.result->covariance.block<3, 3>(8, 8).ldlt().solve(e)) / 3.0 / kWindows;
+  }
+  EXPECT_LT(turned_deg, 0.5 * exact_deg);
+  EXPECT_NEAR(nees, 1.0, 3.0 * std::sqrt(2.0 / 3.0 / kWindows));  // of the velocity
 }
 
 /** At rest b_a and tilt are one unknown: both are known to the prior, with either model. */

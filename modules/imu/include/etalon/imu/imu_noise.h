@@ -26,7 +26,7 @@ double shownNoiseDensity(const std::vector<ImuSample>& samples, Eigen::Vector3d 
  */
 struct ImuNoiseOptions {
   double gyro_noise_factor = 2.2;       ///< of a platform that vibrates
-  double min_gyro_noise_factor = 1.5;   ///< of one that does not
+  double min_gyro_noise_factor = 1.0;   ///< of one that does not
   double accel_noise_factor = 6.0;      ///< of a platform that vibrates
   double min_accel_noise_factor = 3.0;  ///< of one that does not
 

@@ -13,7 +13,11 @@ namespace etalon {
 /** What is known after a pass, in V, the frame of the first body. */
 struct JointEstimate {
   ImuBias bias;
-  std::vector<SE3> T_VB;              ///< of every node
+  std::vector<SE3> T_VB;  ///< of every node
+  /** Of every node as the cameras see it, relative to the first as they see that: where the tracks'
+   * information is taken. They differ from T_VB by the errors that the model has of the cameras. */
+  std::vector<SE3> T_SS;
+  Eigen::Matrix3d R_VS = Eigen::Matrix3d::Identity();  ///< of the first node as the cameras see it
   std::vector<Eigen::Vector3d> v_VB;  ///< of every node, m/s; empty before the first pass
   Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
   double sigma_gravity = 0.0;  ///< of its weakest direction, rad
@@ -97,6 +101,8 @@ class JointSystem {
   Eigen::MatrixXd noise_y_;  ///< covariance of the poses' noise and all nodes', 6n x 9n
   Eigen::MatrixXd noise_;    ///< covariance of all nodes' noise, 9n x 9n
   Eigen::MatrixXd sigma_;    ///< Sigma
+  Eigen::MatrixXd
+      first_seen_;  ///< covariance of the first node's turn and the poses as seen, 3 x 6n
   std::vector<NoisePart> parts_;
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1

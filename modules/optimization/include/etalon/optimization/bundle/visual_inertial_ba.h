@@ -21,8 +21,8 @@ struct VisualInertialBaOptions {
   double chi2_pixel = kChi2Pixel;  ///< the same of a pixel; those above it are outliers
   /** Of the error that all pixels of a keyframe share, as a rotation an axis. Without it any number
    * of pixels would average out to nothing, and overrule the gyro. */
-  double sigma_shared_deg = 0.02;
-  double sigma_turn_deg = 0.07;  ///< of the turn of the cameras in the body, an axis
+  double sigma_shared_deg = 0.025;
+  double sigma_turn_deg = 0.05;  ///< of the turn of the cameras in the body, an axis
   double reintegrate_gyro_rps = 0.01;   ///< re-integrate the raw samples if b_g moved farther
   double reintegrate_accel_mps2 = 0.1;  ///< the same for b_a
   bool compute_covariance = true;
