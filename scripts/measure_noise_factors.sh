@@ -3,7 +3,7 @@
 # as large as its errors (medians of the NEES a degree of freedom), and chi2/dof of gyro, accelerometer and pixels.
 #
 #   scripts/measure_noise_factors.sh OUT SRC...        -- OUT keeps tracks and results; EVERY=1 for a window a second
-#   BELIEFS="0.02,0.07,0.29,2.2,6,1.5,3 0.001,0.0001,0.5,1.5,6"    -- sigma_shared_deg,sigma_turn_deg,sigma_px,gyro factor,accelerometer
+#   BELIEFS="0.025,0.05,0.29,2.2,6,1,3 0.001,0.0001,0.5,1.5,6"    -- sigma_shared_deg,sigma_turn_deg,sigma_px,gyro factor,accelerometer
 #                                                                    factor[,least of the gyro,of the accelerometer]
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -14,7 +14,9 @@ shift
 mkdir -p "$out"
 printf '%-30s %-18s %7s %8s %7s %9s %8s %6s %6s   %s\n' "belief" recording success "RRE deg" "ATE mm" "v m/s" gravity \
   tilt velocity "chi2/dof gyro, accelerometer, vision"
-for belief in ${BELIEFS:-0.001,0.0001,0.5,1.5,6 0.015,0.0001,0.29,2.2,6,2.2,3 0.02,0.0001,0.29,2.2,6,2.2,3 0.015,0.07,0.29,2.2,6,2.2,3 0.02,0.07,0.29,2.2,6,2.2,3 0.02,0.07,0.29,2.2,6,1,3 0.02,0.1,0.29,2.2,6,1.5,3 0.02,0.07,0.29,2.2,3.3 0.02,0.07,0.29,2.2,6,1.5,6 0.02,0.07,0.29,2.2,6,1.5,3}; do
+defaults="0.001,0.0001,0.5,1.5,6 0.015,0.0001,0.29,2.2,6,2.2,3 0.025,0.0001,0.29,2.2,6,2.2,3 0.025,0.05,0.29,2.2,6,2.2,3
+  0.015,0.05,0.29,2.2,6,1,3 0.025,0.1,0.29,2.2,6,1,3 0.025,0.05,0.29,2.2,3.3,1 0.025,0.05,0.29,2.2,6,1 0.025,0.05,0.29,2.2,6,1,3"
+for belief in ${BELIEFS:-$defaults}; do
   IFS=, read -r shared turn px gyro accel least_gyro least_accel <<<"$belief"
   "$etalon" bench "$@" --initializers eta --every "${EVERY:-2.5}" --tracks "$out/tracks" --out "$out/$belief" --overwrite --format csv \
     --set "vi_ba.sigma_shared_deg=$shared" --set "vi_ba.sigma_turn_deg=$turn" --set "odometry.sigma_px=$px" \
