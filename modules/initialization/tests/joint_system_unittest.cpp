@@ -53,6 +53,7 @@ struct JointCase {
     result.bias = window.bias;
     for (const StampedState& state : window.truth)
       result.T_VB.push_back(window.truth[0].T_WB.inverse() * state.T_WB);
+    result.T_SS = result.T_VB;
     return result;
   }
 

@@ -32,7 +32,8 @@ VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
     options.landmark_distance_m = distance_m;
     options.sigma_px = 0.5;
     options.gyro_noise_factor = options.accel_noise_factor = 1.0;
-    const VisualInertialBaOptions ba;
+    VisualInertialBaOptions ba;
+    ba.sigma_shared_deg = ba.sigma_turn_deg = 1e-4;  // the synthetic pixels err each for itself
     const BiasPriors priors;
     const Vector3d gyro = 0.1 * priors.sigma_gyro_rps * drawn();
     options.bias = {gyro, priors.sigma_accel_mps2 * drawn()};

@@ -48,7 +48,7 @@ class EtalonInitializer : public Initializer {
 
  private:
   JointMapOptions map_;
-  double sigma_shared_deg_ = 0.025;
+  double sigma_shared_deg_ = 0.02;
   double sigma_turn_deg_ = 0.05;
   double least_pixel_share_ = 0.1;
   double white_accel_share_ = 0.33;
