@@ -22,7 +22,7 @@ struct VisualInertialBaOptions {
   /** Of the error that all pixels of a keyframe share, as a rotation an axis. Without it any number
    * of pixels would average out to nothing, and overrule the gyro. */
   double sigma_shared_deg = 0.025;
-  double sigma_turn_deg = 0.05;  ///< of the turn of the cameras in the body, an axis
+  double sigma_turn_deg = 0.05;         ///< of the turn of the cameras in the body, an axis
   double reintegrate_gyro_rps = 0.01;   ///< re-integrate the raw samples if b_g moved farther
   double reintegrate_accel_mps2 = 0.1;  ///< the same for b_a
   bool compute_covariance = true;
