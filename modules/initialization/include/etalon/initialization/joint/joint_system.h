@@ -101,8 +101,8 @@ class JointSystem {
   Eigen::MatrixXd noise_y_;  ///< covariance of the poses' noise and all nodes', 6n x 9n
   Eigen::MatrixXd noise_;    ///< covariance of all nodes' noise, 9n x 9n
   Eigen::MatrixXd sigma_;    ///< Sigma
-  Eigen::MatrixXd
-      first_seen_;  ///< covariance of the first node's turn and the poses as seen, 3 x 6n
+  /** Covariance of the first node's turn and the poses as they are seen, 3 x 6n. */
+  Eigen::MatrixXd first_seen_;
   std::vector<NoisePart> parts_;
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
