@@ -42,10 +42,11 @@ std::vector<const TrackedFrame*> InitializationProblem::keyframes() const {
   return result;
 }
 
-std::vector<Preintegration> InitializationProblem::preintegrate(const ImuBias& bias) const {
+std::vector<Preintegration> InitializationProblem::preintegrate(
+    const ImuBias& bias, const ImuNoiseDensities& noise) const {
   std::vector<Preintegration> result;
   for (int k = 1; k < keyframeCount(); ++k) {
-    result.emplace_back(imu().between(keyframe(k - 1).t, keyframe(k).t), bias, imuNoise());
+    result.emplace_back(imu().between(keyframe(k - 1).t, keyframe(k).t), bias, noise);
   }
   return result;
 }

@@ -32,6 +32,7 @@ constexpr double kNoSharedError = 1e-4;
 VisualInertialBaOptions robust() {
   VisualInertialBaOptions ba;
   ba.check_noise = true;
+  ba.least_pixel_share = 1.0;  // what is believed is judged
   ba.sigma_shared_deg = ba.sigma_turn_deg = kNoSharedError;
   return ba;
 }

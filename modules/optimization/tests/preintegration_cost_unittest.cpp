@@ -48,6 +48,17 @@ TEST(PreintegrationCost, JacobiansAgreeWithDifferencesAndAreWhitened) {
         preintegrationResidual(p, T_i, v_i, T_j, v_j, {bias.head<3>(), bias.tail<3>()}, g_W);
     const double expected = r.dot(p.covariance9().fullPivLu().solve(r));
     EXPECT_NEAR(residual(cost, values).squaredNorm(), expected, 1e-9 * expected);
+    // The modes of a slow error add to b_a.
+    VectorXd modes(6), moved = bias;
+    modes << 1.0, -2.0, 0.5, 0.3, 0.7, -0.4;
+    const Eigen::Vector2d slow(0.1, -0.05);
+    const PreintegrationCost with_modes(p, g_W, slow);
+    Values more = values;
+    more.push_back(modes);
+    expectJacobians(with_modes, more);
+    moved.tail<3>() += 0.1 * modes.head<3>() - 0.05 * modes.tail<3>();
+    const VectorXd as_bias = residual(cost, {poseValue(T_i), v_i, poseValue(T_j), v_j, moved});
+    EXPECT_LT((residual(with_modes, more) - as_bias).norm(), 1e-9 * as_bias.norm());
   }
 }
 

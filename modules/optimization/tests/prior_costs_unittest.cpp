@@ -4,8 +4,6 @@
 
 #include "cost_function_checks.h"
 #include "etalon/core/so3.h"
-#include "residuals/bias_prior_cost.h"
-#include "residuals/camera_turn_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/shared_error_cost.h"
 
@@ -20,17 +18,6 @@ using testing::poseValue;
 using testing::residual;
 
 const Vector3d kTurn(2e-3, -1e-3, 3e-3);
-
-TEST(BiasPriorCost, JacobianAgreesWithDifferencesAndSigmasWhiten) {
-  const BiasPriorCost cost({{{0.01, -0.02, 0.03}, {0.1, 0.2, -0.3}}, 0.02, 0.5, {}});
-  Eigen::VectorXd bias(6);
-  bias << 0.05, 0.04, -0.03, -0.2, 0.1, 0.4;
-  expectJacobians(cost, {bias});
-  // Gyro first, each in its own sigmas.
-  const Eigen::VectorXd r = residual(cost, {bias});
-  EXPECT_NEAR(r[0], 0.04 / 0.02, 1e-12);
-  EXPECT_NEAR(r[3], -0.3 / 0.5, 1e-12);
-}
 
 TEST(GaugeCost, JacobianAgreesWithDifferences) {
   for (const Vector3d& attitude : kAttitudes)
@@ -67,10 +54,6 @@ TEST(SharedErrorCost, IsZeroWhereTheCamerasAreTurnedAsTheTurnSays) {
   const SE3 seen(body.R * expSO3(kTurn), body.t);
   EXPECT_LT(residual(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen), kTurn}).norm(),
             1e-9);
-}
-
-TEST(CameraTurnPriorCost, JacobianAgreesWithDifferences) {
-  expectJacobians(CameraTurnPriorCost(1e-3), {kTurn});
 }
 
 }  // namespace

@@ -47,9 +47,18 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   priors.add(
       "slow_accel_mps2", &window.priors.slow_accel.sigma_mps2, {0.0, 100.0},
       "Standard deviation per axis of the accelerometer's slow error around its bias, m/s^2; "
-      "0: none. For initializers that know of it (etalon).");
+      "0: none. For VI-BA and initializers that know of it (etalon).");
   priors.add("slow_accel_s", &window.priors.slow_accel.time_s, {1e-3, 1e3},
              "Its time of correlation, s.");
+  priors.add(
+      "white_accel_share", &window.priors.slow_accel.white_share, {1e-3, 1.0},
+      "Share of the accelerometer's density in use that is white where there is a slow error "
+      "beside it: what is inflated stands for both.");
+  priors.add("slow_accel_spread", &window.priors.slow_accel.spread, {0.0, 10.0},
+             "Standard deviation, in the logarithm of its variance, of the slow error's size "
+             "between windows; the window's own is estimated. 0: slow_accel_mps2 as it is.");
+  priors.add("white_accel_spread", &window.priors.slow_accel.white_spread, {0.0, 10.0},
+             "The same of the white noise beside it. 0: white_accel_share as it is.");
   sets.push_back(priors);
 
   const auto declared = [&sets](const char* name, auto& options) {

@@ -22,14 +22,6 @@ class EtalonInitializer : public Initializer {
         "least_pixel_share", &least_pixel_share_, {1e-3, 1.0},
         "Least share of sigma_px that counts as the pixels' noise where the window's own "
         "residuals show less; 1: sigma_px as it is.");
-    parameters.add("white_accel_share", &white_accel_share_, {1e-3, 1.0},
-                   "Share of the accelerometer's density that is white where [priors] believe in a "
-                   "slow error beside it; what is inflated stands for both.");
-    parameters.add("slow_accel_spread", &slow_accel_spread_, {0.0, 10.0},
-                   "Standard deviation, in the logarithm of its variance, of the slow error's size "
-                   "between windows; the window's own is estimated. 0: as [priors] have it.");
-    parameters.add("white_accel_spread", &white_accel_spread_, {0.0, 10.0},
-                   "The same of the accelerometer's white noise. 0: as [imu_noise] has it.");
   }
   bool needsVisualSolution() const override { return false; }
 
@@ -38,9 +30,8 @@ class EtalonInitializer : public Initializer {
     JointMapOptions options = map_;
     options.least_noise = least_pixel_share_;
     options.model.slow_accel = true;
-    options.model.white_accel_share = white_accel_share_;
-    options.model.slow_accel_spread = slow_accel_spread_;
-    options.model.white_accel_spread = white_accel_spread_;
+    options.model.slow_accel_spread = problem.priors().slow_accel.spread;
+    options.model.white_accel_spread = problem.priors().slow_accel.white_spread;
     options.model.sigma_shared_rad = radians(sigma_shared_deg_);
     options.model.sigma_turn_rad = radians(sigma_turn_deg_);
     return solveJointMap(problem, options);
@@ -51,9 +42,6 @@ class EtalonInitializer : public Initializer {
   double sigma_shared_deg_ = 0.02;
   double sigma_turn_deg_ = 0.05;
   double least_pixel_share_ = 0.1;
-  double white_accel_share_ = 0.33;
-  double slow_accel_spread_ = 1.0;
-  double white_accel_spread_ = 0.5;
 };
 
 IMPLEMENTS_MRPT_OBJECT(EtalonInitializer, Initializer, etalon::plugins)

@@ -61,6 +61,7 @@ std::set<LandmarkId> chooseTracks(std::vector<Track> tracks, int count) {
 InitializationProblem withTracks(const InitializationProblem& problem,
                                  const std::set<LandmarkId>& chosen) {
   InitializationProblem::Data data = problem.data();
+  data.priors.slow_accel = SlowAcceleration();  // the published adjustment knows of none
   for (TrackedFrame& frame : data.frames) {
     const auto dropped = [&](const auto& o) { return chosen.count(o.id) == 0; };
     auto& seen = frame.observations;
@@ -68,6 +69,13 @@ InitializationProblem withTracks(const InitializationProblem& problem,
     frame.right_only.clear();
   }
   return InitializationProblem(std::move(data));
+}
+
+/** Pixels are as noisy as sigma_px says. */
+VisualInertialBaOptions publishedBa() {
+  VisualInertialBaOptions ba;
+  ba.least_pixel_share = 1.0;
+  return ba;
 }
 
 }  // namespace
@@ -115,7 +123,6 @@ class JointMle : public Initializer {
     const double closed_form_ms = watch.lapMilliseconds();
 
     VisualInertialProblem vi = visualInertialProblem(few, *start);
-    vi.priors.slow_accel = SlowAcceleration();  // the test asks what the data alone tell
     const VisualInertialBaResult refined = solveVisualInertialBa(std::move(vi), ba_);
     if (!refined.summary.usable())
       return refuse(RefusalStatus::kNotConverged, "the bundle adjustment of ", Value(tracks_),
@@ -189,7 +196,7 @@ class JointMle : public Initializer {
   }
 
   int tracks_ = 20;
-  VisualInertialBaOptions ba_;
+  VisualInertialBaOptions ba_ = publishedBa();
   double min_information_ = 0.1;
   double consensus_sigma_px_ = 1.0;
   double min_consensus_ = 0.9;

@@ -72,8 +72,7 @@ std::vector<Preintegration> preintegrate(const InitializationProblem& problem, c
                                          const ImuBias& bias, const JointModel& model) {
   std::vector<Preintegration> result;
   ImuNoiseDensities noise = problem.imuNoise();
-  if (model.slow_accel && problem.priors().slow_accel.sigma_mps2 > 0.0)
-    noise.accel_noise_density *= model.white_accel_share;
+  if (model.slow_accel) noise = problem.priors().slow_accel.white(noise);
   for (size_t k = 1; k < nodes.frames.size(); ++k)
     result.emplace_back(problem.imu().between(nodes.frames[k - 1]->t, nodes.frames[k]->t), bias,
                         noise);

@@ -14,7 +14,8 @@ VisualInertialProblem visualInertialProblem(const InitializationProblem& problem
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
       start.landmarks);
   result.bundle.triangulateMissing(poses);
-  result.preintegrations = problem.preintegrate(start.bias);
+  result.preintegrations =
+      problem.preintegrate(start.bias, problem.priors().slow_accel.white(problem.imuNoise()));
   result.bias = start.bias;
   result.priors = problem.priors();
   result.gravity_mps2 = problem.gravityMagnitude();

@@ -1,6 +1,9 @@
 #include "etalon/optimization/bundle/bundle_problem.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "etalon/core/statistics.h"
 
 namespace etalon {
 
@@ -42,6 +45,22 @@ double BundleProblem::relabel(const std::vector<SE3>& T_WB, double chi2_threshol
       for (VisualMeasurement& m : window.measurementsOf(l)) m.inlier = false;
   }
   return sum;
+}
+
+double BundleProblem::shownNoise(const std::vector<SE3>& T_WB) const {
+  constexpr double kMedianChi2 = 1.386;  // of chi-square with 2 degrees of freedom
+  std::vector<double> squares;
+  for (size_t l = 0; l < landmarks.size(); ++l) {
+    double inliers = 0.0;
+    for (const VisualMeasurement& m : window.measurementsOf(l)) inliers += m.inlier;
+    const double share = (2.0 * inliers - 3.0) / (2.0 * inliers);
+    for (const VisualMeasurement& m : window.measurementsOf(l)) {
+      Eigen::Vector2d r;
+      if (m.inlier && window.residual(m, T_WB, landmarks[l].position, &r))
+        squares.push_back(r.squaredNorm() / share);
+    }
+  }
+  return squares.empty() ? 1.0 : std::sqrt(median(std::move(squares)) / kMedianChi2);
 }
 
 int BundleProblem::inlierCount() const {

@@ -9,22 +9,6 @@ namespace {
 
 enum Group : Eigen::Index { kGyro, kAccel, kVision };
 
-/** J P, all columns. */
-Eigen::MatrixXd timesCovariance(const LinearizedResidual& a, const Eigen::MatrixXd& P) {
-  Eigen::MatrixXd JP = Eigen::MatrixXd::Zero(a.r.size(), P.cols());
-  for (const LinearizedResidual::Part& part : a.parts)
-    JP.noalias() += part.J * P.middleRows(part.column, part.J.cols());
-  return JP;
-}
-
-/** J P J_b^T of `JP`. */
-Eigen::MatrixXd timesTransposed(const Eigen::MatrixXd& JP, const LinearizedResidual& b) {
-  Eigen::MatrixXd JPJ = Eigen::MatrixXd::Zero(JP.rows(), b.r.size());
-  for (const LinearizedResidual::Part& part : b.parts)
-    JPJ.noalias() += JP.middleCols(part.column, part.J.cols()) * part.J.transpose();
-  return JPJ;
-}
-
 /** The leverage of the residuals. Adds the inertial part of the check as if no pixel were
  * truncated. */
 double addResiduals(const std::vector<LinearizedResidual>& residuals, const Eigen::MatrixXd& P,
@@ -65,10 +49,11 @@ VisualResiduals collectVisual(const SolvedPixels& pixels) {
   for (size_t l = 0; l < pixels.landmarks.size(); ++l) {
     if (!pixels.landmarks[l].valid) continue;
     for (const VisualMeasurement& m : pixels.window.measurementsOf(l)) {
-      Eigen::Vector2d r;
+      Eigen::Vector2d r = Eigen::Vector2d::Zero();
       const bool seen =
           m.inlier && pixels.window.residual(m, pixels.T_WB, pixels.landmarks[l].position, &r);
-      visual.clipped += seen ? std::min(r.squaredNorm(), pixels.chi2_pixel) : pixels.chi2_pixel;
+      const double r2 = r.squaredNorm() / (pixels.sigma * pixels.sigma);
+      visual.clipped += seen ? std::min(r2, pixels.chi2_pixel) : pixels.chi2_pixel;
       ++visual.all;
       visual.inliers += m.inlier;
     }

@@ -18,7 +18,8 @@ struct SolvedPixels {
   std::vector<SE3> T_WB;  ///< as the cameras see the body
   const std::vector<BundleLandmark>& landmarks;
   int landmark_unknowns;  ///< of the landmarks that have inliers
-  double chi2_pixel;      ///< those below it are the inliers
+  double chi2_pixel;      ///< those below it are the inliers, in sigmas
+  double sigma;           ///< of the whitened pixels
 };
 
 /**

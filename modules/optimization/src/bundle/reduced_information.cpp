@@ -80,9 +80,10 @@ void bend(const std::vector<SE3>& T_WB, const InverseDepthLandmark& landmark,
 
 }  // namespace
 
-RobustWeights huberOfInliers(double width) {
-  return [width](const VisualMeasurement& m, double r2) {
-    const double weight = m.inlier ? huberWeight(std::sqrt(r2), width) : 0.0;
+RobustWeights huberOfInliers(double width, double sigma) {
+  return [width, sigma](const VisualMeasurement& m, double r2) {
+    const double weight =
+        m.inlier ? huberWeight(std::sqrt(r2), width * sigma) / (sigma * sigma) : 0.0;
     return RobustWeight{weight, weight};
   };
 }

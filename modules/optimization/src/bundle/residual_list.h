@@ -87,6 +87,12 @@ class ResidualList {
   PoseManifold manifold_;
 };
 
+/** J P, all columns. */
+Eigen::MatrixXd timesCovariance(const LinearizedResidual& a, const Eigen::MatrixXd& P);
+
+/** J P J_b^T of `JP`. */
+Eigen::MatrixXd timesTransposed(const Eigen::MatrixXd& JP, const LinearizedResidual& b);
+
 /** Adds what the residuals say of the state. */
 void addInformation(const std::vector<LinearizedResidual>& residuals, NormalEquations* equations);
 

@@ -1,45 +1,75 @@
 #include "bundle/slow_error.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
 namespace etalon {
 
-namespace {
-
-/** Derivative of the residual's gradient by an error that acts as b_a: w J^T J_ba. */
-Eigen::MatrixXd gradientByError(const LinearizedResidual& residual, Eigen::Index accel_column,
-                                Eigen::Index columns) {
-  Eigen::MatrixXd by_error = Eigen::MatrixXd::Zero(columns, 3);
-  Eigen::MatrixXd J_error;
-  for (const LinearizedResidual::Part& part : residual.parts)
-    if (part.column <= accel_column && accel_column < part.column + part.J.cols())
-      J_error = part.J.middleCols<3>(accel_column - part.column);
-  for (const LinearizedResidual::Part& part : residual.parts)
-    by_error.middleRows(part.column, part.J.cols()) +=
-        residual.weight * part.J.transpose() * J_error;
-  return by_error;
-}
-
-}  // namespace
-
-void addSlowError(const std::vector<LinearizedResidual>& residuals,
-                  const std::vector<Preintegration>& preintegrations, const SlowAcceleration& slow,
-                  Eigen::Index accel_column, Eigen::MatrixXd* score) {
-  if (!(slow.sigma_mps2 > 0.0)) return;
-  std::vector<Eigen::MatrixXd> by_error;
-  for (const LinearizedResidual& residual : residuals) {
-    if (residual.kind != ResidualKind::kImu) continue;
-    by_error.push_back(gradientByError(residual, accel_column, score->rows()));
-  }
-  const auto middle = [&](size_t k) {
+Eigen::MatrixXd slowErrorModes(const std::vector<Preintegration>& preintegrations,
+                               const SlowAcceleration& slow) {
+  constexpr double kLeastVariance = 1e-3;  // of the largest mode's
+  const Eigen::Index n = preintegrations.size();
+  if (!(slow.sigma_mps2 > 0.0) || n == 0) return Eigen::MatrixXd(n, 0);
+  const auto middle = [&](Eigen::Index k) {
     return secondsBetween(preintegrations.front().start(), preintegrations[k].start()) +
            0.5 * preintegrations[k].dt();
   };
-  const double variance = slow.sigma_mps2 * slow.sigma_mps2;
-  for (size_t k = 0; k < by_error.size(); ++k) {
-    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(score->rows(), 3);
-    for (size_t l = 0; l < by_error.size(); ++l)
-      sum += variance * slow.correlation(middle(k) - middle(l)) * by_error[l];
-    *score += by_error[k] * sum.transpose();
+  Eigen::MatrixXd correlation(n, n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index l = 0; l < n; ++l)
+      correlation(k, l) = slow.correlation(middle(k) - middle(l));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(correlation);
+  const Eigen::VectorXd& variance = modes.eigenvalues();  // in increasing order
+  const Eigen::Index kept =
+      (variance.array() > kLeastVariance * variance[n - 1]).cast<Eigen::Index>().sum();
+  return slow.sigma_mps2 * modes.eigenvectors().rightCols(kept) *
+         variance.tail(kept).cwiseSqrt().asDiagonal();
+}
+
+AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
+                            const std::vector<LinearizedResidual>& residuals,
+                            const Eigen::MatrixXd& P, const Eigen::VectorXd& modes,
+                            Eigen::Index column, const SlowAcceleration& slow) {
+  // With H the hat matrix, d(-2 log L)/dt of a group is its dof, tr(I - H), less its chi2; of
+  // covariance 2 |(I - H)_gh|^2. What believes in a prior of size zero stays.
+  enum { kSlow, kWhite };
+  const Eigen::Index n = modes.size();
+  const Eigen::MatrixXd left =
+      Eigen::MatrixXd::Identity(n, n) - P.block(column, column, n, n);  // I - H of the modes
+  Eigen::Vector2d score(0.5 * (modes.squaredNorm() - left.trace()), 0.0);
+  Eigen::Matrix2d known = Eigen::Matrix2d::Zero();
+  known(kSlow, kSlow) = 0.5 * left.squaredNorm();
+  for (const LinearizedResidual& a : residuals) {
+    if (a.kind != ResidualKind::kImu) continue;
+    const double w2 = a.weight * a.weight;
+    const Eigen::MatrixXd JP = timesCovariance(a, P).bottomRows<6>();
+    score(kWhite) += 0.5 * w2 * (a.r.tail<6>().squaredNorm() - 6.0);
+    known(kSlow, kWhite) += 0.5 * w2 * a.weight * JP.middleCols(column, n).squaredNorm();
+    for (const LinearizedResidual& b : residuals) {
+      if (b.kind != ResidualKind::kImu) continue;
+      Eigen::Matrix<double, 6, 6> R =
+          -std::sqrt(a.weight * b.weight) * timesTransposed(JP, b).rightCols<6>();
+      if (&a == &b) {
+        score(kWhite) -= 0.5 * w2 * R.trace();
+        R.diagonal().array() += 1.0;
+      }
+      known(kWhite, kWhite) += 0.5 * w2 * R.squaredNorm();
+    }
   }
+  known(kWhite, kSlow) = known(kSlow, kWhite);
+  const Eigen::Vector2d spread(slow.spread, slow.white_spread);
+  const Eigen::Vector2d off(2.0 * std::log(now.slow), 2.0 * std::log(now.white));
+  for (int i : {kSlow, kWhite}) {
+    const double before = 1.0 / std::max(1e-18, spread[i] * spread[i]);
+    known(i, i) += before;
+    score(i) -= before * off[i];
+  }
+  constexpr double kLargestStep = 1.5;  // what is far off comes closer round by round
+  const Eigen::Vector2d step =
+      known.llt().solve(score).cwiseMax(-kLargestStep).cwiseMin(kLargestStep);
+  return {now.slow * std::exp(0.5 * step(kSlow)), now.white * std::exp(0.5 * step(kWhite))};
 }
 
 }  // namespace etalon

@@ -1,7 +1,8 @@
 #pragma once
 
-// What the accelerometer's slow error adds to the covariance of the gradient. Private to the module.
+// The accelerometer's slow error within a window as few unknowns. Private to the module.
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "bundle/residual_list.h"
@@ -11,13 +12,31 @@
 namespace etalon {
 
 /**
- * Adds to `score` the covariance of the gradient by the slow error (SlowAcceleration), constant over
- * an interval: there it acts as b_a does.
- * @param residuals of which the k-th of kind kImu is that of the k-th preintegration
- * @param accel_column of b_a in the normal equations
+ * Modes of the slow error, taken for constant over an interval: its values in the intervals are
+ * M z, with z of unit variance and M M^T its covariance but for modes of less than a thousandth of
+ * the largest one's variance (Karhunen-Loeve; Rasmussen and Williams, Gaussian Processes for
+ * Machine Learning, 4.3).
+ * @return M, m/s^2: a row an interval, a column a mode; without columns where there is no slow error
  */
-void addSlowError(const std::vector<LinearizedResidual>& residuals,
-                  const std::vector<Preintegration>& preintegrations, const SlowAcceleration& slow,
-                  Eigen::Index accel_column, Eigen::MatrixXd* score);
+Eigen::MatrixXd slowErrorModes(const std::vector<Preintegration>& preintegrations,
+                               const SlowAcceleration& slow);
+
+/** Standard deviations of the accelerometer's errors in a window, over those that are believed. */
+struct AccelErrorSizes {
+  double slow = 1.0, white = 1.0;
+};
+
+/**
+ * The sizes after one step of Fisher's scoring on their restricted likelihood (Patterson and
+ * Thompson, Biometrika 1971), with Gaussian priors on the logarithms of the variances.
+ * @param now that the residuals and P were taken at
+ * @param residuals all but the pixels; the rows of kind kImu have the white noise
+ * @param P the inverse of the normal equations
+ * @param modes in standard deviations, which stand at `column` of the normal equations
+ */
+AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
+                            const std::vector<LinearizedResidual>& residuals,
+                            const Eigen::MatrixXd& P, const Eigen::VectorXd& modes,
+                            Eigen::Index column, const SlowAcceleration& slow);
 
 }  // namespace etalon

@@ -1,13 +1,13 @@
 #include "etalon/optimization/bundle/trajectory_ba.h"
 
 #include <ceres/loss_function.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
 #include <cmath>
 #include <deque>
 
 #include "bundle/visual_problem.h"
-#include "etalon/core/statistics.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/inertial_cost.h"
 
@@ -19,31 +19,6 @@ constexpr double kLossChi2 = 4.0;
 /** With it Gaussian noise has the covariance that Gauss-Newton's matrix claims (docs/odometry.md).
  */
 constexpr double kLossGain = 1.267;
-constexpr double kMedianChi2 = 1.386;  ///< of chi-square with 2 degrees of freedom
-
-/** What is believed of the first state's biases. */
-class FirstBiasCost : public ceres::SizedCostFunction<6, 9> {
- public:
-  explicit FirstBiasCost(const BiasPriors& priors) {
-    mean_ << priors.mean.gyro, priors.mean.accel;
-    inverse_sigma_ << Eigen::Vector3d::Constant(1.0 / priors.sigma_gyro_rps),
-        Eigen::Vector3d::Constant(1.0 / priors.sigma_accel_mps2);
-  }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    using Vector6d = Eigen::Matrix<double, 6, 1>;
-    Eigen::Map<Vector6d>{residuals} =
-        inverse_sigma_.cwiseProduct(Eigen::Map<const Vector6d>(parameters[0] + 3) - mean_);
-    if (!jacobians || !jacobians[0]) return true;
-    Eigen::Map<RowMajor<6, 9>> J(jacobians[0]);
-    J.setZero();
-    J.rightCols<6>() = inverse_sigma_.asDiagonal();
-    return true;
-  }
-
- private:
-  Eigen::Matrix<double, 6, 1> mean_, inverse_sigma_;
-};
 
 /** Costs, blocks and solution of one batch. */
 class TrajectorySolver {
@@ -67,7 +42,7 @@ class TrajectorySolver {
                                 visual_.pose(k + 1), motions_[k + 1].data());
     }
     GaugeCost gauge(problem_.states[0].T_WB);
-    FirstBiasCost first_bias(problem_.priors);
+    ceres::NormalPrior first_bias = firstBiasPrior();
     problem->AddResidualBlock(&gauge, nullptr, visual_.pose(0));
     problem->AddResidualBlock(&first_bias, nullptr, motions_[0].data());
     ceres::Solver::Options solver =
@@ -118,6 +93,17 @@ class TrajectorySolver {
     return spans;
   }
 
+  /** What is believed of the first state's biases. */
+  ceres::NormalPrior firstBiasPrior() const {
+    const BiasPriors& priors = problem_.priors;
+    ceres::Matrix whitening = ceres::Matrix::Zero(6, 9);
+    whitening.rightCols<6>().diagonal() << Eigen::Vector3d::Constant(1.0 / priors.sigma_gyro_rps),
+        Eigen::Vector3d::Constant(1.0 / priors.sigma_accel_mps2);
+    ceres::Vector mean(9);
+    mean << Eigen::Vector3d::Zero(), priors.mean.gyro, priors.mean.accel;
+    return {whitening, mean};
+  }
+
   /** Integrates the raw samples anew, at the biases that are known by now. */
   void reintegrate() {
     for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {
@@ -134,23 +120,6 @@ class TrajectorySolver {
   std::vector<MotionBlock> motions_;
   std::deque<InertialCost> inertial_;
 };
-
-/** The pixels' standard deviation over the one believed, by the median of the inliers' squared
- * residuals; landmarks take three of their coordinates. */
-double noiseFactor(const BundleProblem& bundle, const std::vector<SE3>& T_WB) {
-  std::vector<double> squares;
-  for (size_t l = 0; l < bundle.landmarks.size(); ++l) {
-    double inliers = 0.0;
-    for (const VisualMeasurement& m : bundle.window.measurementsOf(l)) inliers += m.inlier;
-    const double share = (2.0 * inliers - 3.0) / (2.0 * inliers);
-    for (const VisualMeasurement& m : bundle.window.measurementsOf(l)) {
-      Eigen::Vector2d r;
-      if (m.inlier && bundle.window.residual(m, T_WB, bundle.landmarks[l].position, &r))
-        squares.push_back(r.squaredNorm() / share);
-    }
-  }
-  return squares.empty() ? 1.0 : std::sqrt(median(std::move(squares)) / kMedianChi2);
-}
 
 }  // namespace
 
@@ -177,7 +146,7 @@ TrajectoryBaResult solveTrajectoryBa(TrajectoryBaProblem problem,
       result.summary.stop(Termination::kFailed, "every measurement became an outlier");
       break;
     }
-    result.noise_factor = std::max(options.least_noise_factor, noiseFactor(bundle, T_WB));
+    result.noise_factor = std::max(options.least_noise_factor, bundle.shownNoise(T_WB));
   }
   if (result.summary.usable()) result.states = solver.states();
   result.bundle = std::move(bundle);

@@ -1,5 +1,7 @@
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 
+#include <ceres/normal_prior.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -11,8 +13,6 @@
 #include "bundle/visual_problem.h"
 #include "etalon/core/angles.h"
 #include "etalon/optimization/bundle/reduced_information.h"
-#include "residuals/bias_prior_cost.h"
-#include "residuals/camera_turn_prior_cost.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/preintegration_cost.h"
 #include "residuals/shared_error_cost.h"
@@ -35,6 +35,9 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
       "chi2_pixel", &chi2_pixel, {0.1, 1e9},
       "Squared Huber width of a pixel, and the threshold above which it is an outlier (2 "
       "degrees of freedom, 95 %: 5.991).");
+  parameters.add("least_pixel_share", &least_pixel_share, {1e-3, 1.0},
+                 "Least share of sigma_px that counts as the pixels' noise where the window's own "
+                 "residuals show less; 1: sigma_px as it is.");
   parameters.add("sigma_shared_deg", &sigma_shared_deg, {1e-4, 10.0},
                  "Standard deviation of the error that all pixels of a keyframe share, as a "
                  "rotation an axis, deg (calibration; 0.01 deg is 0.08 px at 460 px of focal "
@@ -105,7 +108,9 @@ class VisualInertialSolver {
         options_(options),
         visual_(problem->bundle, poses(problem->states)),
         sigma_shared_rad_(radians(options.sigma_shared_deg)),
-        sigma_turn_rad_(radians(options.sigma_turn_deg)) {
+        sigma_turn_rad_(radians(options.sigma_turn_deg)),
+        slow_modes_(slowErrorModes(problem->preintegrations, problem->priors.slow_accel)),
+        slow_(Eigen::VectorXd::Zero(3 * slow_modes_.cols())) {
     for (const NavState& s : problem->states) {
       bodies_.push_back(toBlock(s.T_WB));
       velocities_.push_back(s.v_WB);
@@ -117,19 +122,24 @@ class VisualInertialSolver {
     }
     state_.addVector(bias_.data(), 6);
     state_.addVector(turn_.data(), 3);
+    if (slow_.size() > 0) state_.addVector(slow_.data(), static_cast<int>(slow_.size()));
   }
 
   /** One Ceres run, ended by a step shorter than `converged_sigmas`. */
   void solve(double converged_sigmas, VisualInertialBaResult* result) {
     reintegrate();
     stateResiduals();
-    const auto problem = visual_.makeProblem(std::sqrt(options_.chi2_pixel));
+    const double variance = result->pixel_share * result->pixel_share;
+    const auto problem = visual_.makeProblem(std::make_unique<ceres::ScaledLoss>(
+        new ceres::HuberLoss(std::sqrt(options_.chi2_pixel * variance)), 1.0 / variance,
+        ceres::TAKE_OWNERSHIP));
     residuals_.addTo(problem.get(), state_);
     std::vector<double*> others;
     for (PoseBlock& body : bodies_) others.push_back(body.data());
     for (Eigen::Vector3d& velocity : velocities_) others.push_back(velocity.data());
     others.push_back(bias_.data());
     others.push_back(turn_.data());
+    if (slow_.size() > 0) others.push_back(slow_.data());
     StepWatch watch(converged_sigmas);
     ceres::Solver::Options solver =
         visual_.solverOptions(*problem, others, options_.iterations_per_round);
@@ -143,10 +153,17 @@ class VisualInertialSolver {
     result->last_step_sigmas = watch.lastStepSigmas();
   }
 
-  /** Relabels the measurements at the state; returns the sum of the inliers' squared residuals. */
-  double relabel() {
+  /** Relabels the measurements at the state, by that share of the window's pixel noise. */
+  void relabel(double pixel_share) {
     visual_.storeLandmarks(&problem_.bundle);
-    return problem_.bundle.relabel(visual_.poses(), options_.chi2_pixel);
+    problem_.bundle.relabel(visual_.poses(), options_.chi2_pixel * pixel_share * pixel_share);
+  }
+
+  /** Takes the pixels' noise for what the inliers show, and relabels by it. */
+  void followPixels(VisualInertialBaResult* result) {
+    result->pixel_share =
+        std::clamp(problem_.bundle.shownNoise(visual_.poses()), options_.least_pixel_share, 1.0);
+    relabel(result->pixel_share);
   }
 
   void store(VisualInertialBaResult* result) const {
@@ -155,7 +172,19 @@ class VisualInertialSolver {
     result->bias = bias();
   }
 
-  /** Counts and sums of the residuals; with covariance also what the normal equations say. */
+  /** Takes the sizes of the accelerometer's errors where the window's own residuals want them. */
+  void followSizes(double pixel_share) {
+    if (slow_.size() == 0) return;
+    const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
+    const Eigen::MatrixXd P = inverseOrEmpty(normalEquations(residuals, pixel_share).score);
+    if (P.size() == 0) return;
+    const AccelErrorSizes before = sizes_;
+    sizes_ = scoredSizes(sizes_, residuals, P, slow_, state_.of(slow_.data()).column,
+                         problem_.priors.slow_accel);
+    slow_ *= before.slow / sizes_.slow;
+  }
+
+  /** Counts of the residuals; with covariance also what the normal equations say. */
   void statistics(VisualInertialBaResult* result) {
     visual_.holdAtInfinity();
     const BiasPriors& priors = problem_.priors;
@@ -165,24 +194,19 @@ class VisualInertialSolver {
     int landmark_unknowns = 0;
     for (size_t l = 0; l < bundle.landmarks.size(); ++l)
       if (bundle.landmarks[l].valid) landmark_unknowns += visual_.held()[l] ? 2 : 3;
-    result->inlier_measurements = bundle.inlierCount();
     result->measurements = bundle.window.measurements.size();
-    result->dof_visual = 2 * result->inlier_measurements - landmark_unknowns;
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
-    const NormalEquations equations = normalEquations(residuals);
-    Eigen::MatrixXd score = equations.score;
-    addSlowError(residuals, problem_.preintegrations, problem_.priors.slow_accel,
-                 state_.of(bias_.data()).column + 3, &score);
-    const Eigen::MatrixXd covariance = covarianceOrEmpty(equations.curvature, score);
+    const NormalEquations equations = normalEquations(residuals, result->pixel_share);
+    const Eigen::MatrixXd covariance = covarianceOrEmpty(equations.curvature, equations.score);
     const Eigen::Index states = state_.of(turn_.data()).column;
     if (covariance.size() > 0) result->covariance = covariance.topLeftCorner(states, states);
     if (!options_.check_noise || result->covariance.size() == 0) return;
     const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
     if (inverse.size() == 0) return;
-    result->noise = checkNoise(
-        {bundle.window, visual_.poses(), bundle.landmarks, landmark_unknowns, options_.chi2_pixel},
-        residuals, inverse);
+    result->noise = checkNoise({bundle.window, visual_.poses(), bundle.landmarks, landmark_unknowns,
+                                options_.chi2_pixel, result->pixel_share},
+                               residuals, inverse);
   }
 
  private:
@@ -197,15 +221,34 @@ class VisualInertialSolver {
                       {bodies_[k].data(), visual_.pose(k), turn_.data()},
                       ResidualKind::kEliminated});
     const Eigen::Vector3d g_W(0.0, 0.0, -problem_.gravity_mps2);
-    for (size_t k = 0; k < problem_.preintegrations.size(); ++k)
-      residuals_.add({std::make_unique<PreintegrationCost>(problem_.preintegrations[k], g_W),
-                      {bodies_[k].data(), velocities_[k].data(), bodies_[k + 1].data(),
-                       velocities_[k + 1].data(), bias_.data()},
-                      ResidualKind::kImu,
-                      std::sqrt(options_.chi2_inertial)});
-    residuals_.add({std::make_unique<BiasPriorCost>(problem_.priors), {bias_.data()}});
-    residuals_.add({std::make_unique<CameraTurnPriorCost>(sigma_turn_rad_), {turn_.data()}});
+    for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {
+      ResidualBlock inertial{
+          std::make_unique<PreintegrationCost>(problem_.preintegrations[k], g_W,
+                                               sizes_.slow * slow_modes_.row(k), sizes_.white),
+          {bodies_[k].data(), velocities_[k].data(), bodies_[k + 1].data(),
+           velocities_[k + 1].data(), bias_.data()},
+          ResidualKind::kImu,
+          std::sqrt(options_.chi2_inertial)};
+      if (slow_.size() > 0) inertial.parameters.push_back(slow_.data());
+      residuals_.add(std::move(inertial));
+    }
+    const BiasPriors& priors = problem_.priors;
+    Eigen::VectorXd mean(6), sigma(6);
+    mean << priors.mean.gyro, priors.mean.accel;
+    sigma << Eigen::Vector3d::Constant(priors.sigma_gyro_rps),
+        Eigen::Vector3d::Constant(priors.sigma_accel_mps2);
+    addPrior(mean, sigma, bias_.data());
+    addPrior(Eigen::VectorXd::Zero(3), Eigen::VectorXd::Constant(3, sigma_turn_rad_), turn_.data());
+    if (slow_.size() > 0)
+      addPrior(Eigen::VectorXd::Zero(slow_.size()), Eigen::VectorXd::Ones(slow_.size()),
+               slow_.data());
     residuals_.add({std::make_unique<GaugeCost>(problem_.states[0].T_WB), {bodies_[0].data()}});
+  }
+
+  /** Gaussian, its components independent. */
+  void addPrior(const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, double* block) {
+    const Eigen::MatrixXd whitening = sigma.cwiseInverse().asDiagonal();
+    residuals_.add({std::make_unique<ceres::NormalPrior>(whitening, mean), {block}});
   }
 
   static std::vector<SE3> poses(const std::vector<NavState>& states) {
@@ -215,12 +258,13 @@ class VisualInertialSolver {
   }
 
   /** Normal equations of the state, with landmarks and shared errors eliminated. */
-  NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals) const {
+  NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals,
+                                  double pixel_share) const {
     const Eigen::Index n = visual_.poseCount();
     NormalEquations equations(state_.columns()), seen(6 * n);
-    addReducedVisualInformation(problem_.bundle.window, visual_.poses(),
-                                {visual_.landmarks(), visual_.held()},
-                                huberOfInliers(std::sqrt(options_.chi2_pixel)), 6, &seen);
+    addReducedVisualInformation(
+        problem_.bundle.window, visual_.poses(), {visual_.landmarks(), visual_.held()},
+        huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share), 6, &seen);
     eliminateErrors(SharedErrorCost::inverseSigma(sigma_shared_rad_).cwiseAbs2().replicate(n, 1),
                     &seen);
     for (Eigen::Index i = 0; i < n; ++i)
@@ -262,6 +306,9 @@ class VisualInertialSolver {
   std::vector<Eigen::Vector3d> velocities_;
   Eigen::Matrix<double, 6, 1> bias_;
   Eigen::Vector3d turn_ = Eigen::Vector3d::Zero();
+  Eigen::MatrixXd slow_modes_;  ///< m/s^2, a row an interval, a column a mode
+  Eigen::VectorXd slow_;        ///< of every mode [x, y, z], in standard deviations
+  AccelErrorSizes sizes_;
   StateBlocks state_;
   ResidualList residuals_;
 };
@@ -293,11 +340,17 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
     solver.solve(last ? options.converged_sigmas : first_rounds, &result);
     if (!result.summary.usable()) return finish();
     solver.store(&result);
-    result.chi2_visual = solver.relabel();
+    solver.relabel(1.0);
+    result.inlier_measurements = problem.bundle.inlierCount();
+    if (last)
+      solver.relabel(result.pixel_share);
+    else
+      solver.followPixels(&result);
     if (problem.bundle.inlierCount() == 0) {
       result.summary.stop(Termination::kFailed, "every measurement became an outlier");
       return finish();
     }
+    if (!last) solver.followSizes(result.pixel_share);
   }
   solver.statistics(&result);
   return finish();

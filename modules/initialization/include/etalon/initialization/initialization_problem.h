@@ -52,7 +52,12 @@ class InitializationProblem {
 
   /** Preintegration between keyframes k-1 and k for every k >= 1, at `bias`: keyframeCount() - 1 of
    * them. */
-  std::vector<Preintegration> preintegrate(const ImuBias& bias) const;
+  std::vector<Preintegration> preintegrate(const ImuBias& bias) const {
+    return preintegrate(bias, imuNoise());
+  }
+  /** The same with other densities. */
+  std::vector<Preintegration> preintegrate(const ImuBias& bias,
+                                           const ImuNoiseDensities& noise) const;
 
   /**
    * Stereo odometry over the keyframes, with the gyro's rotations at the priors' mean as a start.

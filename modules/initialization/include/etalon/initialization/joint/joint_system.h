@@ -37,14 +37,12 @@ struct JointModel {
   /** Of the turn of the cameras in the body against the calibration, an axis, rad
    * (VisualInertialBaOptions::sigma_turn_deg). Only with `imu_noise`. */
   double sigma_turn_rad = 0.0;
-  /** Take the slow error of the priors into account, where they have one, and this share of the
-   * problem's accelerometer density as white: inflated densities stand for a slow error too. */
+  /** Take the slow error of the priors into account, where they have one. */
   bool slow_accel = false;
   /** By how much the size of the slow error differs between windows: standard deviation of the
    * logarithm of its variance. 0: it is what the priors have. */
   double slow_accel_spread = 0.0;
   double white_accel_spread = 0.0;  ///< the same of the white noise
-  double white_accel_share = 1.0;
 };
 
 /**

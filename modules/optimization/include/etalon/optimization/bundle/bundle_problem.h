@@ -40,6 +40,10 @@ struct BundleProblem {
 
   int inlierCount() const;
 
+  /** Standard deviation of the pixels over the one believed, by the median of the inliers' squared
+   * residuals; landmarks take three of their coordinates. */
+  double shownNoise(const std::vector<SE3>& T_WB) const;
+
   /** Positions of the valid landmarks. */
   std::map<LandmarkId, Eigen::Vector3d> validLandmarks() const;
 };

@@ -23,7 +23,7 @@ struct ResidualGroup {
  *
  * `gyro` are the rotation rows of the inertial residuals, whitened alone; `accel` the position and
  * velocity rows given the rotation's (conditional covariance, of which the gyro's noise is a small
- * part); `vision` the pixels, from the poses that the cameras see: those of the body turned by the
+ * part); `vision` the pixels at the noise in use, from the poses that the cameras see: those of the body turned by the
  * error that all pixels of a keyframe share (`[vi_ba] sigma_shared_deg`), which is part of the
  * noise in use. Leverages J P J^T come from the joint covariance P of the fit, shared errors
  * eliminated; vision has what remains of the parameters after the inertial residuals, the bias

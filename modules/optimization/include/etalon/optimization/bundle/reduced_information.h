@@ -19,8 +19,10 @@ struct RobustWeight {
 /** Of a measurement of the window with the squared residual r2. */
 using RobustWeights = std::function<RobustWeight(const VisualMeasurement&, double r2)>;
 
-/** Huber's loss for inliers; what is not an inlier is left out. @param width in sigmas */
-RobustWeights huberOfInliers(double width);
+/** Huber's loss for inliers; what is not an inlier is left out.
+ * @param width in sigmas
+ * @param sigma of the whitened pixels: 1 where they are as noisy as believed */
+RobustWeights huberOfInliers(double width, double sigma = 1.0);
 
 /** A landmark of the normal equations: `held` where its rho is no unknown. */
 struct LandmarkEstimates {

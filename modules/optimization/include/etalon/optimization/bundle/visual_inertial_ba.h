@@ -19,6 +19,9 @@ struct VisualInertialBaOptions {
   double converged_sigmas = 0.1;
   double chi2_inertial = 16.92;    ///< 95 %, 9 degrees of freedom; its root is the Huber width
   double chi2_pixel = kChi2Pixel;  ///< the same of a pixel; those above it are outliers
+  /** Where the residuals of a round show pixels less noisy than the window was built with, the next
+   * round believes them; but not below this share. */
+  double least_pixel_share = 0.1;
   /** Of the error that all pixels of a keyframe share, as a rotation an axis. Without it any number
    * of pixels would average out to nothing, and overrule the gyro. */
   double sigma_shared_deg = 0.025;
@@ -51,8 +54,7 @@ struct VisualInertialBaResult {
   std::vector<NavState> states;
   ImuBias bias;              ///< of all keyframes, and in every state
   BundleProblem bundle;      ///< as given, landmarks and inliers solved
-  double chi2_visual = 0.0;  ///< over the inliers
-  int dof_visual = 0;        ///< their number less the landmarks' unknowns
+  double pixel_share = 1.0;  ///< standard deviation of the pixels over that of the window
   int inlier_measurements = 0, measurements = 0;
   /** Distance of a bias from its prior's mean in the prior's standard deviations. */
   double gyro_bias_sigmas = 0.0, accel_bias_sigmas = 0.0;
