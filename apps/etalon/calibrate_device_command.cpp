@@ -72,6 +72,8 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
   for (int window = 0; window < count; ++window)
     windows.push_back([=, options = pipeline.window](const NoiseFactors& believed) mutable {
       options.odometry.sigma_px = believed.sigma_px;
+      // One factor stands for all of the accelerometer's noise; two intervals tell its parts.
+      options.priors.slow_accel = SlowAcceleration();
       ImuNoiseOptions noise;
       // Whatever the samples show.
       noise.gyro_noise_factor = noise.min_gyro_noise_factor = believed.gyro;
@@ -91,9 +93,6 @@ NoiseCalibration calibrate(const std::string& name, const std::vector<NoiseWindo
                            const CalibrateDeviceArguments& arguments, const WindowShape& shape) {
   NoiseCalibrationOptions options;
   options.window = configuration.pipeline.window;
-  // One factor stands for all of the accelerometer's noise; the slow error comes of two intervals.
-  options.window.priors.slow_accel = SlowAcceleration();
-  options.window.vi_ba.least_pixel_share = 1.0;  // the factors follow the pixels' noise
   options.overlap = overlapOf(shape, arguments);
   options.start = {configuration.pipeline.imu_noise.gyro_noise_factor,
                    configuration.pipeline.imu_noise.accel_noise_factor,

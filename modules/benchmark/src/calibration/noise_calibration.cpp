@@ -111,8 +111,10 @@ double largestMove(const NoiseFactors& a, const NoiseFactors& b, const Vector3d&
   return (sigma.array() < kDetermined).select(moves.cwiseAbs().array(), 0.0).maxCoeff();
 }
 
-WindowOptions withoutResidualTest(WindowOptions options) {
+/** Residuals are judged by the factors that are believed, and refuse nothing. */
+WindowOptions forCalibration(WindowOptions options) {
   options.refine = options.check_noise = true;
+  options.vi_ba.least_pixel_share = 1.0;
   options.acceptance.noise_margin = std::numeric_limits<double>::infinity();
   return options;
 }
@@ -121,7 +123,7 @@ WindowOptions withoutResidualTest(WindowOptions options) {
 NoiseIteration iterate(std::vector<Fit>* fits, const NoiseFactors& believed,
                        const Initializer& initializer, const NoiseCalibrationOptions& options,
                        NoiseCalibration* out) {
-  const WindowOptions window = withoutResidualTest(options.window);
+  const WindowOptions window = forCalibration(options.window);
   NoiseIteration iteration;
   iteration.believed = believed;
   out->checks.clear();
