@@ -72,8 +72,6 @@ std::vector<NoiseWindow> windowsOf(const std::string& name,
   for (int window = 0; window < count; ++window)
     windows.push_back([=, options = pipeline.window](const NoiseFactors& believed) mutable {
       options.odometry.sigma_px = believed.sigma_px;
-      // One factor stands for all of the accelerometer's noise; two intervals tell its parts.
-      options.priors.slow_accel = SlowAcceleration();
       ImuNoiseOptions noise;
       // Whatever the samples show.
       noise.gyro_noise_factor = noise.min_gyro_noise_factor = believed.gyro;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 namespace etalon {
 
@@ -39,6 +40,13 @@ std::string text(const char* format, double a, double b = 0.0, double c = 0.0) {
   return buffer;
 }
 
+/** One factor stands for all of the accelerometer's noise (separateSlowError() tells its parts). */
+InitializationProblem withoutSlowError(const InitializationProblem& problem) {
+  InitializationProblem::Data data = problem.data();
+  data.priors.slow_accel = SlowAcceleration();
+  return InitializationProblem(std::move(data));
+}
+
 /** One window and where its last fit ended. */
 class Fit {
  public:
@@ -47,7 +55,7 @@ class Fit {
   void refit(const NoiseFactors& factors, const Initializer& initializer,
              const WindowOptions& options) {
     ok_ = false;
-    const InitializationProblem problem = window_(factors);
+    const InitializationProblem problem = withoutSlowError(window_(factors));
     std::map<LandmarkId, Eigen::Vector3d> landmarks;
     VisualInertialBaResult refined;
     if (start_) {
