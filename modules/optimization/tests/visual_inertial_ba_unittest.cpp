@@ -101,31 +101,37 @@ TEST(VisualInertialBa, CovarianceIsConsistent) {
   EXPECT_NEAR(sum / kRuns, kEstimated, kBand);
 }
 
+/** A case whose accelerometer has a slow error, constant over an interval, that it does not believe
+ * in. */
+VisualInertialCase slowCase(int run, const SlowAcceleration& slow) {
+  VisualInertialCase c = noisyCase(run);
+  const auto intervals = static_cast<Eigen::Index>(c.preintegrations.size());
+  Eigen::MatrixXd correlation(intervals, intervals);
+  for (Eigen::Index k = 0; k < intervals; ++k)
+    for (Eigen::Index l = 0; l < intervals; ++l)
+      correlation(k, l) = slow.correlation(c.preintegrations[k].dt() * static_cast<double>(k - l));
+  const Eigen::MatrixXd root = correlation.llt().matrixL();
+  std::mt19937 random(static_cast<unsigned>(run));
+  std::normal_distribution<double> normal;
+  const Eigen::MatrixXd error =  // a row an interval
+      slow.sigma_mps2 * root *
+      Eigen::MatrixXd::NullaryExpr(intervals, 3, [&] { return normal(random); });
+  for (Eigen::Index k = 0; k < intervals; ++k) {
+    std::vector<ImuSample> samples =
+        c.synthetic.imu.between(c.synthetic.truth[k].t, c.synthetic.truth[k + 1].t);
+    for (ImuSample& sample : samples) sample.accel += error.row(k).transpose();
+    c.preintegrations[k] =
+        Preintegration(samples, c.synthetic.bias, c.synthetic.calibration.imu.noise);
+  }
+  return c;
+}
+
 TEST(VisualInertialBa, ASlowErrorOfTheAccelerometerIsEstimatedBesideItsBias) {
   SlowAcceleration slow{0.1, 0.5};
   slow.spread = slow.white_spread = 0.0;
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
   double believed = 0.0, ignored = 0.0, off_believed = 0.0, off_ignored = 0.0;
   for (int run = 0; run < kRuns; ++run) {
-    VisualInertialCase c = noisyCase(run);
-    const auto intervals = static_cast<Eigen::Index>(c.preintegrations.size());
-    Eigen::MatrixXd correlation(intervals, intervals);
-    for (Eigen::Index k = 0; k < intervals; ++k)
-      for (Eigen::Index l = 0; l < intervals; ++l)
-        correlation(k, l) =
-            slow.correlation(c.preintegrations[k].dt() * static_cast<double>(k - l));
-    const Eigen::MatrixXd root = correlation.llt().matrixL();
-    const Eigen::MatrixXd error =  // a row an interval
-        slow.sigma_mps2 * root *
-        Eigen::MatrixXd::NullaryExpr(intervals, 3, [&] { return normal(random); });
-    for (Eigen::Index k = 0; k < intervals; ++k) {
-      std::vector<ImuSample> samples =
-          c.synthetic.imu.between(c.synthetic.truth[k].t, c.synthetic.truth[k + 1].t);
-      for (ImuSample& sample : samples) sample.accel += error.row(k).transpose();
-      c.preintegrations[k] =
-          Preintegration(samples, c.synthetic.bias, c.synthetic.calibration.imu.noise);
-    }
+    VisualInertialCase c = slowCase(run, slow);
     const VisualInertialBaResult without = c.solve(leastSquares());
     c.priors.slow_accel = slow;
     const VisualInertialBaResult with = c.solve(leastSquares());
@@ -137,6 +143,37 @@ TEST(VisualInertialBa, ASlowErrorOfTheAccelerometerIsEstimatedBesideItsBias) {
   EXPECT_NEAR(believed / kRuns, kEstimated, kBand);
   EXPECT_GT(ignored / kRuns, 2.0 * kEstimated);
   EXPECT_LT(off_believed, 0.8 * off_ignored);
+}
+
+TEST(VisualInertialBa, TheSizeOfTheSlowErrorFollowsTheWindow) {
+  // Believed a fifth of what it is.
+  const SlowAcceleration truth{0.2, 0.5};
+  SlowAcceleration believed{0.04, 0.5};
+  VisualInertialBaOptions ba = leastSquares();
+  ba.rounds = 5;
+  double fixed = 0.0, followed = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    VisualInertialCase c = slowCase(run, truth);
+    believed.spread = believed.white_spread = 0.0;
+    c.priors.slow_accel = believed;
+    fixed += nees(c, c.solve(ba));
+    c.priors.slow_accel.spread = 2.0;
+    followed += nees(c, c.solve(ba));
+  }
+  EXPECT_GT(fixed / kRuns, 2.0 * kEstimated);
+  EXPECT_LT(followed, 0.7 * fixed);  // a window of six keyframes does not tell it well
+}
+
+TEST(VisualInertialBa, PixelsAreAsNoisyAsTheyShowButNotMoreThanBelieved) {
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kGentle;
+  options.sigma_px = 0.3;
+  VisualInertialBaOptions ba;
+  ba.sigma_shared_deg = ba.sigma_turn_deg = 1e-4;
+  EXPECT_NEAR(VisualInertialCase(options, 1.0).solve(ba).pixel_share, 0.3, 0.03);
+  EXPECT_EQ(VisualInertialCase(options, 0.2).solve(ba).pixel_share, 1.0);
+  ba.least_pixel_share = 0.5;
+  EXPECT_EQ(VisualInertialCase(options, 1.0).solve(ba).pixel_share, 0.5);
 }
 
 /** Starts from no bias at all, the truth being `bias`; the IMU is integrated there. */

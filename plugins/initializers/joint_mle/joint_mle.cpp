@@ -71,9 +71,10 @@ InitializationProblem withTracks(const InitializationProblem& problem,
   return InitializationProblem(std::move(data));
 }
 
-/** Pixels are as noisy as sigma_px says. */
+/** Two rounds, of pixels that are as noisy as sigma_px says. */
 VisualInertialBaOptions publishedBa() {
   VisualInertialBaOptions ba;
+  ba.rounds = 2;
   ba.least_pixel_share = 1.0;
   return ba;
 }

@@ -47,8 +47,7 @@ double BundleProblem::relabel(const std::vector<SE3>& T_WB, double chi2_threshol
   return sum;
 }
 
-double BundleProblem::shownNoise(const std::vector<SE3>& T_WB) const {
-  constexpr double kMedianChi2 = 1.386;  // of chi-square with 2 degrees of freedom
+std::vector<double> BundleProblem::squaredResiduals(const std::vector<SE3>& T_WB) const {
   std::vector<double> squares;
   for (size_t l = 0; l < landmarks.size(); ++l) {
     double inliers = 0.0;
@@ -60,7 +59,26 @@ double BundleProblem::shownNoise(const std::vector<SE3>& T_WB) const {
         squares.push_back(r.squaredNorm() / share);
     }
   }
+  return squares;
+}
+
+double BundleProblem::medianNoise(const std::vector<SE3>& T_WB) const {
+  constexpr double kMedianChi2 = 1.386;  // of chi-square with 2 degrees of freedom
+  std::vector<double> squares = squaredResiduals(T_WB);
   return squares.empty() ? 1.0 : std::sqrt(median(std::move(squares)) / kMedianChi2);
+}
+
+double BundleProblem::trimmedNoise(const std::vector<SE3>& T_WB) const {
+  const std::vector<double> squares = squaredResiduals(T_WB);
+  if (squares.empty()) return 1.0;
+  const double largest = 16.0 * median(squares);
+  double sum = 0.0, rows = 0.0;
+  for (const double square : squares) {
+    if (square > largest) continue;
+    sum += square;
+    rows += 2.0;
+  }
+  return std::sqrt(sum / rows);
 }
 
 int BundleProblem::inlierCount() const {

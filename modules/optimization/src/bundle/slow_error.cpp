@@ -33,7 +33,7 @@ AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
                             const Eigen::MatrixXd& P, const Eigen::VectorXd& modes,
                             Eigen::Index column, const SlowAcceleration& slow) {
   // With H the hat matrix, d(-2 log L)/dt of a group is its dof, tr(I - H), less its chi2; of
-  // covariance 2 |(I - H)_gh|^2. What believes in a prior of size zero stays.
+  // covariance 2 |(I - H)_gh|^2. A size whose spread is zero stays.
   enum { kSlow, kWhite };
   const Eigen::Index n = modes.size();
   const Eigen::MatrixXd left =

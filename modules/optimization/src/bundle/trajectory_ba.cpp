@@ -146,7 +146,7 @@ TrajectoryBaResult solveTrajectoryBa(TrajectoryBaProblem problem,
       result.summary.stop(Termination::kFailed, "every measurement became an outlier");
       break;
     }
-    result.noise_factor = std::max(options.least_noise_factor, bundle.shownNoise(T_WB));
+    result.noise_factor = std::max(options.least_noise_factor, bundle.medianNoise(T_WB));
   }
   if (result.summary.usable()) result.states = solver.states();
   result.bundle = std::move(bundle);

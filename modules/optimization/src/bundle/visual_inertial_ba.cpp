@@ -21,8 +21,9 @@ namespace etalon {
 
 void VisualInertialBaOptions::declare(ParameterSet& parameters) {
   parameters.add("rounds", &rounds, {1, 10},
-                 "Rounds of optimisation; between two, outliers are relabelled and the IMU is "
-                 "re-integrated where the bias moved far.");
+                 "Rounds of optimisation; between two, outliers are relabelled, the sizes of the "
+                 "errors follow the residuals, and the IMU is re-integrated where the bias moved "
+                 "far.");
   parameters.add("iterations_per_round", &iterations_per_round, {1, 200},
                  "Levenberg-Marquardt iterations of a round, at most.");
   parameters.add("converged_sigmas", &converged_sigmas, {1e-6, 10.0},
@@ -162,7 +163,7 @@ class VisualInertialSolver {
   /** Takes the pixels' noise for what the inliers show, and relabels by it. */
   void followPixels(VisualInertialBaResult* result) {
     result->pixel_share =
-        std::clamp(problem_.bundle.shownNoise(visual_.poses()), options_.least_pixel_share, 1.0);
+        std::clamp(problem_.bundle.trimmedNoise(visual_.poses()), options_.least_pixel_share, 1.0);
     relabel(result->pixel_share);
   }
 

@@ -42,10 +42,17 @@ struct BundleProblem {
 
   /** Standard deviation of the pixels over the one believed, by the median of the inliers' squared
    * residuals; landmarks take three of their coordinates. */
-  double shownNoise(const std::vector<SE3>& T_WB) const;
+  double medianNoise(const std::vector<SE3>& T_WB) const;
+  /** The same by the mean of those that are within four times the median: heavier tails than a
+   * Gaussian's count. */
+  double trimmedNoise(const std::vector<SE3>& T_WB) const;
 
   /** Positions of the valid landmarks. */
   std::map<LandmarkId, Eigen::Vector3d> validLandmarks() const;
+
+ private:
+  /** Of the inliers, each times what its landmark's fit takes out. */
+  std::vector<double> squaredResiduals(const std::vector<SE3>& T_WB) const;
 };
 
 }  // namespace etalon

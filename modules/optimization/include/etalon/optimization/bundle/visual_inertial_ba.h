@@ -13,7 +13,8 @@ namespace etalon {
 
 /** How to solve it. Section [vi_ba]. */
 struct VisualInertialBaOptions {
-  int rounds = 2;  ///< optimise, relabel outliers and re-integrate, optimise again
+  /** Optimise, relabel outliers, judge the sizes of the errors and re-integrate, optimise again. */
+  int rounds = 3;
   int iterations_per_round = 50;
   /** Converged is what stopped by a Gauss-Newton step shorter than this in its own sigmas. */
   double converged_sigmas = 0.1;
