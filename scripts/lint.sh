@@ -3,7 +3,11 @@
 # application (with their headers), as .clang-format and .clang-tidy say; Doxygen on the public headers and the documents,
 # whose page is build/api/html/index.html: a docstring or a link that it cannot resolve is an error.
 #
-#   scripts/lint.sh [--all]       --all: clang-tidy on the tests and benchmarks, too
+#   scripts/lint.sh [--all] [--since COMMIT]
+#
+#   --all            clang-tidy on the tests and benchmarks, too
+#   --since COMMIT   clang-tidy only on the units of sources that changed since then, and on one unit for every header
+#                    that did; on all where .clang-tidy changed or the clone does not reach back so far
 #
 # What passed is remembered in build/lint by the content of the sources, of the project's headers that
 # they include, and of .clang-tidy: a second call checks only what changed. Exit code 1 if anything
@@ -11,15 +15,20 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-all=false
-for argument in "$@"; do
-  case "$argument" in
+all=false since=
+while (($# > 0)); do
+  case "$1" in
     --all) all=true ;;
+    --since)
+      since=${2:?lint.sh: --since needs a commit}
+      shift
+      ;;
     *)
-      echo "lint.sh: unknown argument '$argument'; expected --all" >&2
+      echo "lint.sh: unknown argument '$1'; expected --all or --since COMMIT" >&2
       exit 2
       ;;
   esac
+  shift
 done
 
 mapfile -t tracked < <(git ls-files --cached --others --exclude-standard '*.cpp' '*.h')
@@ -59,6 +68,36 @@ while read -r source headers; do headers_of[$source]=$headers; done < <(
     }
     END { if (source != "") print source, headers }')
 
+# What changed since that commit. A header is crossed off by the first unit that includes it.
+declare -A changed
+if [[ -n $since ]]; then
+  if ! git rev-parse --quiet --verify "$since^{commit}" >/dev/null; then
+    echo "lint: there is no commit $since here; clang-tidy looks at everything"
+    since=
+  elif ! git diff --quiet "$since" -- .clang-tidy; then
+    echo "lint: .clang-tidy changed since $since; clang-tidy looks at everything"
+    since=
+  else
+    while read -r file; do changed[$file]=1; done < <(
+      git diff --name-only "$since" -- '*.cpp' '*.h'
+      git ls-files --others --exclude-standard '*.cpp' '*.h'
+    )
+  fi
+fi
+
+# Whether a unit has something that changed: $2... its sources.
+is_changed() {
+  [[ -n $since ]] || return 0
+  local unit=$1 found=1 file
+  for file in "${@:2}"; do [[ -z ${changed[$file]:-} ]] || found=0; done
+  for file in ${headers_of[$unit]:-}; do
+    [[ $file == *.h && -n ${changed[$file]:-} ]] || continue
+    unset "changed[$file]"
+    found=0
+  done
+  return $found
+}
+
 # What the compiler is given: the sources of a target, eight at a time (CMake's unity build), or one by itself. What stands
 # in none of them (a project of its own inside a test) has no flags to check it with.
 todo=()
@@ -68,6 +107,7 @@ while read -r unit; do
   mapfile -t sources < <(sed -n "s|^#include \"$PWD/\(.*\.cpp\)\"$|\1|p" "$unit")
   ((${#sources[@]} > 0)) || sources=("$unit")
   if ! $all && printf '%s\n' "${sources[@]}" | grep -qE '(^|/)(tests|benchmarks)/'; then continue; fi
+  is_changed "$unit" "${sources[@]}" || continue
   parts=$common
   for source in "${sources[@]}"; do parts+=" $source ${hash_of[$source]:-}"; done
   if [[ -n ${headers_of[$unit]+known} ]]; then

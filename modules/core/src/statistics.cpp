@@ -34,6 +34,16 @@ double quantile(std::vector<double> values, double q) {
   return *below + (position - std::floor(position)) * (above - *below);
 }
 
+double meanUpTo(double largest, const std::vector<double>& values) {
+  double sum = 0.0, count = 0.0;
+  for (const double value : values) {
+    if (!(value <= largest)) continue;
+    sum += value;
+    count += 1.0;
+  }
+  return sum / count;
+}
+
 double chiSquareQuantile(double dof, double tail) {
   return boost::math::quantile(
       boost::math::complement(boost::math::chi_squared_distribution<double>(dof), tail));

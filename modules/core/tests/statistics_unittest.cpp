@@ -29,6 +29,12 @@ TEST(Statistics, QuantileIsInterpolatedLinearly) {
   EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }
 
+TEST(Statistics, MeanUpToLeavesOutWhatIsLarger) {
+  EXPECT_EQ(meanUpTo(4.0, {1.0, 100.0, 4.0}), 2.5);
+  EXPECT_TRUE(std::isnan(meanUpTo(4.0, {})));
+  EXPECT_TRUE(std::isnan(meanUpTo(0.5, {1.0})));
+}
+
 TEST(Statistics, QuantileNeverFallsAsItsShareGrows) {
   std::mt19937 generator(3);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

@@ -112,7 +112,7 @@ TEST(StereoTrackerInput, RefusesRightPixelsOffTheirEpipolarLine) {
   cv::Mat lowered;
   const cv::Mat shift = (cv::Mat_<double>(2, 3) << 1, 0, 0, 0, 1, 2.5);
   cv::warpAffine(right, lowered, shift, right.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  const auto withStereo = [&](const cv::Mat& right_image, double epipolar_px) {
+  const auto withStereo = [&, left = left](const cv::Mat& right_image, double epipolar_px) {
     StereoTrackerOptions options;
     options.epipolar_px = epipolar_px;
     StereoTracker tracker(rig, options);

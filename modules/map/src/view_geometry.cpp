@@ -126,8 +126,8 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
   // The view's pose by the other matches: Gauss-Newton with the Cauchy loss from the prediction.
   const Matrix6d information = view.covariance.llt().solve(Matrix6d::Identity());
   Vector6d d = Vector6d::Zero();
-  constexpr int kIterations = 8;
-  for (int i = 0; i < kIterations; ++i) {
+  constexpr int kSteps = 8;
+  for (int i = 0; i < kSteps; ++i) {
     Matrix6d H = information;
     Vector6d g = information * d;
     for (const FoundLandmark& f : gated)

@@ -42,28 +42,28 @@ Expected<NormalEpipolarBias> solveNormalEpipolarStep(
   solver.sigma_px = problem.sigmaPx();
   NormalEpipolarBias bias =
       estimateGyroBias(problem.calibration(), problem.keyframes(), preintegrations, seed, solver);
-  using Status = RefusalStatus;
   if (bias.summary.termination == Termination::kNotStarted)
-    return refuse(Status::kTooFewTracks, "some neighbouring keyframes share ",
+    return refuse(RefusalStatus::kTooFewTracks, "some neighbouring keyframes share ",
                   Value(bias.fewest_matches), " landmarks in a camera, at least ",
                   Bound(solver.min_matches), " are wanted");
   if (bias.summary.termination == Termination::kFailed)
-    return refuse(Status::kNotConverged,
+    return refuse(RefusalStatus::kNotConverged,
                   "the gyro bias of the normal epipolar constraints is not finite after ",
                   Value(bias.summary.iterations), " iterations in rounds of ", solver.iterations);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(bias.covariance);
   const double sigma = std::sqrt(eigen.eigenvalues()(2));
   if (bias.summary.termination == Termination::kSingular || !(sigma <= options.max_sigma_gyro_rps))
-    return refuse(Status::kIllConditioned, "the normal epipolar constraints know the gyro bias to ",
-                  Value(sigma, 4), " rad/s (1 sigma, worst direction), at most ",
+    return refuse(RefusalStatus::kIllConditioned,
+                  "the normal epipolar constraints know the gyro bias to ", Value(sigma, 4),
+                  " rad/s (1 sigma, worst direction), at most ",
                   Bound(options.max_sigma_gyro_rps, 4), " is wanted: too little parallax");
   if (!(bias.noise <= options.max_noise))
-    return refuse(Status::kNotConverged, "the epipolar residuals are ", Value(bias.noise, 1),
+    return refuse(RefusalStatus::kNotConverged, "the epipolar residuals are ", Value(bias.noise, 1),
                   " times what sigma_px promises, at most ", Bound(options.max_noise, 1),
                   " is wanted: a wrong minimum, or wrong tracks");
   const double distance = (bias.gyro - problem.priors().mean.gyro).norm();
   if (!(distance <= options.max_gyro_bias_rps))
-    return refuse(Status::kImplausible, "the gyro bias is ", Value(distance, 3),
+    return refuse(RefusalStatus::kImplausible, "the gyro bias is ", Value(distance, 3),
                   " rad/s from its prior mean, at most ", Bound(options.max_gyro_bias_rps, 3),
                   " is plausible");
   return bias;

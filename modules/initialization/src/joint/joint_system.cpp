@@ -8,6 +8,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
 #include "etalon/initialization/steps/world_errors.h"
+#include "etalon/optimization/variance_components.h"
 
 namespace etalon {
 
@@ -42,9 +43,6 @@ void linearMotion(const ClosedFormMotion& motion, const std::vector<SE3>& T_SS, 
     c->segment<3>(row + 6) = node.beta;
   }
 }
-
-// A step in the logarithm of a variance; what is far off comes closer pass by pass.
-constexpr double kLargestLogStep = 1.5;
 
 /** Rows [rotation, position] of every node's [rotation, position, velocity]. */
 MatrixXd poseRows(const MatrixXd& nine) {
@@ -197,7 +195,7 @@ void JointSystem::scaleNoise(const VectorXd& x, JointEstimate* estimate) const {
   const VectorXd Pr = whitening_.solve(s_) - W_ * (poseRows(c9_) + J * x);
   const Index n = parts_.size();
   std::vector<MatrixXd> PC;
-  VectorXd score(n);
+  VectorXd score(n), sizes(n), spread(n);
   MatrixXd known(n, n);
   for (Index i = 0; i < n; ++i) {
     const NoisePart& part = parts_[i];
@@ -206,15 +204,12 @@ void JointSystem::scaleNoise(const VectorXd& x, JointEstimate* estimate) const {
     PC[i].noalias() -= WJ * information.solve(WJ.transpose() * C);
     for (Index j = 0; j <= i; ++j)
       known(i, j) = known(j, i) = 0.5 * PC[i].cwiseProduct(PC[j].transpose()).sum();
-    const double before = 1.0 / (part.spread * part.spread);
-    const double off = 2.0 * std::log(estimate->*part.size / part.believed);
-    known(i, i) += before;
-    score(i) = 0.5 * (Pr.dot(C * Pr) - PC[i].trace()) - before * off;
+    score(i) = 0.5 * (Pr.dot(C * Pr) - PC[i].trace());
+    sizes(i) = estimate->*part.size / part.believed;
+    spread(i) = part.spread;
   }
-  const VectorXd step = known.llt().solve(score);
-  for (Index i = 0; i < n; ++i)
-    estimate->*parts_[i].size *=
-        std::exp(0.5 * std::clamp(step(i), -kLargestLogStep, kLargestLogStep));
+  const VectorXd factors = scoredFactors(score, known, sizes, spread);
+  for (Index i = 0; i < n; ++i) estimate->*parts_[i].size *= factors(i);
 }
 
 MatrixXd JointSystem::covariance(const JointEstimate& estimate,

@@ -49,19 +49,11 @@ struct KernelMoments {
   }
 };
 
-/**
- * Variance of a coordinate as squared residuals of two show it, `unknowns` having been fitted.
- * Residuals of more than four times the median, one of 6e4 Gaussian ones, are outliers.
- */
+/** Variance of a coordinate as squared residuals of two show it, `unknowns` having been fitted. */
 double noiseVariance(const std::vector<double>& r2, double median, double unknowns) {
-  double sum = 0.0, rows = 0.0;
-  for (const double square : r2) {
-    if (square > 16.0 * median) continue;
-    sum += square;
-    rows += 2.0;
-  }
   const double all = 2.0 * r2.size();
-  return all > unknowns ? sum / rows * all / (all - unknowns) : 1.0;
+  return all > unknowns ? 0.5 * meanUpTo(kOutlyingSquare * median, r2) * all / (all - unknowns)
+                        : 1.0;
 }
 
 }  // namespace

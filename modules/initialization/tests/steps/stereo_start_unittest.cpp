@@ -84,7 +84,8 @@ TEST(StereoPoints, RaysThatMissEachOtherGiveNoPoint) {
 }
 
 TEST(GyroBiasOfPoints, IsTheBiasUpToItsSquareOnExactPoints) {
-  for (const Motion motion : {Motion::kGentle, Motion::kAggressive, Motion::kPureRotation}) {
+  for (const Motion motion :
+       {Motion::kGentle, Motion::kAggressive, Motion::kPureRotation, Motion::kStandstill}) {
     SCOPED_TRACE(testing::toString(motion));
     SyntheticWindowOptions options;
     options.motion = motion;

@@ -67,68 +67,6 @@ double farthest(const std::vector<SE3>& a, const std::vector<SE3>& b) {
   return result;
 }
 
-TEST(StereoPoints, AreTheLandmarksWithoutNoise) {
-  const InformationCase c(small());
-  size_t count = 0;
-  for (size_t l = 0; l < c.points.of_landmark.size(); ++l)
-    for (const StereoPoints::Point& point : c.points.of_landmark[l]) {
-      EXPECT_LT((c.T_VB[point.keyframe] * point.p_B - c.landmarks[l]).norm(), 1e-6);
-      ++count;
-    }
-  EXPECT_GT(count, 30U);
-}
-
-TEST(StereoPoints, RaysThatMissEachOtherGiveNone) {
-  InformationCase c(small());
-  size_t before = 0, after = 0;
-  for (const auto& of_one : c.points.of_landmark) before += of_one.size();
-  // Every right pixel across its epipolar line (the cameras are side by side) by 10 sigmas.
-  for (VisualMeasurement& m : c.window.measurements)
-    if (m.camera == 1)
-      m.measurement.xy += m.measurement.sqrt_information.inverse() * Vector2d(0.0, 10.0);
-  for (const auto& of_one : stereoPoints(c.window, kLargestChi2).of_landmark)
-    after += of_one.size();
-  EXPECT_GT(before, 30U);
-  EXPECT_EQ(after, 0U);
-}
-
-TEST(MedianPositions, AreExactWithoutNoiseAndNotMovedByOutliers) {
-  std::vector<Matrix3d> R_VB;
-  const InformationCase exact(small());
-  for (const SE3& T : exact.T_VB) R_VB.push_back(T.R);
-  EXPECT_LT(farthest(medianPositions(exact.points, R_VB), exact.T_VB), 1e-6);
-
-  SyntheticWindowOptions options = small(0.1);
-  options.landmarks = 150;
-  const InformationCase outliers(options);
-  R_VB.clear();
-  for (const SE3& T : outliers.T_VB) R_VB.push_back(T.R);
-  EXPECT_LT(farthest(medianPositions(outliers.points, R_VB), outliers.T_VB), 0.05);
-}
-
-TEST(GyroBiasOfPoints, IsNearTheTruthInSpiteOfNoiseAndOutliers) {
-  for (const Motion motion : {Motion::kAggressive, Motion::kStandstill}) {
-    SyntheticWindowOptions options = small(0.1);
-    options.motion = motion;
-    options.landmarks = 150;
-    options.sigma_px = 0.5;
-    options.bias.gyro = {0.2, -0.2, 0.15};
-    const InformationCase c(options);
-    std::vector<Preintegration> preintegrations;
-    for (size_t k = 1; k < c.synthetic.truth.size(); ++k)
-      preintegrations.emplace_back(
-          c.synthetic.imu.between(c.synthetic.truth[k - 1].t, c.synthetic.truth[k].t), ImuBias(),
-          c.synthetic.calibration.imu.noise);
-    const Vector3d b_g =
-        gyroBiasOfPoints(c.points, preintegrations, c.synthetic.calibration.baseline(), 0.1);
-    EXPECT_LT((b_g - options.bias.gyro).norm(), 0.05);  // 0.32 from the prior's mean
-    // Without points it stays where the prior is.
-    StereoPoints none;
-    none.of_landmark.resize(c.points.of_landmark.size());
-    EXPECT_LT(gyroBiasOfPoints(none, preintegrations, 0.1, 0.1).norm(), 1e-12);
-  }
-}
-
 /** Reprojection residuals of all measurements of valid landmarks. */
 VectorXd residuals(const InformationCase& c, const TrackInformation& tracks,
                    const std::vector<SE3>& T, const std::vector<Vector3d>& l) {

@@ -71,14 +71,7 @@ double BundleProblem::medianNoise(const std::vector<SE3>& T_WB) const {
 double BundleProblem::trimmedNoise(const std::vector<SE3>& T_WB) const {
   const std::vector<double> squares = squaredResiduals(T_WB);
   if (squares.empty()) return 1.0;
-  const double largest = 16.0 * median(squares);
-  double sum = 0.0, rows = 0.0;
-  for (const double square : squares) {
-    if (square > largest) continue;
-    sum += square;
-    rows += 2.0;
-  }
-  return std::sqrt(sum / rows);
+  return std::sqrt(0.5 * meanUpTo(kOutlyingSquare * median(squares), squares));
 }
 
 int BundleProblem::inlierCount() const {

@@ -1,9 +1,9 @@
 #include "bundle/slow_error.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
+
+#include "etalon/optimization/variance_components.h"
 
 namespace etalon {
 
@@ -33,7 +33,7 @@ AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
                             const Eigen::MatrixXd& P, const Eigen::VectorXd& modes,
                             Eigen::Index column, const SlowAcceleration& slow) {
   // With H the hat matrix, d(-2 log L)/dt of a group is its dof, tr(I - H), less its chi2; of
-  // covariance 2 |(I - H)_gh|^2. A size whose spread is zero stays.
+  // covariance 2 |(I - H)_gh|^2.
   enum { kSlow, kWhite };
   const Eigen::Index n = modes.size();
   const Eigen::MatrixXd left =
@@ -59,17 +59,9 @@ AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
     }
   }
   known(kWhite, kSlow) = known(kSlow, kWhite);
-  const Eigen::Vector2d spread(slow.spread, slow.white_spread);
-  const Eigen::Vector2d off(2.0 * std::log(now.slow), 2.0 * std::log(now.white));
-  for (int i : {kSlow, kWhite}) {
-    const double before = 1.0 / std::max(1e-18, spread[i] * spread[i]);
-    known(i, i) += before;
-    score(i) -= before * off[i];
-  }
-  constexpr double kLargestStep = 1.5;  // what is far off comes closer round by round
-  const Eigen::Vector2d step =
-      known.llt().solve(score).cwiseMax(-kLargestStep).cwiseMin(kLargestStep);
-  return {now.slow * std::exp(0.5 * step(kSlow)), now.white * std::exp(0.5 * step(kWhite))};
+  const Eigen::Vector2d factors = scoredFactors(score, known, Eigen::Vector2d(now.slow, now.white),
+                                                Eigen::Vector2d(slow.spread, slow.white_spread));
+  return {now.slow * factors(kSlow), now.white * factors(kWhite)};
 }
 
 }  // namespace etalon

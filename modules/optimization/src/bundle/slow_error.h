@@ -27,8 +27,7 @@ struct AccelErrorSizes {
 };
 
 /**
- * The sizes after one step of Fisher's scoring on their restricted likelihood (Patterson and
- * Thompson, Biometrika 1971), with Gaussian priors on the logarithms of the variances.
+ * The sizes after a step of scoredFactors().
  * @param now that the residuals and P were taken at
  * @param residuals all but the pixels; the rows of kind kImu have the white noise
  * @param P the inverse of the normal equations

@@ -130,20 +130,14 @@ class VisualInertialSolver {
   void solve(double converged_sigmas, VisualInertialBaResult* result) {
     reintegrate();
     stateResiduals();
-    const double variance = result->pixel_share * result->pixel_share;
+    const double variance = pixel_share_ * pixel_share_;
     const auto problem = visual_.makeProblem(std::make_unique<ceres::ScaledLoss>(
         new ceres::HuberLoss(std::sqrt(options_.chi2_pixel * variance)), 1.0 / variance,
         ceres::TAKE_OWNERSHIP));
     residuals_.addTo(problem.get(), state_);
-    std::vector<double*> others;
-    for (PoseBlock& body : bodies_) others.push_back(body.data());
-    for (Eigen::Vector3d& velocity : velocities_) others.push_back(velocity.data());
-    others.push_back(bias_.data());
-    others.push_back(turn_.data());
-    if (slow_.size() > 0) others.push_back(slow_.data());
     StepWatch watch(converged_sigmas);
     ceres::Solver::Options solver =
-        visual_.solverOptions(*problem, others, options_.iterations_per_round);
+        visual_.solverOptions(*problem, state_, options_.iterations_per_round);
     solver.callbacks.push_back(&watch);
     solver.function_tolerance = 0.0;
     solver.initial_trust_region_radius = 10.0 * StepWatch::kUndamped;
@@ -154,30 +148,32 @@ class VisualInertialSolver {
     result->last_step_sigmas = watch.lastStepSigmas();
   }
 
-  /** Relabels the measurements at the state, by that share of the window's pixel noise. */
-  void relabel(double pixel_share) {
-    visual_.storeLandmarks(&problem_.bundle);
-    problem_.bundle.relabel(visual_.poses(), options_.chi2_pixel * pixel_share * pixel_share);
-  }
-
-  /** Takes the pixels' noise for what the inliers show, and relabels by it. */
-  void followPixels(VisualInertialBaResult* result) {
-    result->pixel_share =
-        std::clamp(problem_.bundle.trimmedNoise(visual_.poses()), options_.least_pixel_share, 1.0);
-    relabel(result->pixel_share);
-  }
-
-  void store(VisualInertialBaResult* result) const {
+  /** Stores the state; relabels by the pixels' noise as the window was built with, and counts. */
+  void store(VisualInertialBaResult* result) {
     for (size_t k = 0; k < bodies_.size(); ++k)
       result->states[k] = {fromBlock(bodies_[k].data()), velocities_[k], bias()};
     result->bias = bias();
+    result->pixel_share = pixel_share_;
+    visual_.storeLandmarks(&problem_.bundle);
+    relabel(1.0);
+    result->inlier_measurements = problem_.bundle.inlierCount();
   }
 
+  /** Takes the pixels' noise for what the inliers show. */
+  void followPixels() {
+    pixel_share_ =
+        std::clamp(problem_.bundle.trimmedNoise(visual_.poses()), options_.least_pixel_share, 1.0);
+  }
+
+  /** Relabels by the pixels' noise as it is known. */
+  void relabel() { relabel(pixel_share_); }
+
   /** Takes the sizes of the accelerometer's errors where the window's own residuals want them. */
-  void followSizes(double pixel_share) {
+  void followSizes() {
     if (slow_.size() == 0) return;
+    visual_.holdAtInfinity();
     const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
-    const Eigen::MatrixXd P = inverseOrEmpty(normalEquations(residuals, pixel_share).score);
+    const Eigen::MatrixXd P = inverseOrEmpty(normalEquations(residuals).score);
     if (P.size() == 0) return;
     const AccelErrorSizes before = sizes_;
     sizes_ = scoredSizes(sizes_, residuals, P, slow_, state_.of(slow_.data()).column,
@@ -198,7 +194,7 @@ class VisualInertialSolver {
     result->measurements = bundle.window.measurements.size();
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
-    const NormalEquations equations = normalEquations(residuals, result->pixel_share);
+    const NormalEquations equations = normalEquations(residuals);
     const Eigen::MatrixXd covariance = covarianceOrEmpty(equations.curvature, equations.score);
     const Eigen::Index states = state_.of(turn_.data()).column;
     if (covariance.size() > 0) result->covariance = covariance.topLeftCorner(states, states);
@@ -206,11 +202,15 @@ class VisualInertialSolver {
     const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
     if (inverse.size() == 0) return;
     result->noise = checkNoise({bundle.window, visual_.poses(), bundle.landmarks, landmark_unknowns,
-                                options_.chi2_pixel, result->pixel_share},
+                                options_.chi2_pixel, pixel_share_},
                                residuals, inverse);
   }
 
  private:
+  void relabel(double pixel_share) {
+    problem_.bundle.relabel(visual_.poses(), options_.chi2_pixel * pixel_share * pixel_share);
+  }
+
   /**
    * Every residual but the pixels', which visual_ holds: what solver, covariance and noise check
    * know of the problem. A new residual is one line here.
@@ -259,13 +259,12 @@ class VisualInertialSolver {
   }
 
   /** Normal equations of the state, with landmarks and shared errors eliminated. */
-  NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals,
-                                  double pixel_share) const {
+  NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals) const {
     const Eigen::Index n = visual_.poseCount();
     NormalEquations equations(state_.columns()), seen(6 * n);
     addReducedVisualInformation(
         problem_.bundle.window, visual_.poses(), {visual_.landmarks(), visual_.held()},
-        huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share), 6, &seen);
+        huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share_), 6, &seen);
     eliminateErrors(SharedErrorCost::inverseSigma(sigma_shared_rad_).cwiseAbs2().replicate(n, 1),
                     &seen);
     for (Eigen::Index i = 0; i < n; ++i)
@@ -309,6 +308,7 @@ class VisualInertialSolver {
   Eigen::Vector3d turn_ = Eigen::Vector3d::Zero();
   Eigen::MatrixXd slow_modes_;  ///< m/s^2, a row an interval, a column a mode
   Eigen::VectorXd slow_;        ///< of every mode [x, y, z], in standard deviations
+  double pixel_share_ = 1.0;    ///< standard deviation of the pixels over that of the window
   AccelErrorSizes sizes_;
   StateBlocks state_;
   ResidualList residuals_;
@@ -341,17 +341,13 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
     solver.solve(last ? options.converged_sigmas : first_rounds, &result);
     if (!result.summary.usable()) return finish();
     solver.store(&result);
-    solver.relabel(1.0);
-    result.inlier_measurements = problem.bundle.inlierCount();
-    if (last)
-      solver.relabel(result.pixel_share);
-    else
-      solver.followPixels(&result);
+    if (!last) solver.followPixels();
+    solver.relabel();
     if (problem.bundle.inlierCount() == 0) {
       result.summary.stop(Termination::kFailed, "every measurement became an outlier");
       return finish();
     }
-    if (!last) solver.followSizes(result.pixel_share);
+    if (!last) solver.followSizes();
   }
   solver.statistics(&result);
   return finish();

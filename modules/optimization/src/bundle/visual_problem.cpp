@@ -63,8 +63,7 @@ std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(
 }
 
 ceres::Solver::Options VisualProblem::solverOptions(const ceres::Problem& problem,
-                                                    const std::vector<double*>& others,
-                                                    int max_iterations) {
+                                                    const StateBlocks& others, int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = max_iterations;
@@ -81,7 +80,8 @@ ceres::Solver::Options VisualProblem::solverOptions(const ceres::Problem& proble
       ordering->AddElementToGroup(landmark.parameters.data(), 0);
   int group = 0;
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), ++group);
-  for (double* block : others) ordering->AddElementToGroup(block, ++group);
+  for (const StateBlocks::Block& block : others.all())
+    ordering->AddElementToGroup(block.values, ++group);
   options.linear_solver_ordering = ordering;
   return options;
 }

@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "bundle/residual_list.h"
 #include "etalon/optimization/bundle/bundle_problem.h"
 #include "etalon/optimization/solver_summary.h"
 #include "residuals/reprojection_cost.h"
@@ -45,8 +46,8 @@ class VisualProblem {
    * @param problem from makeProblem()
    * @param others all blocks of the problem besides poses and landmarks
    */
-  ceres::Solver::Options solverOptions(const ceres::Problem& problem,
-                                       const std::vector<double*>& others, int max_iterations);
+  ceres::Solver::Options solverOptions(const ceres::Problem& problem, const StateBlocks& others,
+                                       int max_iterations);
 
   double* pose(size_t k) { return poses_[k].data(); }
   Eigen::Index poseCount() const { return poses_.size(); }

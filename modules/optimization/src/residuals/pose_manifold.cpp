@@ -63,15 +63,15 @@ bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) co
   return true;
 }
 
-RowMajor<6, 7> tangentByBlock(const double* block) {
-  RowMajor<6, 7> J = RowMajor<6, 7>::Zero();
-  J.topLeftCorner<3, 4>() = 2.0 * quaternionProduct(block).transpose();
-  J.bottomRightCorner<3, 3>().setIdentity();
-  return J;
+RowMajor<3, 4> tangentByQuaternion(const double* block) {
+  return 2.0 * quaternionProduct(block).transpose();
 }
 
 bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Map<RowMajor<6, 7>>{jacobian} = tangentByBlock(x);
+  Map<RowMajor<6, 7>> J(jacobian);
+  J.setZero();
+  J.topLeftCorner<3, 4>() = tangentByQuaternion(x);
+  J.bottomRightCorner<3, 3>().setIdentity();
   return true;
 }
 

@@ -36,8 +36,9 @@ class PoseManifold : public ceres::Manifold {
 template <int Rows, int Cols>
 using RowMajor = Eigen::Matrix<double, Rows, Cols, Cols == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
 
-/** PoseManifold::MinusJacobian() at the pose `block`. */
-RowMajor<6, 7> tangentByBlock(const double* block);
+/** Derivatives of the right perturbation by the quaternion of `block`: the corner of
+ * PoseManifold::MinusJacobian() that is not the identity. */
+RowMajor<3, 4> tangentByQuaternion(const double* block);
 
 /**
  * Writes a Jacobian by the tangent of the pose `block` the way Ceres wants it, by the block's seven
@@ -47,7 +48,9 @@ template <int Rows>
 void writePoseJacobian(const Eigen::Matrix<double, Rows, 6>& by_tangent, const double* block,
                        double* jacobian) {
   Eigen::Map<RowMajor<Rows, 7>> out(jacobian);
-  out.noalias() = by_tangent * tangentByBlock(block);
+  out.template leftCols<4>().noalias() =
+      by_tangent.template leftCols<3>().lazyProduct(tangentByQuaternion(block));
+  out.template rightCols<3>() = by_tangent.template rightCols<3>();
 }
 
 }  // namespace etalon

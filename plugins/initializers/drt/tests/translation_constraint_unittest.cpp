@@ -100,7 +100,8 @@ double cost(const ConstraintCase& c, const std::vector<Vector3d>& p,
   const double sigma_rad =
       kSigmaPx / std::sqrt(c.window.calibration.cameras[0].model.focal().prod());
   double sum = 0.0;
-  for (const auto& [id, rays] : raysOf(c)) {
+  for (const auto& of_landmark : raysOf(c)) {
+    const auto& rays = of_landmark.second;
     if (rays.front().keyframe == rays.back().keyframe) continue;
     size_t a = 0, b = 0;
     double sine = 0.0;

@@ -18,6 +18,9 @@ double median(std::vector<double> values);
  */
 double quantile(std::vector<double> values, double q);
 
+/** Mean of those that are at most `largest`; NaN if none is. */
+double meanUpTo(double largest, const std::vector<double>& values);
+
 /**
  * The x that a chi-square variable of `dof` > 0 degrees of freedom, not necessarily whole, exceeds
  * with probability `tail`, 0 < tail < 1.

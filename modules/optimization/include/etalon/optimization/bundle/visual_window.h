@@ -65,6 +65,9 @@ struct VisualWindow {
 
 /** chi-square thresholds at 95 % for 2 degrees of freedom: one camera's pixel. */
 constexpr double kChi2Pixel = 5.991;
+/** A pixel's squared residual of more than so many medians, one of 6e4 Gaussian ones, tells nothing
+ * of the noise. */
+constexpr double kOutlyingSquare = 16.0;
 
 /** A landmark that a keyframe shows, apart from those of its tracks. */
 struct MoreObservation {
