@@ -43,12 +43,12 @@ constexpr int kRuns = 60;
 /** Half the 99 % band of the mean of the runs. */
 const double kBand = 2.58 * std::sqrt(2.0 * kEstimated / kRuns);
 
-VisualInertialCase noisyCase(int run) {
+VisualInertialCase noisyCase(int run, double sigma_px = 0.7) {
   SyntheticWindowOptions options;
   options.motion = testing::Motion::kAggressive;
   options.keyframes = 6;
   options.landmarks = 60;
-  options.sigma_px = 0.7;
+  options.sigma_px = sigma_px;
   options.gyro_noise_factor = options.accel_noise_factor = 1.0;
   options.seed = static_cast<unsigned>(500 + run);
   VisualInertialCase c(options, options.sigma_px);
@@ -67,10 +67,25 @@ TEST(VisualInertialConsistency, CovarianceIsConsistent) {
   EXPECT_NEAR(sum / kRuns, kEstimated, kBand);
 }
 
+/** Adds errors to the accelerometer's samples of every interval, m/s^2: a row each, and a jolt of 40 ms
+ * in the last one. */
+void disturb(VisualInertialCase* c, const Eigen::MatrixXd& error, const Eigen::Vector3d& jolt) {
+  for (Eigen::Index k = 0; k < error.rows(); ++k) {
+    std::vector<ImuSample> samples =
+        c->synthetic.imu.between(c->synthetic.truth[k].t, c->synthetic.truth[k + 1].t);
+    for (ImuSample& sample : samples) sample.accel += error.row(k).transpose();
+    if (k + 1 == error.rows())
+      for (size_t i = 20; i < 28; ++i) samples[i].accel += jolt;
+    c->preintegrations[k] =
+        Preintegration(samples, c->synthetic.bias, c->synthetic.calibration.imu.noise);
+  }
+}
+
 /** A case whose accelerometer has a slow error, constant over an interval, that it does not believe
  * in. */
-VisualInertialCase slowCase(int run, const SlowAcceleration& slow) {
-  VisualInertialCase c = noisyCase(run);
+VisualInertialCase slowCase(int run, const SlowAcceleration& slow, double sigma_px = 0.7,
+                            const Eigen::Vector3d& jolt = Eigen::Vector3d::Zero()) {
+  VisualInertialCase c = noisyCase(run, sigma_px);
   const auto intervals = static_cast<Eigen::Index>(c.preintegrations.size());
   Eigen::MatrixXd correlation(intervals, intervals);
   for (Eigen::Index k = 0; k < intervals; ++k)
@@ -79,16 +94,9 @@ VisualInertialCase slowCase(int run, const SlowAcceleration& slow) {
   const Eigen::MatrixXd root = correlation.llt().matrixL();
   std::mt19937 random(static_cast<unsigned>(run));
   std::normal_distribution<double> normal;
-  const Eigen::MatrixXd error =  // a row an interval
-      slow.sigma_mps2 * root *
+  const Eigen::MatrixXd draws =
       Eigen::MatrixXd::NullaryExpr(intervals, 3, [&] { return normal(random); });
-  for (Eigen::Index k = 0; k < intervals; ++k) {
-    std::vector<ImuSample> samples =
-        c.synthetic.imu.between(c.synthetic.truth[k].t, c.synthetic.truth[k + 1].t);
-    for (ImuSample& sample : samples) sample.accel += error.row(k).transpose();
-    c.preintegrations[k] =
-        Preintegration(samples, c.synthetic.bias, c.synthetic.calibration.imu.noise);
-  }
+  disturb(&c, slow.sigma_mps2 * root * draws, jolt);
   return c;
 }
 
@@ -128,6 +136,28 @@ TEST(VisualInertialConsistency, TheSizeOfTheSlowErrorFollowsTheWindow) {
   }
   EXPECT_GT(fixed / kRuns, 2.0 * kEstimated);
   EXPECT_LT(followed, 0.7 * fixed);  // a window of six keyframes does not tell it well
+}
+
+/** A jolt that the accelerometer does not tell, 40 ms in the last interval. */
+TEST(VisualInertialConsistency, AJoltIsFoundInItsInterval) {
+  constexpr double kSharpPx = 0.05;
+  const SlowAcceleration slow{0.04, 0.5};
+  const Eigen::Vector3d jolt(1.2, -2.1, 3.0);
+  VisualInertialBaOptions ba = leastSquares();
+  ba.rounds = 3;
+  double calm = 0.0, found = 0.0, taken_for_slow = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    VisualInertialCase c = slowCase(run, slow, kSharpPx);
+    VisualInertialCase jolted = slowCase(run, slow, kSharpPx, jolt);
+    c.priors.slow_accel = jolted.priors.slow_accel = slow;
+    ba.jolt_spread = 2.0;
+    calm += nees(c, c.solve(ba));
+    found += nees(jolted, jolted.solve(ba));
+    ba.jolt_spread = 0.0;
+    taken_for_slow += nees(jolted, jolted.solve(ba));
+  }
+  EXPECT_NEAR(calm / kRuns, kEstimated, 2.0 * kBand);
+  EXPECT_LT(found, 0.6 * taken_for_slow);
 }
 
 }  // namespace
