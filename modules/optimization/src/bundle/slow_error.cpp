@@ -58,7 +58,7 @@ AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
         score(k) -= 0.5 * w2 * R.trace();
         R.diagonal().array() += 1.0;
       }
-      known(k, l++) = 0.5 * w2 * R.squaredNorm();
+      known(k, l++) = 0.5 * a.weight * b.weight * R.squaredNorm();
     }
     ++k;
   }
