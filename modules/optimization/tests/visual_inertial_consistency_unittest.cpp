@@ -67,22 +67,9 @@ TEST(VisualInertialConsistency, CovarianceIsConsistent) {
   EXPECT_NEAR(sum / kRuns, kEstimated, kBand);
 }
 
-/** Adds errors to the accelerometer's samples of every interval, m/s^2: a row each, and a jolt of 40 ms
- * in the last one. */
-void disturb(VisualInertialCase* c, const Eigen::MatrixXd& error, const Eigen::Vector3d& jolt) {
-  for (Eigen::Index k = 0; k < error.rows(); ++k) {
-    std::vector<ImuSample> samples =
-        c->synthetic.imu.between(c->synthetic.truth[k].t, c->synthetic.truth[k + 1].t);
-    for (ImuSample& sample : samples) sample.accel += error.row(k).transpose();
-    if (k + 1 == error.rows())
-      for (size_t i = 20; i < 28; ++i) samples[i].accel += jolt;
-    c->preintegrations[k] =
-        Preintegration(samples, c->synthetic.bias, c->synthetic.calibration.imu.noise);
-  }
-}
-
 /** A case whose accelerometer has a slow error, constant over an interval, that it does not believe
- * in. */
+ * in.
+ * @param jolt of 40 ms in the last interval, m/s^2 */
 VisualInertialCase slowCase(int run, const SlowAcceleration& slow, double sigma_px = 0.7,
                             const Eigen::Vector3d& jolt = Eigen::Vector3d::Zero()) {
   VisualInertialCase c = noisyCase(run, sigma_px);
@@ -94,9 +81,18 @@ VisualInertialCase slowCase(int run, const SlowAcceleration& slow, double sigma_
   const Eigen::MatrixXd root = correlation.llt().matrixL();
   std::mt19937 random(static_cast<unsigned>(run));
   std::normal_distribution<double> normal;
-  const Eigen::MatrixXd draws =
+  const Eigen::MatrixXd error =  // a row an interval
+      slow.sigma_mps2 * root *
       Eigen::MatrixXd::NullaryExpr(intervals, 3, [&] { return normal(random); });
-  disturb(&c, slow.sigma_mps2 * root * draws, jolt);
+  for (Eigen::Index k = 0; k < intervals; ++k) {
+    std::vector<ImuSample> samples =
+        c.synthetic.imu.between(c.synthetic.truth[k].t, c.synthetic.truth[k + 1].t);
+    for (ImuSample& sample : samples) sample.accel += error.row(k).transpose();
+    if (k + 1 == intervals)
+      for (size_t i = 20; i < 28; ++i) samples.at(i).accel += jolt;
+    c.preintegrations[k] =
+        Preintegration(samples, c.synthetic.bias, c.synthetic.calibration.imu.noise);
+  }
   return c;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// The accelerometer's slow error within a window as few unknowns, and the sizes of all its errors. Private to
-// the module.
+// The accelerometer's slow error within a window as few unknowns, and the sizes of all its errors.
+// Private to the module.
 
 #include <Eigen/Core>
 #include <vector>
