@@ -137,14 +137,34 @@ TEST(ClosedFormMotion, JointCovarianceHandsAnErrorOnToAllLaterNodes) {
   }
 }
 
-TEST(ClosedFormMotion, WhiteNoiseOfTheAccelerometerGrowsByItsFactor) {
+/** An interval's factor scales what its white noise makes, of which there is a root. */
+TEST(ClosedFormMotion, WhiteNoiseOfTheAccelerometerGrowsByItsFactors) {
   Case c;
-  const MatrixXd grown = composeMotion(c.preintegrations(c.bias), {}, 1.5).covariance;
-  c.noise.accel_noise_density *= 1.5;
-  const MatrixXd noisier = composeMotion(c.preintegrations(c.bias)).covariance;
-  for (Index i = 0; i < grown.rows(); ++i)
-    for (Index j = 0; j < grown.rows(); ++j)
-      EXPECT_NEAR(grown(i, j), noisier(i, j), 1e-3 * std::sqrt(noisier(i, i) * noisier(j, j)));
+  const std::vector<Preintegration> preintegrations = c.preintegrations(c.bias);
+  Eigen::VectorXd factors(preintegrations.size());
+  factors << 1.5, 1.0, 3.0, 2.0, 1.0;
+  const ClosedFormMotion grown = composeMotion(preintegrations, {}, factors);
+  std::vector<Preintegration> noisier;
+  for (size_t k = 0; k < preintegrations.size(); ++k) {
+    ImuNoiseDensities noise = c.noise;
+    noise.accel_noise_density *= factors[k];
+    noisier.emplace_back(preintegrations[k].samples(), c.bias, noise);
+  }
+  const auto expectNear = [](const MatrixXd& P, const MatrixXd& expected) {
+    ASSERT_EQ(P.rows(), expected.rows());
+    for (Index i = 0; i < P.rows(); ++i)
+      for (Index j = 0; j < P.rows(); ++j)
+        EXPECT_NEAR(P(i, j), expected(i, j), 1e-3 * std::sqrt(expected(i, i) * expected(j, j)));
+  };
+  expectNear(grown.covariance, composeMotion(noisier).covariance);
+
+  c.noise.accel_noise_density = 0.0;
+  const MatrixXd calm = composeMotion(c.preintegrations(c.bias)).covariance;
+  std::vector<Index> positions;
+  for (Index row = 0; row < calm.rows(); ++row)
+    if (row % 9 / 3 == 1) positions.push_back(row);
+  expectNear(grown.white_accel_root * grown.white_accel_root.transpose(),
+             (grown.covariance - calm)(positions, positions));
 }
 
 /** An error that never changes is one of the bias; one that is new at every interval is less of it

@@ -238,59 +238,88 @@ TEST(JointSystem, ExcessOfTheScoreIsBetweenTwoInverses) {
   expectPosesAndGyroBias(system.covariance(solved, allKeyframes(c), excess), expected);
 }
 
+constexpr Index kSizesKeyframes = 12;
+
 /**
- * Mean logarithm of the estimated sizes [slow error, white noise] over those believed, in windows
- * whose errors are `slow_factor` and `white_factor` times as large as believed.
+ * Geometric means of the estimated sizes in windows whose errors are `truth` times as large as
+ * believed.
+ * @param spread of the slow error and the white noise
  */
-Eigen::Vector2d estimatedSizes(double slow_factor, double white_factor, double spread) {
-  const SlowAcceleration believed{0.02, 0.4};
-  JointCase c(12, believed);
-  Vector12 truth;
-  truth << c.estimate.T_VB[0].R.transpose() * c.window.truth[0].v_WB, VectorXd::Zero(6),
+AccelErrorSizes estimatedSizes(const AccelErrorSizes& truth, double spread, double jolt_spread) {
+  JointModel model;
+  model.slow_accel = {0.02, 0.4};
+  model.slow_accel.spread = model.slow_accel.white_spread = spread;
+  model.slow_accel.jolt_spread = jolt_spread;
+  JointCase c(kSizesKeyframes, model.slow_accel);
+  Vector12 x;
+  x << c.estimate.T_VB[0].R.transpose() * c.window.truth[0].v_WB, VectorXd::Zero(6),
       c.window.truth[0].T_WB.R.transpose() * Vector3d(0.0, 0.0, -9.81);
   const Index n = c.S.rows();
   c.S = MatrixXd::Identity(n, n) * 1e9;  // poses to 0.03 mm and 0.002 deg
-  JointModel model;
-  model.slow_accel = true;
-  model.slow_accel_spread = model.white_accel_spread = spread;
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const auto draw = [&] { return normal(random); };
   constexpr int kWindows = 60, kPasses = 6;
   const std::vector<Preintegration> imu = c.problem.preintegrate(c.window.bias);
-  c.motion = composeMotion(imu, {slow_factor * believed.sigma_mps2, believed.time_s}, white_factor);
+  const auto composed = [&](const AccelErrorSizes& sizes) {
+    SlowAcceleration slow = model.slow_accel;
+    slow.sigma_mps2 *= sizes.slow;
+    return composeMotion(imu, slow, sizes.whiteByInterval());
+  };
+  c.motion = composed(truth);
   const MatrixXd root = c.imuCovariance().llt().matrixL();
-  Eigen::Vector2d logarithm = Eigen::Vector2d::Zero();
+  AccelErrorSizes logarithm(truth.jolts.size());
+  logarithm.slow = logarithm.white = 0.0;
+  logarithm.jolts.setZero();
   for (int window = 0; window < kWindows; ++window) {
-    const VectorXd y = c.carried(truth) + root * VectorXd::NullaryExpr(n, draw);
+    const VectorXd y = c.carried(x) + root * VectorXd::NullaryExpr(n, draw);
     c.s = c.S * y + c.S.llt().matrixL() * VectorXd::NullaryExpr(n, draw);
-    double slow_mps2 = believed.sigma_mps2, white = 1.0;
+    JointEstimate solved = c.estimate;
+    solved.sizes = AccelErrorSizes(truth.jolts.size());
     for (int pass = 0; pass < kPasses; ++pass) {
-      JointEstimate solved = c.estimate;
-      solved.slow_accel_mps2 = slow_mps2;
-      solved.white_accel_factor = white;
-      const ClosedFormMotion motion = composeMotion(imu, {slow_mps2, believed.time_s}, white);
-      EXPECT_TRUE(JointSystem(c.problem, motion, c.S, c.s, c.estimate, model).solve(&solved));
-      slow_mps2 = solved.slow_accel_mps2;
-      white = solved.white_accel_factor;
+      const JointSystem system(c.problem, composed(solved.sizes), c.S, c.s, c.estimate, model);
+      EXPECT_TRUE(system.solve(&solved));
     }
-    logarithm +=
-        Eigen::Vector2d(std::log(slow_mps2 / believed.sigma_mps2), std::log(white)) / kWindows;
+    logarithm.slow += std::log(solved.sizes.slow) / kWindows;
+    logarithm.white += std::log(solved.sizes.white) / kWindows;
+    logarithm.jolts += solved.sizes.jolts.array().log().matrix() / kWindows;
   }
-  return logarithm;
+  AccelErrorSizes mean;
+  mean.slow = std::exp(logarithm.slow);
+  mean.white = std::exp(logarithm.white);
+  mean.jolts = logarithm.jolts.array().exp();
+  return mean;
 }
 
 /** The sizes stay where they are believed if that is right; elsewhere they go most of the way. */
 TEST(JointSystem, FindsTheSizesOfTheAccelerometersErrorsInTheWindow) {
-  const double twice = 0.8 * std::log(2.0);
-  const auto expectNear = [](const Eigen::Vector2d& found, double slow, double white) {
-    EXPECT_NEAR(found.x(), slow, 0.15);
-    EXPECT_NEAR(found.y(), white, 0.15);
+  const double twice = std::pow(2.0, 0.8);
+  const auto expectSizes = [](double slow, double white, double spread, double expected_slow,
+                              double expected_white) {
+    AccelErrorSizes truth(kSizesKeyframes - 1);
+    truth.slow = slow;
+    truth.white = white;
+    const AccelErrorSizes found = estimatedSizes(truth, spread, 0.0);
+    EXPECT_NEAR(std::log(found.slow / expected_slow), 0.0, 0.15);
+    EXPECT_NEAR(std::log(found.white / expected_white), 0.0, 0.15);
   };
-  expectNear(estimatedSizes(2.0, 2.0, 0.0), 0.0, 0.0);  // not asked
-  expectNear(estimatedSizes(1.0, 1.0, 1.0), 0.0, 0.0);
-  expectNear(estimatedSizes(2.0, 1.0, 1.0), twice, 0.0);
-  expectNear(estimatedSizes(1.0, 2.0, 1.0), 0.0, twice);
+  expectSizes(2.0, 2.0, 0.0, 1.0, 1.0);  // not asked
+  expectSizes(1.0, 1.0, 1.0, 1.0, 1.0);
+  expectSizes(2.0, 1.0, 1.0, twice, 1.0);
+  expectSizes(1.0, 2.0, 1.0, 1.0, twice);
+}
+
+TEST(JointSystem, FindsTheIntervalWithAJolt) {
+  constexpr Index kJolted = 6;
+  AccelErrorSizes truth(kSizesKeyframes - 1);
+  truth.jolts(kJolted) = 8.0;
+  const AccelErrorSizes found = estimatedSizes(truth, 0.5, 2.0);
+  EXPECT_GT(found.jolts(kJolted), 4.0);
+  EXPECT_NEAR(found.slow, 1.0, 0.2);
+  EXPECT_NEAR(found.white, 1.0, 0.2);
+  Eigen::VectorXd others = found.jolts;
+  others(kJolted) = 1.0;
+  EXPECT_LT(others.maxCoeff(), 1.5);
 }
 
 TEST(JointSystem, HasNoCovarianceWhereTheCostHasNoMinimum) {

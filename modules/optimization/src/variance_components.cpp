@@ -4,14 +4,33 @@
 
 namespace etalon {
 
-Eigen::VectorXd scoredFactors(Eigen::VectorXd score, Eigen::MatrixXd information,
-                              const Eigen::VectorXd& sizes, const Eigen::VectorXd& spread) {
+AccelErrorSizes scoredSizes(const AccelErrorSizes& now, const Eigen::VectorXd& score,
+                            const Eigen::MatrixXd& information, const SlowAcceleration& slow) {
   constexpr double kLargestStep = 1.5, kLeastVariance = 1e-18;
+  // The white noise of the window is that of all its intervals.
+  const Eigen::Index intervals = now.jolts.size(), groups = 2 + intervals;
+  Eigen::MatrixXd of = Eigen::MatrixXd::Zero(1 + intervals, groups);  // which group has which
+  of(0, 0) = 1.0;
+  of.col(1).tail(intervals).setOnes();
+  of.bottomRightCorner(intervals, intervals).setIdentity();
+
+  Eigen::VectorXd sizes(groups), spread(groups);
+  sizes << now.slow, now.white, now.jolts;
+  spread << slow.spread, slow.white_spread, Eigen::VectorXd::Constant(intervals, slow.jolt_spread);
   const Eigen::VectorXd prior = spread.cwiseAbs2().cwiseMax(kLeastVariance).cwiseInverse();
-  information.diagonal() += prior;
-  score -= 2.0 * prior.cwiseProduct(sizes.array().log().matrix());
-  const Eigen::VectorXd step = information.llt().solve(score);
-  return (0.5 * step.cwiseMax(-kLargestStep).cwiseMin(kLargestStep)).array().exp();
+  Eigen::MatrixXd H = of.transpose() * information * of;
+  H.diagonal() += prior;
+  const Eigen::VectorXd gradient =
+      of.transpose() * score - 2.0 * prior.cwiseProduct(sizes.array().log().matrix());
+  const Eigen::VectorXd step =
+      H.llt().solve(gradient).cwiseMax(-kLargestStep).cwiseMin(kLargestStep);
+  sizes.array() *= (0.5 * step).array().exp();
+
+  AccelErrorSizes next(intervals);
+  next.slow = sizes(0);
+  next.white = sizes(1);
+  next.jolts = sizes.tail(intervals).cwiseMax(1.0);
+  return next;
 }
 
 }  // namespace etalon

@@ -146,10 +146,9 @@ TEST(VisualInertialConsistency, AJoltIsFoundInItsInterval) {
     VisualInertialCase c = slowCase(run, slow, kSharpPx);
     VisualInertialCase jolted = slowCase(run, slow, kSharpPx, jolt);
     c.priors.slow_accel = jolted.priors.slow_accel = slow;
-    ba.jolt_spread = 2.0;
     calm += nees(c, c.solve(ba));
     found += nees(jolted, jolted.solve(ba));
-    ba.jolt_spread = 0.0;
+    jolted.priors.slow_accel.jolt_spread = 0.0;
     taken_for_slow += nees(jolted, jolted.solve(ba));
   }
   EXPECT_NEAR(calm / kRuns, kEstimated, 2.0 * kBand);

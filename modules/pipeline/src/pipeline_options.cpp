@@ -59,6 +59,9 @@ std::vector<ParameterSet> PipelineOptions::sections() {
              "between windows; the window's own is estimated. 0: slow_accel_mps2 as it is.");
   priors.add("white_accel_spread", &window.priors.slow_accel.white_spread, {0.0, 10.0},
              "The same of the white noise beside it. 0: white_accel_share as it is.");
+  priors.add("jolt_spread", &window.priors.slow_accel.jolt_spread, {0.0, 10.0},
+             "The same of the white noise of single intervals between keyframes, which may have "
+             "more than the window where there is a slow error. 0: none has.");
   sets.push_back(priors);
 
   const auto declared = [&sets](const char* name, auto& options) {

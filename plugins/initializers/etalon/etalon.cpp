@@ -29,9 +29,7 @@ class EtalonInitializer : public Initializer {
   InitializationResult solve(const InitializationProblem& problem) const override {
     JointMapOptions options = map_;
     options.least_noise = least_pixel_share_;
-    options.model.slow_accel = true;
-    options.model.slow_accel_spread = problem.priors().slow_accel.spread;
-    options.model.white_accel_spread = problem.priors().slow_accel.white_spread;
+    options.model.slow_accel = problem.priors().slow_accel;
     options.model.sigma_shared_rad = radians(sigma_shared_deg_);
     options.model.sigma_turn_rad = radians(sigma_turn_deg_);
     return solveJointMap(problem, options);

@@ -1,5 +1,7 @@
 #include "etalon/initialization/joint/closed_form_motion.h"
 
+#include <cmath>
+
 #include "etalon/core/so3.h"
 
 namespace etalon {
@@ -61,38 +63,54 @@ Eigen::MatrixXd slowCovariance(const std::vector<Preintegration>& preintegration
   return slow.sigma_mps2 * slow.sigma_mps2 * by_error * correlation * by_error.transpose();
 }
 
-/** Covariance of the nodes' errors by white noise of the acceleration: its first integral is
+/** A root of the covariance of [position, velocity] along an axis that white noise of the
+ * acceleration makes in a time h, sigma^2 [h^3 / 3, h^2 / 2; h^2 / 2, h]: its first integral is
  * Brownian motion. Noise that is alike along all axes is so in every frame. */
-Eigen::MatrixXd whiteAccelCovariance(const std::vector<ClosedFormMotion::Node>& nodes,
-                                     double density) {
-  const Eigen::Index n = nodes.size() - 1;
-  const double d = density * density;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kError * n, kError * n);
-  const auto set = [&covariance](Eigen::Index row, Eigen::Index column, double value) {
-    covariance.block<3, 3>(row, column).diagonal().setConstant(value);
-    covariance.block<3, 3>(column, row).diagonal().setConstant(value);
-  };
-  for (Eigen::Index k = 0; k < n; ++k)
-    for (Eigen::Index j = 0; j <= k; ++j) {
-      const double t = nodes[j + 1].t, later = nodes[k + 1].t - t;
-      const Eigen::Index early = kError * j, late = kError * k;
-      set(late + 3, early + 3, d * t * t * (t / 3.0 + later / 2.0));
-      set(late + 3, early + 6, d * t * (t / 2.0 + later));
-      set(early + 3, late + 6, d * t * t / 2.0);
-      set(early + 6, late + 6, d * t);
+Eigen::Matrix2d whiteAccelRoot(double density, double h) {
+  Eigen::Matrix2d root;
+  root << h / 2.0, h / std::sqrt(12.0), 1.0, 0.0;
+  return density * std::sqrt(h) * root;
+}
+
+/** The same as a covariance of an interval's error. */
+ErrorMatrix whiteAccelCovariance(double density, double h) {
+  const Eigen::Matrix2d root = whiteAccelRoot(density, h), covariance = root * root.transpose();
+  ErrorMatrix result = ErrorMatrix::Zero();
+  for (Eigen::Index i = 0; i < 2; ++i)
+    for (Eigen::Index j = 0; j < 2; ++j)
+      result.block<3, 3>(3 + 3 * i, 3 + 3 * j).diagonal().setConstant(covariance(i, j));
+  return result;
+}
+
+/** ClosedFormMotion::white_accel_root. @param densities an interval each */
+Eigen::MatrixXd whiteAccelRoot(const std::vector<ClosedFormMotion::Node>& nodes,
+                               const Eigen::VectorXd& densities) {
+  const Eigen::Index n = densities.size();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(3 * n, 6 * n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Matrix2d own = whiteAccelRoot(densities[k], nodes[k + 1].t - nodes[k].t);
+    for (Eigen::Index j = k; j < n; ++j) {
+      const double later = nodes[j + 1].t - nodes[k + 1].t;
+      for (Eigen::Index column = 0; column < 2; ++column)
+        root.block<3, 3>(3 * j, 6 * k + 3 * column)
+            .diagonal()
+            .setConstant(own(0, column) + later * own(1, column));
     }
-  return covariance;
+  }
+  return root;
 }
 
 }  // namespace
 
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
-                               const SlowAcceleration& slow, double white_accel_factor) {
+                               const SlowAcceleration& slow, const Eigen::VectorXd& white_accel) {
   ClosedFormMotion motion;
   motion.nodes.emplace_back();
   const Eigen::Index n = preintegrations.size();
   motion.covariance = Eigen::MatrixXd::Zero(kError * n, kError * n);
-  for (const Preintegration& p : preintegrations) {
+  Eigen::VectorXd densities(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Preintegration& p = preintegrations[k];
     const ClosedFormMotion::Node& last = motion.nodes.back();
     const Preintegration::Deltas& d = p.deltas();
     const ErrorMatrix F = transition(last, d, p.dt()), G = toVisualFrame(last.R_VB);
@@ -103,8 +121,13 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
     next.beta = last.beta + last.R_VB * d.dv;
     next.bias = F * last.bias + G * biasJacobian(p);
 
-    const Eigen::Index row = kError * (motion.nodes.size() - 1);
+    const Eigen::Index row = kError * k;
     ErrorMatrix own = G * p.covariance9() * G.transpose();
+    densities[k] = p.noise().accel_noise_density;
+    if (white_accel.size() > 0) {
+      own += (white_accel[k] * white_accel[k] - 1.0) * whiteAccelCovariance(densities[k], p.dt());
+      densities[k] *= white_accel[k];
+    }
     if (row > 0) {
       const Eigen::Index before = row - kError;
       motion.covariance.block(row, 0, kError, row) =
@@ -116,14 +139,7 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
     motion.covariance.block<kError, kError>(row, row) = own;
     motion.nodes.push_back(next);
   }
-  if (n > 0) {
-    const double density = preintegrations.front().noise().accel_noise_density;
-    motion.white_accel_covariance =
-        whiteAccelCovariance(motion.nodes, white_accel_factor * density);
-    if (white_accel_factor != 1.0)
-      motion.covariance +=
-          motion.white_accel_covariance - whiteAccelCovariance(motion.nodes, density);
-  }
+  motion.white_accel_root = whiteAccelRoot(motion.nodes, densities);
   if (slow.sigma_mps2 > 0.0) {
     motion.slow_covariance = slowCovariance(preintegrations, motion, slow);
     motion.covariance += motion.slow_covariance;

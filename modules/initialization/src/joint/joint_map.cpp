@@ -62,17 +62,17 @@ Nodes chooseNodes(const InitializationProblem& problem, int frame_stride) {
   return nodes;
 }
 
-/** What is believed of the accelerometer's slow error. */
-SlowAcceleration slowAcceleration(const InitializationProblem& problem,
-                                  const JointEstimate& estimate) {
-  return {estimate.slow_accel_mps2, problem.priors().slow_accel.time_s};
+/** The slow error at its size in the window. */
+SlowAcceleration slowAcceleration(const JointModel& model, const JointEstimate& estimate) {
+  SlowAcceleration slow = model.slow_accel;
+  slow.sigma_mps2 *= estimate.sizes.slow;
+  return slow;
 }
 
 std::vector<Preintegration> preintegrate(const InitializationProblem& problem, const Nodes& nodes,
                                          const ImuBias& bias, const JointModel& model) {
   std::vector<Preintegration> result;
-  ImuNoiseDensities noise = problem.imuNoise();
-  if (model.slow_accel) noise = problem.priors().slow_accel.white(noise);
+  const ImuNoiseDensities noise = model.slow_accel.white(problem.imuNoise());
   for (size_t k = 1; k < nodes.frames.size(); ++k)
     result.emplace_back(problem.imu().between(nodes.frames[k - 1]->t, nodes.frames[k]->t), bias,
                         noise);
@@ -86,10 +86,9 @@ std::vector<Matrix3d> rotations(const ClosedFormMotion& motion) {
 }
 
 /** By how much the sizes of the accelerometer's errors have changed, in their logarithms. */
-double resized(const JointEstimate& before, const JointEstimate& after) {
-  const auto change = [](double a, double b) { return a > 0.0 ? std::abs(std::log(b / a)) : 0.0; };
-  return std::max(change(before.slow_accel_mps2, after.slow_accel_mps2),
-                  change(before.white_accel_factor, after.white_accel_factor));
+double resized(const AccelErrorSizes& before, const AccelErrorSizes& after) {
+  const Eigen::ArrayXd white = after.whiteByInterval().array() / before.whiteByInterval().array();
+  return std::max(std::abs(std::log(after.slow / before.slow)), white.log().abs().maxCoeff());
 }
 constexpr double kSizesAtRest = 0.1;
 
@@ -115,12 +114,12 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
     const bool at_rest = moved < options.converged_rps && tracks->nearFinalScale() && pass > 0;
     // Sizes that do not settle must not refuse a window whose state has.
     const bool last = pass + 1 == options.max_passes;
-    if (at_rest && (last || resized(before, *estimate) < kSizesAtRest))
+    if (at_rest && (last || resized(before.sizes, estimate->sizes) < kSizesAtRest))
       summary.termination = Termination::kConverged;
     if (summary.converged()) break;  // the derivatives no longer change
     for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
-    *motion = composeMotion(*preintegrations, slowAcceleration(problem, *estimate),
-                            estimate->white_accel_factor);
+    *motion = composeMotion(*preintegrations, slowAcceleration(options.model, *estimate),
+                            estimate->sizes.whiteByInterval());
   }
   return summary;
 }
@@ -174,13 +173,13 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   TrackInformation tracks(window, std::sqrt(options.chi2_pixel), options.least_noise);
   JointEstimate estimate;
   estimate.bias = problem.priors().mean;
-  if (options.model.slow_accel) estimate.slow_accel_mps2 = problem.priors().slow_accel.sigma_mps2;
   std::vector<Preintegration> preintegrations =
       preintegrate(problem, nodes, estimate.bias, options.model);
+  estimate.sizes = AccelErrorSizes(static_cast<Eigen::Index>(preintegrations.size()));
   estimate.bias.gyro = gyroBiasOfPoints(points, preintegrations, problem.calibration().baseline(),
                                         problem.priors().sigma_gyro_rps);
   for (Preintegration& p : preintegrations) p = p.reintegrated(estimate.bias);
-  ClosedFormMotion motion = composeMotion(preintegrations, slowAcceleration(problem, estimate));
+  ClosedFormMotion motion = composeMotion(preintegrations, options.model.slow_accel);
   estimate.T_VB = estimate.T_SS = medianPositions(points, rotations(motion));
   tracks.start(points, estimate.T_SS);
   if (tracks.validCount() < options.min_landmarks)

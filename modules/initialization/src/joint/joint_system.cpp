@@ -8,7 +8,6 @@
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
 #include "etalon/initialization/steps/world_errors.h"
-#include "etalon/optimization/variance_components.h"
 
 namespace etalon {
 
@@ -129,15 +128,11 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
   if (imu_noise_) {  // (S^-1 + Sigma)^-1 = (I + S Sigma)^-1 S, which does not need S^-1
     noise_y_ = poseRows(motion.covariance);
     noise_ = motion.covariance;
-    const auto addPart = [this](double JointEstimate::*size, double believed, double spread,
-                                const MatrixXd& nine) {
-      if (spread > 0.0 && nine.size() > 0)
-        parts_.push_back({size, believed, spread, poseRows(poseRows(nine).transpose())});
-    };
-    addPart(&JointEstimate::slow_accel_mps2, problem.priors().slow_accel.sigma_mps2,
-            model.slow_accel_spread, motion.slow_covariance);
-    addPart(&JointEstimate::white_accel_factor, 1.0, model.white_accel_spread,
-            motion.white_accel_covariance);
+    if (motion.slow_covariance.size() > 0) {
+      slow_accel_ = model.slow_accel;
+      slow_ = poseRows(poseRows(motion.slow_covariance).transpose());
+      white_root_ = motion.white_accel_root;
+    }
     sigma_ = poseRows(noise_y_.transpose());
     SeenErrors seen = seenErrors(estimate.T_VB, model);
     sigma_ += seen.covariance;
@@ -165,7 +160,7 @@ JointSystem::JointSystem(const InitializationProblem& problem, const ClosedFormM
 bool JointSystem::solve(JointEstimate* estimate) const {
   const NormConstrainedSolution solution = solveNormConstrained(H_, b_, gravity_mps2_);
   if (!solution.summary.usable()) return false;
-  if (!parts_.empty()) scaleNoise(solution.x, estimate);
+  if (slow_.size() > 0) followSizes(solution.x, estimate);
   VectorXd y9 = J9_ * solution.x + c9_;
   VectorXd seen = poseRows(y9);
   if (imu_noise_) {
@@ -187,29 +182,38 @@ MatrixXd JointSystem::tangent(const Vector3d& g) const {
 
 /** With r = S^-1 s - c, of covariance V = S^-1 + Sigma on top of what the unknowns explain, and
  * P = V^-1 - V^-1 J (J^T V^-1 J)^-1 J^T V^-1, C_i a part of Sigma and t_i the logarithm of its
- * factor: d(-2 log L)/dt_i = tr(P C_i) - r^T P C_i P r, of covariance 2 tr(P C_i P C_j). */
-void JointSystem::scaleNoise(const VectorXd& x, JointEstimate* estimate) const {
+ * factor: d(-2 log L)/dt_i = tr(P C_i) - r^T P C_i P r, of covariance 2 tr(P C_i P C_j). Of an
+ * interval's white noise C_i = L_i L_i^T. */
+void JointSystem::followSizes(const VectorXd& x, JointEstimate* estimate) const {
+  constexpr Index kWhite = 6;  // columns of an interval
   const MatrixXd J = poseRows(J9_), T = tangent(x.tail<3>()), WJ = W_ * J * T;
-  const Eigen::LLT<MatrixXd> information(T.transpose() * H_ * T);
-  if (information.info() != Eigen::Success) return;
+  const Eigen::LLT<MatrixXd> unknowns(T.transpose() * H_ * T);
+  if (unknowns.info() != Eigen::Success) return;
   const VectorXd Pr = whitening_.solve(s_) - W_ * (poseRows(c9_) + J * x);
-  const Index n = parts_.size();
-  std::vector<MatrixXd> PC;
-  VectorXd score(n), sizes(n), spread(n);
-  MatrixXd known(n, n);
-  for (Index i = 0; i < n; ++i) {
-    const NoisePart& part = parts_[i];
-    const MatrixXd& C = part.covariance;
-    PC.emplace_back(W_ * C);
-    PC[i].noalias() -= WJ * information.solve(WJ.transpose() * C);
-    for (Index j = 0; j <= i; ++j)
-      known(i, j) = known(j, i) = 0.5 * PC[i].cwiseProduct(PC[j].transpose()).sum();
-    score(i) = 0.5 * (Pr.dot(C * Pr) - PC[i].trace());
-    sizes(i) = estimate->*part.size / part.believed;
-    spread(i) = part.spread;
+  MatrixXd P = W_;
+  P.noalias() -= WJ * unknowns.solve(WJ.transpose());
+
+  const Index intervals = white_root_.cols() / kWhite;
+  std::vector<Index> positions;
+  for (Index k = 0; k < intervals; ++k)
+    for (Index i = 3; i < kPose; ++i) positions.push_back(kPose * k + i);
+  const MatrixXd PC = P * slow_, PL = P(Eigen::all, positions) * white_root_, CPL = slow_ * PL;
+  const MatrixXd LPL = white_root_.transpose() * PL(positions, Eigen::all);
+  const VectorXd LPr = white_root_.transpose() * Pr(positions);
+  VectorXd score(1 + intervals);
+  MatrixXd information(1 + intervals, 1 + intervals);
+  score(0) = 0.5 * (Pr.dot(slow_ * Pr) - PC.trace());
+  information(0, 0) = 0.5 * PC.cwiseProduct(PC.transpose()).sum();
+  for (Index k = 0; k < intervals; ++k) {
+    const Index column = kWhite * k;
+    score(1 + k) = 0.5 * (LPr.segment<kWhite>(column).squaredNorm() -
+                          LPL.diagonal().segment<kWhite>(column).sum());
+    information(0, 1 + k) = information(1 + k, 0) =
+        0.5 * PL.middleCols<kWhite>(column).cwiseProduct(CPL.middleCols<kWhite>(column)).sum();
+    for (Index l = 0; l < intervals; ++l)
+      information(1 + k, 1 + l) = 0.5 * LPL.block<kWhite, kWhite>(column, kWhite * l).squaredNorm();
   }
-  const VectorXd factors = scoredFactors(score, known, sizes, spread);
-  for (Index i = 0; i < n; ++i) estimate->*parts_[i].size *= factors(i);
+  estimate->sizes = scoredSizes(estimate->sizes, score, information, slow_accel_);
 }
 
 MatrixXd JointSystem::covariance(const JointEstimate& estimate,

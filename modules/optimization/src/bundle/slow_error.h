@@ -9,6 +9,7 @@
 #include "bundle/residual_list.h"
 #include "etalon/imu/bias_priors.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/optimization/variance_components.h"
 
 namespace etalon {
 
@@ -22,25 +23,16 @@ namespace etalon {
 Eigen::MatrixXd slowErrorModes(const std::vector<Preintegration>& preintegrations,
                                const SlowAcceleration& slow);
 
-/** Standard deviations of the accelerometer's errors in a window, over those that are believed. */
-struct AccelErrorSizes {
-  explicit AccelErrorSizes(Eigen::Index intervals) : jolts(Eigen::VectorXd::Ones(intervals)) {}
-
-  double slow = 1.0, white = 1.0;
-  Eigen::VectorXd jolts;  ///< an interval's white noise over that of all, at least 1
-};
-
 /**
- * The sizes after a step of scoredFactors().
+ * The sizes of the accelerometer's errors after a step of scoring.
  * @param now that the residuals and P were taken at
  * @param residuals all but the pixels; the rows of kind kImu have the white noise, an interval each
  * @param P the inverse of the normal equations
  * @param modes in standard deviations, which stand at `column` of the normal equations
- * @param jolt_spread of the prior on the logarithm of a jolt's variance; zero: there are none
  */
 AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
                             const std::vector<LinearizedResidual>& residuals,
                             const Eigen::MatrixXd& P, const Eigen::VectorXd& modes,
-                            Eigen::Index column, const SlowAcceleration& slow, double jolt_spread);
+                            Eigen::Index column, const SlowAcceleration& slow);
 
 }  // namespace etalon

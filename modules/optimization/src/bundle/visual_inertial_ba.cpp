@@ -39,11 +39,6 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
   parameters.add("least_pixel_share", &least_pixel_share, {1e-3, 1.0},
                  "Least share of sigma_px that counts as the pixels' noise where the window's own "
                  "residuals show less; 1: sigma_px as it is.");
-  parameters.add("jolt_spread", &jolt_spread, {0.0, 10.0},
-                 "Where the accelerometer's slow error is believed in, an interval between two "
-                 "keyframes may have more white noise than the window, as its residual wants: "
-                 "standard deviation of the prior on the logarithm of the variance's factor. 0: no "
-                 "interval has.");
   parameters.add("sigma_shared_deg", &sigma_shared_deg, {1e-4, 10.0},
                  "Standard deviation of the error that all pixels of a keyframe share, as a "
                  "rotation an axis, deg (calibration; 0.01 deg is 0.08 px at 460 px of focal "
@@ -183,7 +178,7 @@ class VisualInertialSolver {
     if (P.size() == 0) return;
     const AccelErrorSizes before = sizes_;
     sizes_ = scoredSizes(sizes_, residuals, P, slow_, state_.of(slow_.data()).column,
-                         problem_.priors.slow_accel, options_.jolt_spread);
+                         problem_.priors.slow_accel);
     slow_ *= before.slow / sizes_.slow;
   }
 
@@ -228,14 +223,15 @@ class VisualInertialSolver {
                       {bodies_[k].data(), visual_.pose(k), turn_.data()},
                       ResidualKind::kEliminated});
     const Eigen::Vector3d g_W(0.0, 0.0, -problem_.gravity_mps2);
+    const Eigen::VectorXd white = sizes_.whiteByInterval();
     for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {
-      ResidualBlock inertial{std::make_unique<PreintegrationCost>(problem_.preintegrations[k], g_W,
-                                                                  sizes_.slow * slow_modes_.row(k),
-                                                                  sizes_.white * sizes_.jolts[k]),
-                             {bodies_[k].data(), velocities_[k].data(), bodies_[k + 1].data(),
-                              velocities_[k + 1].data(), bias_.data()},
-                             ResidualKind::kImu,
-                             std::sqrt(options_.chi2_inertial)};
+      ResidualBlock inertial{
+          std::make_unique<PreintegrationCost>(problem_.preintegrations[k], g_W,
+                                               sizes_.slow * slow_modes_.row(k), white[k]),
+          {bodies_[k].data(), velocities_[k].data(), bodies_[k + 1].data(),
+           velocities_[k + 1].data(), bias_.data()},
+          ResidualKind::kImu,
+          std::sqrt(options_.chi2_inertial)};
       if (slow_.size() > 0) inertial.parameters.push_back(slow_.data());
       residuals_.add(std::move(inertial));
     }

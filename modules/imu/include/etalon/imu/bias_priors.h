@@ -20,6 +20,9 @@ struct SlowAcceleration {
   /** Both sizes differ between windows: standard deviations of the logarithms of their variances. 0:
    * the size is as above. */
   double spread = 1.0, white_spread = 0.5;
+  /** The same of the white noise of single intervals between keyframes, which may have more than the
+   * window. 0: none has. */
+  double jolt_spread = 2.0;
 
   /** Squared exponential (Rasmussen and Williams, Gaussian Processes for Machine Learning, 4.2.1):
    * exp(-(apart / time)^2 / 2). */

@@ -28,17 +28,20 @@ struct ClosedFormMotion {
   std::vector<Node> nodes;
   /** Joint covariance of the nodes' errors but the first's, 9(N-1) x 9(N-1). */
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd slow_covariance;         ///< what of it the slow error makes; empty without
-  Eigen::MatrixXd white_accel_covariance;  ///< what the accelerometer's white noise makes
+  Eigen::MatrixXd slow_covariance;  ///< what of it the slow error makes; empty without
+  /** A root of what of the positions' the accelerometer's white noise makes: 6 columns an interval,
+   * 3(N-1) x 6(N-1). */
+  Eigen::MatrixXd white_accel_root;
 };
 
 /**
  * @param preintegrations between neighbouring nodes; their own biases are those of the result
  * @param slow adds to the covariance; constant over an interval
- * @param white_accel_factor times the accelerometer's white noise of the preintegrations, all of
- *        the same density
+ * @param white_accel times the accelerometer's white noise of the preintegrations, an interval each;
+ *        empty: 1
  */
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
-                               const SlowAcceleration& slow = {}, double white_accel_factor = 1.0);
+                               const SlowAcceleration& slow = {},
+                               const Eigen::VectorXd& white_accel = {});
 
 }  // namespace etalon

@@ -7,6 +7,7 @@
 #include "etalon/core/se3.h"
 #include "etalon/initialization/initialization_problem.h"
 #include "etalon/initialization/joint/closed_form_motion.h"
+#include "etalon/optimization/variance_components.h"
 
 namespace etalon {
 
@@ -21,10 +22,8 @@ struct JointEstimate {
   std::vector<Eigen::Vector3d> v_VB;  ///< of every node, m/s; empty before the first pass
   Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
   double sigma_gravity = 0.0;  ///< of its weakest direction, rad
-  /** Standard deviation of the accelerometer's slow error in this window, m/s^2; 0: none. */
-  double slow_accel_mps2 = 0.0;
-  /** Standard deviation of its white noise in this window, times what the preintegrations have. */
-  double white_accel_factor = 1.0;
+  /** Of the accelerometer's errors over what the model and the preintegrations have. */
+  AccelErrorSizes sizes;
 };
 
 /** What the linear system takes for exact, and what for noisy. */
@@ -37,12 +36,9 @@ struct JointModel {
   /** Of the turn of the cameras in the body against the calibration, an axis, rad
    * (VisualInertialBaOptions::sigma_turn_deg). Only with `imu_noise`. */
   double sigma_turn_rad = 0.0;
-  /** Take the slow error of the priors into account, where they have one. */
-  bool slow_accel = false;
-  /** By how much the size of the slow error differs between windows: standard deviation of the
-   * logarithm of its variance. 0: it is what the priors have. */
-  double slow_accel_spread = 0.0;
-  double white_accel_spread = 0.0;  ///< the same of the white noise
+  /** The accelerometer's slow error. With one the sizes of both errors in the window are
+   * estimated. */
+  SlowAcceleration slow_accel;
 };
 
 /**
@@ -60,9 +56,8 @@ class JointSystem {
               const Eigen::MatrixXd& S, const Eigen::VectorXd& s, const JointEstimate& estimate,
               const JointModel& model);
 
-  /** Solves with |g| fixed and takes `estimate` there; the sizes of its accelerometer's errors by one
-   * step of Fisher's scoring on the restricted likelihood (Patterson and Thompson, Biometrika 1971),
-   * with the model's spreads as a prior. @return false if the system is singular */
+  /** Solves with |g| fixed and takes `estimate` there, the sizes of the accelerometer's errors by one
+   * step (scoredSizes()). @return false if the system is singular */
   bool solve(JointEstimate* estimate) const;
 
   /**
@@ -77,16 +72,8 @@ class JointSystem {
                              const Eigen::MatrixXd& excess = {}) const;
 
  private:
-  /** A part of Sigma whose size in the window is estimated. */
-  struct NoisePart {
-    double JointEstimate::*size;  ///< a standard deviation
-    double believed;              ///< of the window's size, the prior's mean
-    double spread;                ///< of the logarithm of the size's square
-    Eigen::MatrixXd covariance;   ///< of the poses, at the estimate's size
-  };
-
   /** @param x the solution */
-  void scaleNoise(const Eigen::VectorXd& x, JointEstimate* estimate) const;
+  void followSizes(const Eigen::VectorXd& x, JointEstimate* estimate) const;
   /** Gravity moves in its tangent plane: 12 unknowns by 11. */
   Eigen::MatrixXd tangent(const Eigen::Vector3d& g) const;
 
@@ -101,7 +88,9 @@ class JointSystem {
   Eigen::MatrixXd sigma_;    ///< Sigma
   /** Covariance of the first node's turn and the poses as they are seen, 3 x 6n. */
   Eigen::MatrixXd first_seen_;
-  std::vector<NoisePart> parts_;
+  SlowAcceleration slow_accel_;
+  Eigen::MatrixXd slow_;        ///< what of Sigma the slow error makes; empty without
+  Eigen::MatrixXd white_root_;  ///< ClosedFormMotion::white_accel_root
   Eigen::PartialPivLU<Eigen::MatrixXd> whitening_;  ///< I + S Sigma
   Eigen::MatrixXd W_;                               ///< (S^-1 + Sigma)^-1
   Eigen::MatrixXd H_;                               ///< information on x, priors included

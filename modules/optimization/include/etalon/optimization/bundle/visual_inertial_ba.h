@@ -23,10 +23,6 @@ struct VisualInertialBaOptions {
   /** Where the residuals of a round show pixels less noisy than the window was built with, the next
    * round believes them; but not below this share. */
   double least_pixel_share = 0.1;
-  /** Where the accelerometer's slow error is believed in, an interval may have more white noise than
-   * the window, a jolt: standard deviation of the prior on the logarithm of the factor of its
-   * variance; zero: no interval has. */
-  double jolt_spread = 2.0;
   /** Of the error that all pixels of a keyframe share, as a rotation an axis. Without it any number
    * of pixels would average out to nothing, and overrule the gyro. */
   double sigma_shared_deg = 0.025;
