@@ -177,6 +177,15 @@ void expectSurvivesThirtyPercentOutliers(const Initializer& initializer, Motion 
   EXPECT_LT(o.errors.gravity_deg, 1.0);
 }
 
+void expectSurvivesOutliersOfStereoOdometry(const Initializer& initializer) {
+  const Outcome o =
+      runOn(noisyOptions(Motion::kGentle, 0.3, {kBiases.gyro, {0.05, -0.04, 0.03}}), initializer);
+  ASSERT_TRUE(o.result) << o.result.error().reason;
+  EXPECT_LT(o.errors.rre_deg, 0.3);
+  EXPECT_LT(o.errors.velocity_mps, 0.15);
+  EXPECT_LT(o.errors.gyro_bias_rps, 0.01);
+}
+
 void expectSameBits(const std::function<Initializer::Ptr()>& load) {
   SyntheticWindowOptions options;
   options.sigma_px = 0.5;

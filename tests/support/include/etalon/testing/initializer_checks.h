@@ -63,6 +63,9 @@ void expectAccurateAfterViBa(const Initializer& initializer);
 void expectExactAtRestAndAtConstantVelocity(const Initializer& initializer);
 /** Noise, and 30 % of the matches of two keyframes wrong: accurate all the same. */
 void expectSurvivesThirtyPercentOutliers(const Initializer& initializer, Motion motion);
+/** Noise, and 30 % of the observations wrong: still a start, for those whose poses are stereo
+ * odometry's. */
+void expectSurvivesOutliersOfStereoOdometry(const Initializer& initializer);
 
 /** A window of keyframes alone whose biases are drawn from the priors, with the data sheet's white
  * noise on the IMU and `sigma_px` on the pixels. */
