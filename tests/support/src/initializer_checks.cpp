@@ -181,6 +181,7 @@ void expectSurvivesOutliersOfStereoOdometry(const Initializer& initializer) {
   const Outcome o =
       runOn(noisyOptions(Motion::kGentle, 0.3, {kBiases.gyro, {0.05, -0.04, 0.03}}), initializer);
   ASSERT_TRUE(o.result) << o.result.error().reason;
+  // As vins_alignment, whose poses these are.
   EXPECT_LT(o.errors.rre_deg, 0.3);
   EXPECT_LT(o.errors.velocity_mps, 0.15);
   EXPECT_LT(o.errors.gyro_bias_rps, 0.01);
