@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numeric>
-#include <random>
 #include <vector>
 
 #include "etalon/core/so3.h"
