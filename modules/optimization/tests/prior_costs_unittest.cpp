@@ -5,7 +5,6 @@
 #include "cost_function_checks.h"
 #include "etalon/core/so3.h"
 #include "residuals/gauge_cost.h"
-#include "residuals/shared_error_cost.h"
 
 namespace etalon {
 namespace {
@@ -16,8 +15,6 @@ using testing::kAttitudes;
 using testing::kPosition;
 using testing::poseValue;
 using testing::residual;
-
-const Vector3d kTurn(2e-3, -1e-3, 3e-3);
 
 TEST(GaugeCost, JacobianAgreesWithDifferences) {
   for (const Vector3d& attitude : kAttitudes)
@@ -37,23 +34,7 @@ TEST(GaugeCost, IsZeroWhereOnlyTheTiltDiffers) {
   // Rounding of 1e-16 times the inverse sigma of 1e5.
   EXPECT_LT(residual(cost, {poseValue(tilted)}).norm(), 1e-9);
   const SE3 turned(expSO3({0.0, 0.0, 0.1}) * reference.R, reference.t);
-  EXPECT_NEAR(residual(cost, {poseValue(turned)})[3], 0.1 * GaugeCost::kInverseSigma, 1e-6);
-}
-
-TEST(SharedErrorCost, JacobianAgreesWithDifferences) {
-  for (const Vector3d& attitude : kAttitudes)
-    for (const Vector3d& off : {Vector3d(0, 0, 0), Vector3d(0.1, 0.2, -0.3)}) {
-      const SE3 body(expSO3(attitude), kPosition);
-      const SE3 seen(body.R * expSO3(off), body.t + Vector3d(0.1, -0.2, 0.3));
-      expectJacobians(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen), kTurn});
-    }
-}
-
-TEST(SharedErrorCost, IsZeroWhereTheCamerasAreTurnedAsTheTurnSays) {
-  const SE3 body(expSO3(kAttitudes[1]), kPosition);
-  const SE3 seen(body.R * expSO3(kTurn), body.t);
-  EXPECT_LT(residual(SharedErrorCost(1e-3), {poseValue(body), poseValue(seen), kTurn}).norm(),
-            1e-9);
+  EXPECT_NEAR(residual(cost, {poseValue(turned)})[3], 0.1 * kGaugeInverseSigma, 1e-6);
 }
 
 }  // namespace

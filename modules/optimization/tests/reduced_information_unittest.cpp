@@ -34,7 +34,7 @@ TEST(NormalEquations, MovingAllTogetherChangesNothing) {
   NormalEquations equations(n);
   for (VisualMeasurement& m : window.measurements) m.inlier = true;
   addReducedVisualInformation(window, T_WB, {landmarks, std::vector<char>(landmarks.size(), 0)},
-                              huberOfInliers(1e4), 6, &equations);
+                              huberOfInliers(1e4), &equations);
   const Eigen::MatrixXd difference = equations.curvature - equations.score;
   EXPECT_GT(difference.norm(), 1e-4 * equations.score.norm());  // there is something to change
   for (int axis = 0; axis < 3; ++axis) {

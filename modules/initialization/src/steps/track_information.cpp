@@ -242,7 +242,7 @@ NormalEquations TrackInformation::information(const std::vector<SE3>& T_VB) cons
     return RobustWeight{w, fisher_share_ * w};
   };
   NormalEquations all(6 * T_VB.size());
-  addReducedVisualInformation(window_, T_VB, {landmarks, at_infinity_}, weights, 6, &all);
+  addReducedVisualInformation(window_, T_VB, {landmarks, at_infinity_}, weights, &all);
   const Index n = all.score.rows() - 6;  // the first pose is the frame
   NormalEquations equations(n);
   equations.add(0, 0, all.score.bottomRightCorner(n, n));

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "bundle/residual_list.h"
+#include "bundle/linearized_residual.h"
 #include "etalon/optimization/bundle/bundle_problem.h"
 #include "etalon/optimization/bundle/noise_check.h"
 

@@ -90,7 +90,7 @@ RobustWeights huberOfInliers(double width, double sigma) {
 
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
                                  const LandmarkEstimates& estimates, const RobustWeights& weights,
-                                 int stride, NormalEquations* equations) {
+                                 NormalEquations* equations) {
   std::vector<PoseContribution> poses;
   for (size_t l = 0; l < estimates.landmarks.size(); ++l) {
     poses.clear();
@@ -103,13 +103,13 @@ void addReducedVisualInformation(const VisualWindow& window, const std::vector<S
       bend(T_WB, estimates.landmarks[l], V_inv, &poses);
     for (size_t i = 0; i < poses.size(); ++i) {
       const PoseContribution& a = poses[i];
-      const Eigen::Index row = stride * a.keyframe;
+      const Eigen::Index row = 6 * a.keyframe;
       equations->add(row, row, a.H_pp);
       const Eigen::Matrix<double, 6, 3> flat = a.H_pl * V_inv;
       const PoseContribution::Vector6d pull = a.pull + V_inv(2, 2) * a.bent;
       for (size_t j = 0; j <= i; ++j) {
         const PoseContribution& b = poses[j];
-        const Eigen::Index column = stride * b.keyframe;
+        const Eigen::Index column = 6 * b.keyframe;
         const Eigen::Matrix<double, 6, 6> score = flat * b.H_pl.transpose();
         Eigen::Matrix<double, 6, 6> curvature = score;
         curvature.noalias() += pull * b.bent.transpose();

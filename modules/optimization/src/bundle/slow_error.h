@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "bundle/residual_list.h"
+#include "bundle/linearized_residual.h"
 #include "etalon/imu/bias_priors.h"
 #include "etalon/imu/preintegration.h"
 #include "etalon/optimization/variance_components.h"

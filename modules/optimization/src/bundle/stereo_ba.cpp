@@ -52,11 +52,11 @@ StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE
     const auto problem = visual.makeProblem(huber);
     problem->SetParameterBlockConstant(visual.pose(0));
     ceres::Solver::Summary run;
-    ceres::Solve(visual.solverOptions(*problem, {}, options.iterations_per_round), problem.get(),
+    ceres::Solve(visual.solverOptions(*problem, options.iterations_per_round), problem.get(),
                  &run);
     addRun(run, &result.summary);
     result.T_VB = visual.poses();
-    visual.storeLandmarks(&bundle);
+    visual.landmarks().store(&bundle);
     sum = bundle.relabel(result.T_VB, options.chi2_threshold);
     if (bundle.inlierCount() == 0) {
       result.summary.stop(Termination::kFailed, "every measurement became an outlier");
@@ -68,8 +68,9 @@ StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE
     const Eigen::Index n = 6 * bundle.window.keyframe_count;
     NormalEquations equations(n);
     visual.holdAtInfinity();
-    addReducedVisualInformation(bundle.window, result.T_VB, {visual.landmarks(), visual.held()},
-                                huberOfInliers(huber), 6, &equations);
+    addReducedVisualInformation(bundle.window, result.T_VB,
+                                {visual.landmarks().landmarks, visual.landmarks().held},
+                                huberOfInliers(huber), &equations);
     result.covariance = truncationFactor(options.chi2_threshold, options.rounds) *
                         covarianceOrEmpty(equations.curvature.bottomRightCorner(n - 6, n - 6),
                                           equations.score.bottomRightCorner(n - 6, n - 6));

@@ -46,7 +46,7 @@ class TrajectorySolver {
     problem->AddResidualBlock(&gauge, nullptr, visual_.pose(0));
     problem->AddResidualBlock(&first_bias, nullptr, motions_[0].data());
     ceres::Solver::Options solver =
-        visual_.solverOptions(*problem, {}, options_.iterations_per_round);
+        visual_.solverOptions(*problem, options_.iterations_per_round);
     solver.linear_solver_type = ceres::SPARSE_SCHUR;
     solver.initial_trust_region_radius = 1e8;
     // In the order of time the reduced matrix is a band as wide as tracks are long. Keyframes that
@@ -60,7 +60,7 @@ class TrajectorySolver {
     ceres::Solver::Summary run;
     ceres::Solve(solver, problem.get(), &run);
     addRun(run, summary);
-    visual_.storeLandmarks(&problem_.bundle);
+    visual_.landmarks().store(&problem_.bundle);
   }
 
   std::vector<NavState> states() {

@@ -1,22 +1,14 @@
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 
-#include <ceres/normal_prior.h>
-
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "bundle/noise_check.h"
-#include "bundle/residual_list.h"
-#include "bundle/slow_error.h"
-#include "bundle/step_watch.h"
-#include "bundle/visual_problem.h"
-#include "etalon/core/angles.h"
-#include "etalon/optimization/bundle/reduced_information.h"
-#include "residuals/gauge_cost.h"
-#include "residuals/preintegration_cost.h"
-#include "residuals/shared_error_cost.h"
+#include "bundle/visual_inertial_system.h"
+#include "residuals/reprojection_cost.h"
 
 namespace etalon {
 
@@ -72,220 +64,143 @@ double VisualInertialBaResult::sigmaVelocity() const {
 
 namespace {
 
-/** State, residuals and solution of one visual-inertial BA. */
+/** Gauss-Newton, damped (Levenberg-Marquardt) only where a plain step does not lower the cost. */
 class VisualInertialSolver {
  public:
   /** Problem and options must outlive this; it keeps the inliers and landmarks up to date. */
   VisualInertialSolver(VisualInertialProblem* problem, const VisualInertialBaOptions& options)
-      : problem_(*problem),
-        options_(options),
-        visual_(problem->bundle, poses(problem->states)),
-        sigma_shared_rad_(radians(options.sigma_shared_deg)),
-        sigma_turn_rad_(radians(options.sigma_turn_deg)),
-        slow_modes_(slowErrorModes(problem->preintegrations, problem->priors.slow_accel)),
-        slow_(Eigen::VectorXd::Zero(3 * slow_modes_.cols())),
-        sizes_(slow_modes_.rows()) {
-    for (const NavState& s : problem->states) {
-      bodies_.push_back(toBlock(s.T_WB));
-      velocities_.push_back(s.v_WB);
-    }
-    bias_ << problem->bias.gyro, problem->bias.accel;
-    for (size_t k = 0; k < bodies_.size(); ++k) {
-      state_.addPose(bodies_[k].data());
-      state_.addVector(velocities_[k].data(), 3);
-    }
-    state_.addVector(bias_.data(), 6);
-    state_.addVector(turn_.data(), 3);
-    if (slow_.size() > 0) state_.addVector(slow_.data(), static_cast<int>(slow_.size()));
-  }
+      : problem_(*problem), options_(options), system_(*problem, options), now_(system_.start()) {}
 
-  /** One Ceres run, ended by a step shorter than `converged_sigmas`. */
+  /** One round, ended by a step shorter than `converged_sigmas`. */
   void solve(double converged_sigmas, VisualInertialBaResult* result) {
     reintegrate();
-    stateResiduals();
-    const double variance = pixel_share_ * pixel_share_;
-    const auto problem = visual_.makeProblem(std::make_unique<ceres::ScaledLoss>(
-        new ceres::HuberLoss(std::sqrt(options_.chi2_pixel * variance)), 1.0 / variance,
-        ceres::TAKE_OWNERSHIP));
-    residuals_.addTo(problem.get(), state_);
-    StepWatch watch(converged_sigmas);
-    ceres::Solver::Options solver =
-        visual_.solverOptions(*problem, state_, options_.iterations_per_round);
-    solver.callbacks.push_back(&watch);
-    solver.function_tolerance = 0.0;
-    solver.initial_trust_region_radius = 10.0 * StepWatch::kUndamped;
-    ceres::Solver::Summary run;
-    ceres::Solve(solver, problem.get(), &run);
-    // Ceres reports CONVERGENCE only where gradient or step are zero to rounding.
-    addRun(run, &result->summary);
-    result->last_step_sigmas = watch.lastStepSigmas();
+    SolverSummary& summary = result->summary;
+    StepEquations equations = system_.linearize(&now_);
+    if (summary.iterations == 0) summary.initial_cost = equations.cost;
+    summary.termination = Termination::kMaxIterations;
+    double damping = 0.0;
+    for (int i = 0; i < options_.iterations_per_round; ++i) {
+      ++summary.iterations;
+      const Eigen::VectorXd step = stepOf(equations, damping);
+      const double promised = -step.dot(equations.g);  // squared length in its sigmas
+      const bool usable = step.allFinite() && promised >= 0.0;
+      if (usable && damping == 0.0) {
+        result->last_step_sigmas = std::sqrt(promised);
+        if (result->last_step_sigmas < converged_sigmas) {
+          now_ = system_.moved(now_, step);
+          equations.cost -= 0.5 * promised;
+          summary.termination = Termination::kConverged;
+          break;
+        }
+      }
+      if (usable) {
+        VisualInertialUnknowns next = system_.moved(now_, step);
+        StepEquations there = system_.linearize(&next);
+        if (there.cost <= equations.cost * (1.0 + kRounding)) {
+          now_ = std::move(next);
+          equations = std::move(there);
+          damping = damping > kLeastDamping ? 0.1 * damping : 0.0;
+          continue;
+        }
+        system_.linearize(&now_);  // where the next step begins
+      }
+      damping = std::max(kLeastDamping, 10.0 * damping);
+    }
+    summary.final_cost = equations.cost;
+    if (!std::isfinite(summary.final_cost))
+      summary.stop(Termination::kFailed, "the cost is not finite");
   }
 
   /** Stores the state; relabels by the pixels' noise as the window was built with, and counts. */
   void store(VisualInertialBaResult* result) {
-    for (size_t k = 0; k < bodies_.size(); ++k)
-      result->states[k] = {fromBlock(bodies_[k].data()), velocities_[k], bias()};
-    result->bias = bias();
-    result->pixel_share = pixel_share_;
-    visual_.storeLandmarks(&problem_.bundle);
+    for (size_t k = 0; k < now_.T_WB.size(); ++k)
+      result->states[k] = {now_.T_WB[k], now_.v_WB[k], now_.bias};
+    result->bias = now_.bias;
+    result->pixel_share = system_.pixelShare();
+    now_.landmarks.store(&problem_.bundle);
     relabel(1.0);
     result->inlier_measurements = problem_.bundle.inlierCount();
   }
 
   /** Takes the pixels' noise for what the inliers show. */
   void followPixels() {
-    pixel_share_ =
-        std::clamp(problem_.bundle.trimmedNoise(visual_.poses()), options_.least_pixel_share, 1.0);
+    system_.setPixelShare(std::clamp(problem_.bundle.trimmedNoise(now_.seen()),
+                                     options_.least_pixel_share, 1.0));
   }
 
   /** Relabels by the pixels' noise as it is known. */
-  void relabel() { relabel(pixel_share_); }
+  void relabel() { relabel(system_.pixelShare()); }
 
   /** Takes the sizes of the accelerometer's errors where the window's own residuals want them. */
   void followSizes() {
-    if (slow_.size() == 0) return;
-    visual_.holdAtInfinity();
-    const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
-    const Eigen::MatrixXd P = inverseOrEmpty(normalEquations(residuals).score);
+    if (system_.slowCount() == 0) return;
+    now_.landmarks.holdAtInfinity(problem_.bundle.window, now_.seen());
+    const std::vector<LinearizedResidual> residuals = system_.residuals(now_);
+    const Eigen::MatrixXd P = inverseOrEmpty(system_.normalEquations(now_, residuals).score);
     if (P.size() == 0) return;
-    const AccelErrorSizes before = sizes_;
-    sizes_ = scoredSizes(sizes_, residuals, P, slow_, state_.of(slow_.data()).column,
-                         problem_.priors.slow_accel);
-    slow_ *= before.slow / sizes_.slow;
+    const AccelErrorSizes before = system_.sizes();
+    system_.setSizes(scoredSizes(before, residuals, P, now_.slow, system_.slowColumn(),
+                                 problem_.priors.slow_accel));
+    now_.slow *= before.slow / system_.sizes().slow;
   }
 
   /** Counts of the residuals; with covariance also what the normal equations say. */
   void statistics(VisualInertialBaResult* result) {
-    visual_.holdAtInfinity();
-    const BiasPriors& priors = problem_.priors;
-    result->gyro_bias_sigmas = (bias().gyro - priors.mean.gyro).norm() / priors.sigma_gyro_rps;
-    result->accel_bias_sigmas = (bias().accel - priors.mean.accel).norm() / priors.sigma_accel_mps2;
     const BundleProblem& bundle = problem_.bundle;
+    now_.landmarks.holdAtInfinity(bundle.window, now_.seen());
+    const BiasPriors& priors = problem_.priors;
+    result->gyro_bias_sigmas = (now_.bias.gyro - priors.mean.gyro).norm() / priors.sigma_gyro_rps;
+    result->accel_bias_sigmas =
+        (now_.bias.accel - priors.mean.accel).norm() / priors.sigma_accel_mps2;
     int landmark_unknowns = 0;
     for (size_t l = 0; l < bundle.landmarks.size(); ++l)
-      if (bundle.landmarks[l].valid) landmark_unknowns += visual_.held()[l] ? 2 : 3;
+      if (bundle.landmarks[l].valid) landmark_unknowns += now_.landmarks.held[l] ? 2 : 3;
     result->measurements = bundle.window.measurements.size();
     if (!options_.compute_covariance) return;
-    const std::vector<LinearizedResidual> residuals = residuals_.linearize(state_);
-    const NormalEquations equations = normalEquations(residuals);
+    const std::vector<LinearizedResidual> residuals = system_.residuals(now_);
+    const NormalEquations equations = system_.normalEquations(now_, residuals);
     const Eigen::MatrixXd covariance = covarianceOrEmpty(equations.curvature, equations.score);
-    const Eigen::Index states = state_.of(turn_.data()).column;
+    const Eigen::Index states = system_.turnColumn();
     if (covariance.size() > 0) result->covariance = covariance.topLeftCorner(states, states);
     if (!options_.check_noise || result->covariance.size() == 0) return;
     const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
     if (inverse.size() == 0) return;
-    result->noise = checkNoise({bundle.window, visual_.poses(), bundle.landmarks, landmark_unknowns,
-                                options_.chi2_pixel, pixel_share_},
+    result->noise = checkNoise({bundle.window, now_.seen(), bundle.landmarks, landmark_unknowns,
+                                options_.chi2_pixel, system_.pixelShare()},
                                residuals, inverse);
   }
 
  private:
+  static constexpr double kLeastDamping = 1e-6;  ///< of the diagonal
+  static constexpr double kRounding = 1e-9;
+
+  /** Not finite if the equations are not positive definite. */
+  static Eigen::VectorXd stepOf(const StepEquations& equations, double damping) {
+    // Scaled to a unit diagonal: the unknowns' units differ by many orders of magnitude.
+    const Eigen::VectorXd scale = equations.H.diagonal().cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd scaled = scale.asDiagonal() * equations.H * scale.asDiagonal();
+    scaled.diagonal().array() += damping;
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(scaled);
+    if (factor.info() != Eigen::Success)
+      return Eigen::VectorXd::Constant(scale.size(), std::numeric_limits<double>::quiet_NaN());
+    return -scale.cwiseProduct(factor.solve(Eigen::VectorXd(scale.cwiseProduct(equations.g))));
+  }
+
   void relabel(double pixel_share) {
-    problem_.bundle.relabel(visual_.poses(), options_.chi2_pixel * pixel_share * pixel_share);
+    problem_.bundle.relabel(now_.seen(), options_.chi2_pixel * pixel_share * pixel_share);
   }
-
-  /**
-   * Every residual but the pixels', which visual_ holds: what solver, covariance and noise check
-   * know of the problem. A new residual is one line here.
-   */
-  void stateResiduals() {
-    residuals_.clear();
-    for (size_t k = 0; k < bodies_.size(); ++k)
-      residuals_.add({std::make_unique<SharedErrorCost>(sigma_shared_rad_),
-                      {bodies_[k].data(), visual_.pose(k), turn_.data()},
-                      ResidualKind::kEliminated});
-    const Eigen::Vector3d g_W(0.0, 0.0, -problem_.gravity_mps2);
-    const Eigen::VectorXd white = sizes_.whiteByInterval();
-    for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {
-      ResidualBlock inertial{
-          std::make_unique<PreintegrationCost>(problem_.preintegrations[k], g_W,
-                                               sizes_.slow * slow_modes_.row(k), white[k]),
-          {bodies_[k].data(), velocities_[k].data(), bodies_[k + 1].data(),
-           velocities_[k + 1].data(), bias_.data()},
-          ResidualKind::kImu,
-          std::sqrt(options_.chi2_inertial)};
-      if (slow_.size() > 0) inertial.parameters.push_back(slow_.data());
-      residuals_.add(std::move(inertial));
-    }
-    const BiasPriors& priors = problem_.priors;
-    Eigen::VectorXd mean(6), sigma(6);
-    mean << priors.mean.gyro, priors.mean.accel;
-    sigma << Eigen::Vector3d::Constant(priors.sigma_gyro_rps),
-        Eigen::Vector3d::Constant(priors.sigma_accel_mps2);
-    addPrior(mean, sigma, bias_.data());
-    addPrior(Eigen::VectorXd::Zero(3), Eigen::VectorXd::Constant(3, sigma_turn_rad_), turn_.data());
-    if (slow_.size() > 0)
-      addPrior(Eigen::VectorXd::Zero(slow_.size()), Eigen::VectorXd::Ones(slow_.size()),
-               slow_.data());
-    residuals_.add({std::make_unique<GaugeCost>(problem_.states[0].T_WB), {bodies_[0].data()}});
-  }
-
-  /** Gaussian, its components independent. */
-  void addPrior(const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, double* block) {
-    const Eigen::MatrixXd whitening = sigma.cwiseInverse().asDiagonal();
-    residuals_.add({std::make_unique<ceres::NormalPrior>(whitening, mean), {block}});
-  }
-
-  static std::vector<SE3> poses(const std::vector<NavState>& states) {
-    std::vector<SE3> T_WB;
-    for (const NavState& s : states) T_WB.push_back(s.T_WB);
-    return T_WB;
-  }
-
-  /** Normal equations of the state, with landmarks and shared errors eliminated. */
-  NormalEquations normalEquations(const std::vector<LinearizedResidual>& residuals) const {
-    const Eigen::Index n = visual_.poseCount();
-    NormalEquations equations(state_.columns()), seen(6 * n);
-    addReducedVisualInformation(
-        problem_.bundle.window, visual_.poses(), {visual_.landmarks(), visual_.held()},
-        huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share_), 6, &seen);
-    eliminateErrors(SharedErrorCost::inverseSigma(sigma_shared_rad_).cwiseAbs2().replicate(n, 1),
-                    &seen);
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < n; ++j) {
-        equations.score.block<6, 6>(9 * i, 9 * j) = seen.score.block<6, 6>(6 * i, 6 * j);
-        equations.curvature.block<6, 6>(9 * i, 9 * j) = seen.curvature.block<6, 6>(6 * i, 6 * j);
-      }
-    addTurn(seen.score, &equations.score);
-    addTurn(seen.curvature, &equations.curvature);
-    addInformation(residuals, &equations);
-    return equations;
-  }
-
-  /** A turn of the cameras moves the rotation of every pose that they see. */
-  void addTurn(const Eigen::MatrixXd& seen, Eigen::MatrixXd* information) const {
-    const Eigen::Index turn = state_.of(turn_.data()).column;
-    for (Eigen::Index i = 0; i < visual_.poseCount(); ++i)
-      for (Eigen::Index j = 0; j < visual_.poseCount(); ++j) {
-        information->block<6, 3>(9 * i, turn) += seen.block<6, 3>(6 * i, 6 * j);
-        information->block<3, 6>(turn, 9 * j) += seen.block<3, 6>(6 * i, 6 * j);
-        information->block<3, 3>(turn, turn) += seen.block<3, 3>(6 * i, 6 * j);
-      }
-  }
-
-  ImuBias bias() const { return {bias_.head<3>(), bias_.tail<3>()}; }
 
   void reintegrate() {
     for (Preintegration& p : problem_.preintegrations)
-      if ((p.bias().gyro - bias().gyro).norm() > options_.reintegrate_gyro_rps ||
-          (p.bias().accel - bias().accel).norm() > options_.reintegrate_accel_mps2)
-        p = p.reintegrated(bias());
+      if ((p.bias().gyro - now_.bias.gyro).norm() > options_.reintegrate_gyro_rps ||
+          (p.bias().accel - now_.bias.accel).norm() > options_.reintegrate_accel_mps2)
+        p = p.reintegrated(now_.bias);
   }
 
   VisualInertialProblem& problem_;
   const VisualInertialBaOptions& options_;
-  VisualProblem visual_;
-  double sigma_shared_rad_, sigma_turn_rad_;
-  std::vector<PoseBlock> bodies_;
-  std::vector<Eigen::Vector3d> velocities_;
-  Eigen::Matrix<double, 6, 1> bias_;
-  Eigen::Vector3d turn_ = Eigen::Vector3d::Zero();
-  Eigen::MatrixXd slow_modes_;  ///< m/s^2, a row an interval, a column a mode
-  Eigen::VectorXd slow_;        ///< of every mode [x, y, z], in standard deviations
-  double pixel_share_ = 1.0;    ///< standard deviation of the pixels over that of the window
-  AccelErrorSizes sizes_;
-  StateBlocks state_;
-  ResidualList residuals_;
+  VisualInertialSystem system_;
+  VisualInertialUnknowns now_;
 };
 
 }  // namespace

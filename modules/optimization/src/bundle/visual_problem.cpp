@@ -6,35 +6,12 @@
 namespace etalon {
 
 VisualProblem::VisualProblem(const BundleProblem& bundle, const std::vector<SE3>& T_WB)
-    : window_(bundle.window), held_(bundle.landmarks.size(), 0) {
+    : window_(bundle.window), landmarks_(bundle, T_WB) {
   for (const SE3& T : T_WB) poses_.push_back(toBlock(T));
-  landmarks_.reserve(bundle.landmarks.size());
-  for (size_t l = 0; l < bundle.landmarks.size(); ++l) {
-    const VisualMeasurement& m = *window_.measurementsOf(l).begin();
-    const SE3 T_WC = T_WB[m.keyframe] * window_.T_CB[m.camera].inverse();
-    landmarks_.emplace_back(bundle.landmarks[l].position, T_WC.t);
-  }
   for (const VisualMeasurement& m : window_.measurements) {
     const size_t l = m.landmark;
-    costs_.emplace_back(window_.T_CB[m.camera], m.measurement, landmarks_[l], held_[l]);
-  }
-}
-
-void VisualProblem::holdAtInfinity() {
-  const std::vector<SE3> T_WB = poses();
-  for (size_t l = 0; l < landmarks_.size(); ++l) {
-    double& rho = landmarks_[l].parameters.z();
-    held_[l] = 0;
-    if (rho > 0.0) continue;
-    rho = 0.0;
-    double slope = 0.0;  // of half the sum of squares by rho
-    for (const VisualMeasurement& m : window_.measurementsOf(l)) {
-      Eigen::Vector2d r;
-      Eigen::Matrix<double, 2, 3> J;
-      if (m.inlier && window_.residual(m, T_WB, landmarks_[l], &r, nullptr, &J))
-        slope += J.col(2).dot(r);
-    }
-    held_[l] = slope >= 0.0;
+    costs_.emplace_back(window_.T_CB[m.camera], m.measurement, landmarks_.landmarks[l],
+                        landmarks_.held[l]);
   }
 }
 
@@ -57,13 +34,13 @@ std::unique_ptr<ceres::Problem> VisualProblem::makeProblem(
     const VisualMeasurement& m = window_.measurements[i];
     if (!m.inlier) continue;
     problem->AddResidualBlock(&costs_[i], loss_.get(), poses_[m.keyframe].data(),
-                              landmarks_[m.landmark].parameters.data());
+                              landmarks_.landmarks[m.landmark].parameters.data());
   }
   return problem;
 }
 
 ceres::Solver::Options VisualProblem::solverOptions(const ceres::Problem& problem,
-                                                    const StateBlocks& others, int max_iterations) {
+                                                    int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = max_iterations;
@@ -72,23 +49,16 @@ ceres::Solver::Options VisualProblem::solverOptions(const ceres::Problem& proble
   options.function_tolerance = 1e-5;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-9;
-  // Landmarks first, then the poses, then the rest: a group of its own for each block, because
-  // Ceres orders the blocks of a group by their addresses, which change with the state of the heap.
+  // Landmarks first, then the poses: a group of its own for each, because Ceres orders the blocks of
+  // a group by their addresses, which change with the state of the heap.
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (InverseDepthLandmark& landmark : landmarks_)
+  for (InverseDepthLandmark& landmark : landmarks_.landmarks)
     if (problem.HasParameterBlock(landmark.parameters.data()))
       ordering->AddElementToGroup(landmark.parameters.data(), 0);
   int group = 0;
   for (PoseBlock& pose : poses_) ordering->AddElementToGroup(pose.data(), ++group);
-  for (const StateBlocks::Block& block : others.all())
-    ordering->AddElementToGroup(block.values, ++group);
   options.linear_solver_ordering = ordering;
   return options;
-}
-
-void VisualProblem::storeLandmarks(BundleProblem* bundle) const {
-  for (size_t l = 0; l < landmarks_.size(); ++l)
-    bundle->landmarks[l].position = landmarks_[l].position();
 }
 
 std::vector<SE3> VisualProblem::poses() const {

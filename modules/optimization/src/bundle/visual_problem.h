@@ -11,9 +11,10 @@
 #include <memory>
 #include <vector>
 
-#include "bundle/residual_list.h"
+#include "bundle/window_landmarks.h"
 #include "etalon/optimization/bundle/bundle_problem.h"
 #include "etalon/optimization/solver_summary.h"
+#include "residuals/pose_manifold.h"
 #include "residuals/reprojection_cost.h"
 
 namespace etalon {
@@ -22,9 +23,8 @@ namespace etalon {
  * Parameter blocks of a bundle problem and the costs between them. The problem must outlive it; its
  * inliers are read anew for every run.
  *
- * Landmarks are (a, b, rho) of InverseDepthLandmark about the place of the camera that saw them
- * first, as given. rho may become negative while Ceres runs; between runs such a landmark is set to
- * infinity and held there, until the residuals want it nearer (an active set for rho >= 0).
+ * rho of a landmark may become negative while Ceres runs; between runs such a landmark is set to
+ * infinity and held there (WindowLandmarks::holdAtInfinity).
  */
 class VisualProblem {
  public:
@@ -32,8 +32,7 @@ class VisualProblem {
   VisualProblem(const VisualProblem&) = delete;  // Ceres and the costs hold addresses
   VisualProblem& operator=(const VisualProblem&) = delete;
 
-  /** Sets rho >= 0 and decides which landmarks are held at infinity. */
-  void holdAtInfinity();
+  void holdAtInfinity() { landmarks_.holdAtInfinity(window_, poses()); }
 
   /** A fresh problem with the poses' manifolds and the costs of all inlier measurements.
    * @param huber its width in sigmas */
@@ -44,25 +43,17 @@ class VisualProblem {
   /**
    * Solver options of every BA here: Levenberg-Marquardt, dense Schur complement, one thread.
    * @param problem from makeProblem()
-   * @param others all blocks of the problem besides poses and landmarks
    */
-  ceres::Solver::Options solverOptions(const ceres::Problem& problem, const StateBlocks& others,
-                                       int max_iterations);
+  ceres::Solver::Options solverOptions(const ceres::Problem& problem, int max_iterations);
 
   double* pose(size_t k) { return poses_[k].data(); }
-  Eigen::Index poseCount() const { return poses_.size(); }
   std::vector<SE3> poses() const;
-  const std::vector<InverseDepthLandmark>& landmarks() const { return landmarks_; }
-  /** Stores the landmarks' positions in a bundle problem of the same window. */
-  void storeLandmarks(BundleProblem* bundle) const;
-  /** Where true, rho is zero and no unknown. */
-  const std::vector<char>& held() const { return held_; }
+  const WindowLandmarks& landmarks() const { return landmarks_; }
 
  private:
   const VisualWindow& window_;
   std::vector<PoseBlock> poses_;
-  std::vector<InverseDepthLandmark> landmarks_;
-  std::vector<char> held_;
+  WindowLandmarks landmarks_;
   std::deque<ReprojectionCost> costs_;  ///< one a measurement; borrowed by the problems
   PoseManifold manifold_;
   std::unique_ptr<ceres::LossFunction> loss_;

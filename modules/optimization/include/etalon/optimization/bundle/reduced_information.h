@@ -31,12 +31,12 @@ struct LandmarkEstimates {
 };
 
 /**
- * Adds the visual information of a window, landmarks marginalised: the pose of keyframe k stands at
- * `stride * k`, ordered [rotation, position].
+ * Adds the visual information of a window, landmarks marginalised: six rows a keyframe, [rotation,
+ * position].
  */
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
                                  const LandmarkEstimates& estimates, const RobustWeights& weights,
-                                 int stride, NormalEquations* equations);
+                                 NormalEquations* equations);
 
 /**
  * Allows every pose an error of its own, Gaussian with the inverse covariance diag(`information`)

@@ -1,0 +1,69 @@
+#pragma once
+
+// Gauss-Newton's equations of the pixels. Private to the module.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "bundle/window_landmarks.h"
+
+namespace etalon {
+
+/** Huber's loss of pixels: its width in sigmas, and sigma over that of the window. */
+struct PixelLoss {
+  double width, sigma;
+};
+
+/**
+ * The normal equations of a window's inliers by the poses, landmarks eliminated:
+ *   H d = -g,   d = [rotation (right perturbation), position (in W)] of every keyframe, 6N.
+ * A landmark behind a camera counts as a gross outlier that nothing moves.
+ */
+class VisualEquations {
+ public:
+  /** @param window outlives this; its inliers are read anew by every call */
+  explicit VisualEquations(const VisualWindow& window) : window_(window) {}
+
+  /**
+   * Linearises. Landmarks at infinity that the residuals want farther are held there.
+   * @param T_WB as the cameras see the body
+   * @return half the sum of the squares, with the loss
+   */
+  double linearize(const std::vector<SE3>& T_WB, const PixelLoss& loss, WindowLandmarks* landmarks);
+  const Eigen::MatrixXd& H() const { return H_; }
+  const Eigen::VectorXd& g() const { return g_; }
+
+  /** Moves the landmarks to where they are best, to first order, when the poses move by d. */
+  void moveLandmarks(const Eigen::VectorXd& d, WindowLandmarks* landmarks) const;
+
+ private:
+  /** What a keyframe's cameras say of a landmark, by the ray in the axes of the body. */
+  struct View {
+    int keyframe;
+    Eigen::Vector3d ray_B;                                      ///< rho times the landmark's place
+    Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();               ///< J^T w J
+    Eigen::Matrix3d JJ_landmark = Eigen::Matrix3d::Zero();      ///< J^T w J_landmark
+    Eigen::Vector3d Jr = Eigen::Vector3d::Zero();               ///< J^T w r
+    Eigen::Matrix<double, 6, 3> shared;  ///< of the pose with the landmark, times the latter's root
+  };
+  struct Eliminated {
+    size_t landmark, first, last;  ///< its views
+    double rho;
+    Eigen::Matrix3d root;  ///< root root^T is the inverse of the landmark's own block
+    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  };
+
+  /** @return half its sum of squares, with the loss */
+  double collect(size_t l, const PixelLoss& loss, WindowLandmarks* landmarks);
+  void eliminate(Eliminated* e);
+
+  const VisualWindow& window_;
+  std::vector<Eigen::Matrix3d> R_BW_;
+  std::vector<Eigen::Vector3d> p_W_;
+  std::vector<View> views_;
+  std::vector<Eliminated> eliminated_;
+  Eigen::MatrixXd H_;
+  Eigen::VectorXd g_;
+};
+
+}  // namespace etalon
