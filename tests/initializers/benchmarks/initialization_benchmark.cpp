@@ -53,6 +53,7 @@ void visualInertialBa(benchmark::State& state) {
 BENCHMARK(visualOdometry)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(initialize, orbslam3_inertial_only, std::string("orbslam3_inertial_only"))
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(initialize, etalon, std::string("etalon"))->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(initialize, eta, std::string("eta"))->Unit(benchmark::kMillisecond);
 BENCHMARK(visualInertialBa)->Unit(benchmark::kMillisecond);
 

@@ -75,7 +75,9 @@ class VisualInertialSolver {
   void solve(double converged_sigmas, VisualInertialBaResult* result) {
     reintegrate();
     SolverSummary& summary = result->summary;
-    StepEquations equations = system_.linearize(&now_);
+    system_.linearizePixels(&now_);
+    if (summary.iterations > 0) followSizes();
+    StepEquations equations = system_.equations(system_.residuals(now_));
     if (summary.iterations == 0) summary.initial_cost = equations.cost;
     summary.termination = Termination::kMaxIterations;
     double damping = 0.0;
@@ -131,19 +133,6 @@ class VisualInertialSolver {
   /** Relabels by the pixels' noise as it is known. */
   void relabel() { relabel(system_.pixelShare()); }
 
-  /** Takes the sizes of the accelerometer's errors where the window's own residuals want them. */
-  void followSizes() {
-    if (system_.slowCount() == 0) return;
-    now_.landmarks.holdAtInfinity(problem_.bundle.window, now_.seen());
-    const std::vector<LinearizedResidual> residuals = system_.residuals(now_);
-    const Eigen::MatrixXd P = inverseOrEmpty(system_.normalEquations(now_, residuals).score);
-    if (P.size() == 0) return;
-    const AccelErrorSizes before = system_.sizes();
-    system_.setSizes(scoredSizes(before, residuals, P, now_.slow, system_.slowColumn(),
-                                 problem_.priors.slow_accel));
-    now_.slow *= before.slow / system_.sizes().slow;
-  }
-
   /** Counts of the residuals; with covariance also what the normal equations say. */
   void statistics(VisualInertialBaResult* result) {
     const BundleProblem& bundle = problem_.bundle;
@@ -171,6 +160,19 @@ class VisualInertialSolver {
   }
 
  private:
+  /** Takes the sizes of the accelerometer's errors where the window's own residuals want them; the pixels are
+   * linearised. */
+  void followSizes() {
+    if (system_.slowCount() == 0) return;
+    const std::vector<LinearizedResidual> residuals = system_.residuals(now_);
+    const Eigen::MatrixXd P = inverseOrEmpty(system_.equations(residuals).H);
+    if (P.size() == 0) return;
+    const AccelErrorSizes before = system_.sizes();
+    system_.setSizes(scoredSizes(before, residuals, P, now_.slow, system_.slowColumn(),
+                                 problem_.priors.slow_accel));
+    now_.slow *= before.slow / system_.sizes().slow;
+  }
+
   static constexpr double kLeastDamping = 1e-6;  ///< of the diagonal
   static constexpr double kRounding = 1e-9;
 
@@ -236,7 +238,6 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
       result.summary.stop(Termination::kFailed, "every measurement became an outlier");
       return finish();
     }
-    if (!last) solver.followSizes();
   }
   solver.statistics(&result);
   return finish();

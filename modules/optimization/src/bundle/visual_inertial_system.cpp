@@ -84,7 +84,7 @@ VisualInertialSystem::VisualInertialSystem(const VisualInertialProblem& problem,
       sigma_turn_rad_(radians(options.sigma_turn_deg)),
       slow_modes_(slowErrorModes(problem.preintegrations, problem.priors.slow_accel)),
       sizes_(slow_modes_.rows()),
-      pixels_(problem.bundle.window) {}
+      visual_(problem.bundle.window) {}
 
 VisualInertialUnknowns VisualInertialSystem::start() const {
   std::vector<SE3> T_WB;
@@ -153,38 +153,39 @@ std::vector<LinearizedResidual> VisualInertialSystem::residuals(
   return all;
 }
 
-void VisualInertialSystem::addPixels(const VisualInertialUnknowns& at, StepEquations* equations) {
-  const MatrixXd& H = pixels_.H();
+void VisualInertialSystem::linearizePixels(VisualInertialUnknowns* at) {
+  pixels_ = {MatrixXd::Zero(columns(), columns()), VectorXd::Zero(columns())};
+  pixels_.cost = visual_.linearize(at->seen(), {std::sqrt(options_.chi2_pixel), pixel_share_},
+                                   &at->landmarks);
+  const MatrixXd& H = visual_.H();
   const double information = 1.0 / (sigma_shared_rad_ * sigma_shared_rad_);
   std::vector<Index> rotations;
   VectorXd shared(3 * keyframes_);
   for (Index k = 0; k < keyframes_; ++k) {
     for (Index axis = 0; axis < 3; ++axis) rotations.push_back(6 * k + axis);
-    shared.segment<3>(3 * k) = at.shared[static_cast<size_t>(k)];
+    shared.segment<3>(3 * k) = at->shared[static_cast<size_t>(k)];
   }
   MatrixXd own = H(rotations, rotations);
   own.diagonal().array() += information;
   const Eigen::LLT<MatrixXd> factor(own);
   const MatrixXd with_poses = H(rotations, Eigen::all);
   shared_H_ = factor.solve(with_poses);
-  shared_g_ = factor.solve(VectorXd(pixels_.g()(rotations) + information * shared));
+  shared_g_ = factor.solve(VectorXd(visual_.g()(rotations) + information * shared));
   const MatrixXd reduced = H - with_poses.transpose() * shared_H_;
-  const VectorXd g = pixels_.g() - with_poses.transpose() * shared_g_;
-  addPoses(reduced, turnColumn(), &equations->H);
+  const VectorXd g = visual_.g() - with_poses.transpose() * shared_g_;
+  addPoses(reduced, turnColumn(), &pixels_.H);
   for (Index k = 0; k < keyframes_; ++k) {
-    equations->g.segment<6>(9 * k) += g.segment<6>(6 * k);
-    equations->g.segment<3>(turnColumn()) += g.segment<3>(6 * k);
+    pixels_.g.segment<6>(9 * k) += g.segment<6>(6 * k);
+    pixels_.g.segment<3>(turnColumn()) += g.segment<3>(6 * k);
   }
-  equations->cost += 0.5 * information * shared.squaredNorm();
+  pixels_.cost += 0.5 * information * shared.squaredNorm();
 }
 
-StepEquations VisualInertialSystem::linearize(VisualInertialUnknowns* at) {
-  StepEquations equations{MatrixXd::Zero(columns(), columns()), VectorXd::Zero(columns())};
-  equations.cost = pixels_.linearize(
-      at->seen(), {std::sqrt(options_.chi2_pixel), pixel_share_}, &at->landmarks);
-  addPixels(*at, &equations);
-  add(residuals(*at), std::sqrt(options_.chi2_inertial), &equations);
-  return equations;
+StepEquations VisualInertialSystem::equations(
+    const std::vector<LinearizedResidual>& residuals) const {
+  StepEquations all = pixels_;
+  add(residuals, std::sqrt(options_.chi2_inertial), &all);
+  return all;
 }
 
 VisualInertialUnknowns VisualInertialSystem::moved(const VisualInertialUnknowns& from,
@@ -209,7 +210,7 @@ VisualInertialUnknowns VisualInertialSystem::moved(const VisualInertialUnknowns&
     to.shared[static_cast<size_t>(k)] += shared.segment<3>(3 * k);
     d.segment<3>(6 * k) += shared.segment<3>(3 * k);
   }
-  pixels_.moveLandmarks(d, &to.landmarks);
+  visual_.moveLandmarks(d, &to.landmarks);
   return to;
 }
 

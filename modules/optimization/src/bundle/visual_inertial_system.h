@@ -49,9 +49,15 @@ class VisualInertialSystem {
 
   VisualInertialUnknowns start() const;
 
-  /** Linearises everything; decides which landmarks are held at infinity. */
-  StepEquations linearize(VisualInertialUnknowns* at);
-  /** The unknowns after a step from where linearize() was called last. */
+  /** Linearises the pixels; decides which landmarks are held at infinity. */
+  void linearizePixels(VisualInertialUnknowns* at);
+  /** Adds to the pixels, as linearised last, the other residuals at `at`: the lower triangle. */
+  StepEquations equations(const std::vector<LinearizedResidual>& residuals) const;
+  StepEquations linearize(VisualInertialUnknowns* at) {
+    linearizePixels(at);
+    return equations(residuals(*at));
+  }
+  /** The unknowns after a step from where the pixels were linearised last. */
   VisualInertialUnknowns moved(const VisualInertialUnknowns& from, const Eigen::VectorXd& step) const;
 
   /** Every residual of the state: what solver, covariance and noise check know of the problem but
@@ -77,9 +83,6 @@ class VisualInertialSystem {
 
  private:
   LinearizedResidual inertial(const VisualInertialUnknowns& at, size_t k, double white) const;
-  /** Adds the pixels' equations; keeps what the shared errors' elimination needs. */
-  void addPixels(const VisualInertialUnknowns& at, StepEquations* equations);
-
   const VisualInertialProblem& problem_;
   const VisualInertialBaOptions& options_;
   Eigen::Index keyframes_;
@@ -87,7 +90,8 @@ class VisualInertialSystem {
   Eigen::MatrixXd slow_modes_;  ///< m/s^2, a row an interval, a column a mode
   double pixel_share_ = 1.0;
   AccelErrorSizes sizes_;
-  VisualEquations pixels_;
+  VisualEquations visual_;
+  StepEquations pixels_;  ///< of the state, shared errors eliminated
   // The shared errors after a move d of the poses are: before - shared_g_ - shared_H_ d.
   Eigen::VectorXd shared_g_;
   Eigen::MatrixXd shared_H_;
