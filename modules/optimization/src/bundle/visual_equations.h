@@ -40,27 +40,33 @@ class VisualEquations {
   /** What a keyframe's cameras say of a landmark, by the ray in the axes of the body. */
   struct View {
     int keyframe;
-    Eigen::Vector3d ray_B;                                      ///< rho times the landmark's place
-    Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();               ///< J^T w J
-    Eigen::Matrix3d JJ_landmark = Eigen::Matrix3d::Zero();      ///< J^T w J_landmark
-    Eigen::Vector3d Jr = Eigen::Vector3d::Zero();               ///< J^T w r
-    Eigen::Matrix<double, 6, 3> shared;  ///< of the pose with the landmark, times the latter's root
+    Eigen::Vector3d ray_B;                                  ///< rho times the landmark's place
+    Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();           ///< J^T w J
+    Eigen::Matrix3d JJ_landmark = Eigen::Matrix3d::Zero();  ///< J^T w J_landmark
+    Eigen::Vector3d Jr = Eigen::Vector3d::Zero();           ///< J^T w r
   };
+  /** A keyframe's pose with a landmark: the mixed block times the landmark's root. */
+  struct Mixed {
+    int keyframe;
+    Eigen::Matrix<double, 6, 3> with_root;
+  };
+  /** A landmark's own block and gradient. */
   struct Eliminated {
-    size_t landmark, first, last;  ///< its views
-    double rho;
-    Eigen::Matrix3d root;  ///< root root^T is the inverse of the landmark's own block
-    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+    size_t landmark, first, last;  ///< of mixed_
+    Eigen::Matrix3d root;          ///< root root^T is the inverse of the block
+    Eigen::Vector3d root_g;        ///< root^T times the gradient
   };
 
-  /** @return half its sum of squares, with the loss */
+  /** Fills views_. @return half the sum of squares, with the loss */
   double collect(size_t l, const PixelLoss& loss, WindowLandmarks* landmarks);
-  void eliminate(Eliminated* e);
+  /** @param V, g the landmark's own */
+  void eliminate(size_t l, double rho, Eigen::Matrix3d V, const Eigen::Vector3d& g);
 
   const VisualWindow& window_;
   std::vector<Eigen::Matrix3d> R_BW_;
   std::vector<Eigen::Vector3d> p_W_;
-  std::vector<View> views_;
+  std::vector<View> views_;  ///< of one landmark; a member, so that its memory is kept
+  std::vector<Mixed> mixed_;
   std::vector<Eliminated> eliminated_;
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_;

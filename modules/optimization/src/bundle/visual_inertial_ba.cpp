@@ -212,9 +212,9 @@ VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
   VisualInertialBaResult result;
   result.states = problem.states;
   result.bias = problem.bias;
-  const auto finish = [&]() -> VisualInertialBaResult& {
+  const auto finish = [&] {
     result.bundle = std::move(problem.bundle);
-    return result;
+    return std::move(result);
   };
   std::vector<SE3> T_WB;
   for (const NavState& s : problem.states) T_WB.push_back(s.T_WB);
