@@ -103,7 +103,8 @@ Eigen::MatrixXd whiteAccelRoot(const std::vector<ClosedFormMotion::Node>& nodes,
 }  // namespace
 
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
-                               const SlowAcceleration& slow, const Eigen::VectorXd& white_accel) {
+                               const SlowAcceleration& slow, const Eigen::VectorXd& white_accel,
+                               const std::optional<ImuBias>& bias) {
   ClosedFormMotion motion;
   motion.nodes.emplace_back();
   const Eigen::Index n = preintegrations.size();
@@ -112,7 +113,7 @@ ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegration
   for (Eigen::Index k = 0; k < n; ++k) {
     const Preintegration& p = preintegrations[k];
     const ClosedFormMotion::Node& last = motion.nodes.back();
-    const Preintegration::Deltas& d = p.deltas();
+    const Preintegration::Deltas d = bias ? p.corrected(*bias) : p.deltas();
     const ErrorMatrix F = transition(last, d, p.dt()), G = toVisualFrame(last.R_VB);
     ClosedFormMotion::Node next;
     next.t = last.t + p.dt();

@@ -92,6 +92,10 @@ double resized(const AccelErrorSizes& before, const AccelErrorSizes& after) {
 }
 constexpr double kSizesAtRest = 0.1;
 
+/** A bias of the gyro that moved less acts to first order; the accelerometer's always does. As
+ * VisualInertialBaOptions::reintegrate_gyro_rps. */
+constexpr double kFirstOrder = 0.01;  // rad/s
+
 /** Linear solutions until the gyro bias stands still, and how noisy the IMU is. Costs are not
  * computed. */
 SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOptions& options,
@@ -117,9 +121,11 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
     if (at_rest && (last || resized(before.sizes, estimate->sizes) < kSizesAtRest))
       summary.termination = Termination::kConverged;
     if (summary.converged()) break;  // the derivatives no longer change
-    for (Preintegration& p : *preintegrations) p = p.reintegrated(estimate->bias);
+    for (Preintegration& p : *preintegrations)
+      if ((p.bias().gyro - estimate->bias.gyro).norm() > kFirstOrder)
+        p = p.reintegrated(estimate->bias);
     *motion = composeMotion(*preintegrations, slowAcceleration(options.model, *estimate),
-                            estimate->sizes.whiteByInterval());
+                            estimate->sizes.whiteByInterval(), estimate->bias);
   }
   return summary;
 }

@@ -5,6 +5,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "bundle/landmark_views.h"
+#include "etalon/core/so3.h"
 #include "etalon/optimization/residuals/huber.h"
 
 namespace etalon {
@@ -23,31 +25,16 @@ struct PoseContribution {
   explicit PoseContribution(int k) : keyframe(k) {}
 };
 
-/** Sums over the inliers of landmark l; returns its own information. */
-Eigen::Matrix3d collect(const VisualWindow& window, const std::vector<SE3>& T_WB,
-                        const InverseDepthLandmark& landmark, bool held, size_t l,
-                        const RobustWeights& weights, std::vector<PoseContribution>* poses) {
-  const double rho = landmark.parameters.z();
-  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
-  for (const VisualMeasurement& m : window.measurementsOf(l)) {
-    Eigen::Vector2d r;
-    Eigen::Matrix<double, 2, 6> J_pose;
-    Eigen::Matrix<double, 2, 3> J_landmark;
-    if (!window.residual(m, T_WB, landmark, &r, &J_pose, &J_landmark)) continue;
-    const auto [gradient, weight] = weights(m, r.squaredNorm());
-    if (weight == 0.0) continue;
-    if (held) J_landmark.col(2).setZero();
-    if (poses->empty() || poses->back().keyframe != m.keyframe) poses->emplace_back(m.keyframe);
-    PoseContribution& pose = poses->back();
-    pose.H_pp.noalias() += weight * J_pose.transpose() * J_pose;
-    pose.H_pl.noalias() += weight * J_pose.transpose() * J_landmark;
-    // d(r)/d(position) is rho times what does not depend on rho, to first order.
-    if (!held && rho > 0.0)
-      pose.mixed.noalias() += (gradient / rho) * J_pose.rightCols<3>().transpose() * r;
-    V.noalias() += weight * J_landmark.transpose() * J_landmark;
-  }
-  V.diagonal().array() += 1e-12 * V.trace();
-  return V;
+/** The derivative of ray_B by the pose is G = [hat(ray_B), -rho R_WB^T]. */
+PoseContribution contribution(const LandmarkView& view, const SE3& T_WB, double rho) {
+  Eigen::Matrix<double, 3, 6> G;
+  G << hat(view.ray_B), -rho * T_WB.R.transpose();
+  PoseContribution pose(view.keyframe);
+  const Eigen::Matrix<double, 3, 6> JJG = view.JJ * G;
+  pose.H_pp.noalias() = G.transpose() * JJG;
+  pose.H_pl.noalias() = G.transpose() * view.JJ_landmark;
+  if (rho > 0.0) pose.mixed.noalias() = -(T_WB.R * view.Jr);
+  return pose;
 }
 
 /**
@@ -91,16 +78,22 @@ RobustWeights huberOfInliers(double width, double sigma) {
 void addReducedVisualInformation(const VisualWindow& window, const std::vector<SE3>& T_WB,
                                  const LandmarkEstimates& estimates, const RobustWeights& weights,
                                  NormalEquations* equations) {
+  LandmarkViews views;
   std::vector<PoseContribution> poses;
   for (size_t l = 0; l < estimates.landmarks.size(); ++l) {
+    const InverseDepthLandmark& landmark = estimates.landmarks[l];
+    collectViews(window, T_WB, l, landmark, weights, &views);
+    if (estimates.held[l]) views.hold();
     poses.clear();
-    const Eigen::Matrix3d V =
-        collect(window, T_WB, estimates.landmarks[l], estimates.held[l] != 0, l, weights, &poses);
+    for (const LandmarkView& view : views.of_keyframe)
+      if (view.JJ.trace() > 0.0)
+        poses.push_back(contribution(view, T_WB[view.keyframe], landmark.parameters.z()));
     if (poses.empty()) continue;
-    const Eigen::Matrix3d V_inv = V.inverse();
+    views.V.diagonal().array() += 1e-12 * views.V.trace();
+    const Eigen::Matrix3d V_inv = views.V.inverse();
     // The curvature's part is linear in the error of an inverse depth that is known.
     if (!estimates.held[l] && V_inv(2, 2) <= kMaxSigmaInverseDepth * kMaxSigmaInverseDepth)
-      bend(T_WB, estimates.landmarks[l], V_inv, &poses);
+      bend(T_WB, landmark, V_inv, &poses);
     for (size_t i = 0; i < poses.size(); ++i) {
       const PoseContribution& a = poses[i];
       const Eigen::Index row = 6 * a.keyframe;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "bundle/landmark_views.h"
 #include "bundle/window_landmarks.h"
 
 namespace etalon {
@@ -37,14 +38,6 @@ class VisualEquations {
   void moveLandmarks(const Eigen::VectorXd& d, WindowLandmarks* landmarks) const;
 
  private:
-  /** What a keyframe's cameras say of a landmark, by the ray in the axes of the body. */
-  struct View {
-    int keyframe;
-    Eigen::Vector3d ray_B;                                  ///< rho times the landmark's place
-    Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();           ///< J^T w J
-    Eigen::Matrix3d JJ_landmark = Eigen::Matrix3d::Zero();  ///< J^T w J_landmark
-    Eigen::Vector3d Jr = Eigen::Vector3d::Zero();           ///< J^T w r
-  };
   /** A keyframe's pose with a landmark: the mixed block times the landmark's root. */
   struct Mixed {
     int keyframe;
@@ -57,15 +50,12 @@ class VisualEquations {
     Eigen::Vector3d root_g;        ///< root^T times the gradient
   };
 
-  /** Fills views_. @return half the sum of squares, with the loss */
-  double collect(size_t l, const PixelLoss& loss, WindowLandmarks* landmarks);
-  /** @param V, g the landmark's own */
-  void eliminate(size_t l, double rho, Eigen::Matrix3d V, const Eigen::Vector3d& g);
+  /** Adds what views_ say, and takes away what the landmark can explain: the lower triangle. */
+  void eliminate(size_t l, double rho);
 
   const VisualWindow& window_;
   std::vector<Eigen::Matrix3d> R_BW_;
-  std::vector<Eigen::Vector3d> p_W_;
-  std::vector<View> views_;  ///< of one landmark; a member, so that its memory is kept
+  LandmarkViews views_;  ///< of one landmark; a member, so that its memory is kept
   std::vector<Mixed> mixed_;
   std::vector<Eliminated> eliminated_;
   Eigen::MatrixXd H_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "etalon/imu/bias_priors.h"
@@ -35,13 +36,16 @@ struct ClosedFormMotion {
 };
 
 /**
- * @param preintegrations between neighbouring nodes; their own biases are those of the result
+ * @param preintegrations between neighbouring nodes
  * @param slow adds to the covariance; constant over an interval
  * @param white_accel times the accelerometer's white noise of the preintegrations, an interval each;
  *        empty: 1
+ * @param bias of the result, to first order (Preintegration::corrected()); without, that of the
+ *        preintegrations
  */
 ClosedFormMotion composeMotion(const std::vector<Preintegration>& preintegrations,
                                const SlowAcceleration& slow = {},
-                               const Eigen::VectorXd& white_accel = {});
+                               const Eigen::VectorXd& white_accel = {},
+                               const std::optional<ImuBias>& bias = std::nullopt);
 
 }  // namespace etalon
