@@ -142,7 +142,7 @@ TEST(VisualInertialBa, PriorWeighsAgainstTheDataByItsSigmas) {
   moved << both.bias.gyro - options.bias.gyro, both.bias.accel - options.bias.accel;
   const Eigen::Matrix<double, 6, 6> prior = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   const Eigen::Matrix<double, 6, 1> expected = (information + prior).ldlt().solve(prior * off);
-  // In sigmas; to first order, and Ceres stops at a relative change of the cost of 1e-5.
+  // In sigmas; to first order.
   EXPECT_LT((moved - expected).cwiseQuotient(sigma).norm(), 0.02) << moved.transpose() << "\n"
                                                                   << expected.transpose();
   EXPECT_GT(expected.cwiseQuotient(sigma).norm(), 0.5);
@@ -169,7 +169,7 @@ TEST(VisualInertialBa, IntegratesAnewWhereTheBiasesMovedFar) {
   // To first order the rotations are off by (|b_g| dt)^2 / 2 = 4 mrad.
   EXPECT_GT(never.gyro_bias_rps, 1e-5);
   EXPECT_GT(never.gravity_deg, 0.02);
-  EXPECT_LT(anew.gyro_bias_rps, 1e-7);  // rounding and Ceres' tolerance, as in the test above
+  EXPECT_LT(anew.gyro_bias_rps, 1e-7);  // rounding and where the solver stops
   EXPECT_LT(anew.accel_bias_mps2, 1e-5);
   EXPECT_LT(anew.gravity_deg, 1e-4);
   EXPECT_LT(anew.velocity_mps, 1e-5);

@@ -18,7 +18,7 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "errors follow the residuals, and the IMU is re-integrated where the bias moved "
                  "far.");
   parameters.add("iterations_per_round", &iterations_per_round, {1, 200},
-                 "Levenberg-Marquardt iterations of a round, at most.");
+                 "Gauss-Newton steps of a round, at most.");
   parameters.add("converged_sigmas", &converged_sigmas, {1e-6, 10.0},
                  "Stop where a step of all states together is shorter than this many of its own "
                  "standard deviations; what did not get there has not converged.");

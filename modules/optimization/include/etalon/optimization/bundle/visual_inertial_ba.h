@@ -49,8 +49,8 @@ struct VisualInertialProblem {
 struct VisualInertialBaResult {
   /** Converged is a last_step_sigmas below VisualInertialBaOptions::converged_sigmas. */
   SolverSummary summary;
-  /** Length of the last step of all states together by the inverse covariance, that is the root of
-   * twice the decrease that it promised. */
+  /** Length of the last undamped step of all states together by the inverse covariance, that is the
+   * root of twice the decrease that it promised. */
   double last_step_sigmas = 0.0;
   std::vector<NavState> states;
   ImuBias bias;              ///< of all keyframes, and in every state
@@ -79,8 +79,8 @@ struct VisualInertialBaResult {
 
 /**
  * Visual-inertial bundle adjustment over a window: keyframe poses, velocities, one b_g, one b_a,
- * landmarks. Gauge: position and yaw of the first keyframe. Ceres, Levenberg-Marquardt, dense Schur
- * complement, one thread, bit-identical from run to run.
+ * landmarks. Gauge: position and yaw of the first keyframe. Gauss-Newton with landmarks eliminated,
+ * damped where a plain step does not lower the cost; one thread, bit-identical from run to run.
  */
 VisualInertialBaResult solveVisualInertialBa(VisualInertialProblem problem,
                                              const VisualInertialBaOptions& options = {});
