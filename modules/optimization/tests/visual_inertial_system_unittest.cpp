@@ -35,9 +35,12 @@ VisualInertialProblem noisyProblem() {
   options.sigma_px = 0.7;
   options.gyro_noise_factor = options.accel_noise_factor = 1.0;
   VisualInertialCase c(options, options.sigma_px);
-  VisualInertialProblem problem{
-      BundleProblem(c.window, testing::knownLandmarks(c.landmarks)), c.preintegrations, c.states, {},
-      c.priors, options.gravity_mps2};
+  VisualInertialProblem problem{BundleProblem(c.window, testing::knownLandmarks(c.landmarks)),
+                                c.preintegrations,
+                                c.states,
+                                {},
+                                c.priors,
+                                options.gravity_mps2};
   SlowAcceleration& slow = problem.priors.slow_accel;
   slow.sigma_mps2 = 0.05;
   slow.time_s = 0.5;
@@ -190,9 +193,8 @@ class Batch {
   }
 
   void addPrior(double* block, int size, double sigma) {
-    add(size, {{block, size}}, 0.0, [=](double const* const* p) {
-      return VectorXd(Map<const VectorXd>(p[0], size) / sigma);
-    });
+    add(size, {{block, size}}, 0.0,
+        [=](double const* const* p) { return VectorXd(Map<const VectorXd>(p[0], size) / sigma); });
   }
   void addPriors() {
     add(6, {{bias_.data(), 6}}, 0.0, [&](double const* const* p) {

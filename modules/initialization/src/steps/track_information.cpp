@@ -70,6 +70,8 @@ void TrackInformation::start(const StereoPoints& points, const std::vector<SE3>&
   valid_.assign(window_.landmark_ids.size(), 0);
   at_infinity_.assign(window_.landmark_ids.size(), 0);
   r2_.assign(window_.measurements.size(), 0.0);
+  rows_.assign(window_.measurements.size(), Row());
+  T_VB_.clear();
   for (size_t l = 0; l < landmarks_.size(); ++l) {
     std::vector<Vector3d> in_V;
     for (const StereoPoints::Point& point : points.of_landmark[l])
@@ -86,48 +88,55 @@ double TrackInformation::weight(double r2) const {
 }
 
 void TrackInformation::place(const std::vector<SE3>& T_VB) {
+  const auto same = [](const SE3& a, const SE3& b) { return a.R == b.R && a.t == b.t; };
+  if (std::equal(T_VB.begin(), T_VB.end(), T_VB_.begin(), T_VB_.end(), same)) return;
+  T_VB_ = T_VB;
   T_CV_.clear();
   for (const SE3& pose : T_VB)
     for (const SE3& T_CB : window_.T_CB) T_CV_.push_back(T_CB * pose.inverse());
+  for (size_t l = 0; l < landmarks_.size(); ++l)
+    if (valid_[l]) evaluate(l);
 }
 
-bool TrackInformation::residual(const VisualMeasurement& m, Vector2d* r, Matrix23* A,
-                                Vector3d* p_C) const {
-  const SE3& T_CV = T_CV_[kCameras * m.keyframe + m.camera];
-  const Vector3d point = T_CV * landmarks_[m.landmark];
-  Matrix23 J;
-  if (!reprojectionResidual(m.measurement, point, 1.0, r, A ? &J : nullptr)) return false;
-  if (A) A->noalias() = J * T_CV.R;
-  if (p_C) *p_C = point;
-  return true;
+void TrackInformation::evaluate(size_t l) {
+  for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
+    const VisualMeasurement& m = window_.measurements[i];
+    const SE3& T_CV = T_CV_[kCameras * m.keyframe + m.camera];
+    const Vector3d p_C = T_CV * landmarks_[l];
+    Row& row = rows_[i];
+    Matrix23 J;
+    row.ahead = reprojectionResidual(m.measurement, p_C, 1.0, &row.r, &J);
+    if (!row.ahead) continue;
+    row.A.noalias() = J * T_CV.R;
+    const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
+    row.by_depth = (axis_C * T_CV.R).transpose() / axis_C.dot(p_C);
+  }
 }
 
 double TrackInformation::moveLandmark(size_t l) {
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  towards_.clear();
-  for (const VisualMeasurement& m : window_.measurementsOf(l)) {
-    Vector2d r;
-    Matrix23 A;
-    Vector3d p_C;
-    if (!residual(m, &r, &A, &p_C)) continue;
-    const double w = weight(r.squaredNorm());
-    H.noalias() += w * A.transpose() * A;
-    b.noalias() -= w * A.transpose() * r;
-    const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
-    const Matrix3d& R_CV = T_CV_[kCameras * m.keyframe + m.camera].R;
-    towards_.emplace_back((axis_C * R_CV).transpose() / axis_C.dot(p_C));
+  const Row* first = nullptr;
+  for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
+    const Row& row = rows_[i];
+    if (!row.ahead) continue;
+    if (!first) first = &row;
+    const double w = weight(row.r.squaredNorm());
+    H.noalias() += w * row.A.transpose() * row.A;
+    b.noalias() -= w * row.A.transpose() * row.r;
   }
   const Eigen::LDLT<Matrix3d> factor(H);
   const Vector3d step = factor.solve(b);
-  if (!factor.isPositive() || !step.allFinite()) return 0.0;
+  if (!first || !factor.isPositive() || !step.allFinite()) return 0.0;
   // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
-  at_infinity_[l] = towards_.front().dot(step) >= 1.0;
+  at_infinity_[l] = first->by_depth.dot(step) >= 1.0;
   // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
   // camera would outweigh all others.
   double most = 1.0;
-  for (const Vector3d& by_depth : towards_) most = std::max(most, -2.0 * by_depth.dot(step));
+  for (int i = window_.first[l]; i < window_.first[l + 1]; ++i)
+    if (rows_[i].ahead) most = std::max(most, -2.0 * rows_[i].by_depth.dot(step));
   landmarks_[l] += step / most;
+  evaluate(l);
   return step.dot(b);
 }
 
@@ -137,10 +146,8 @@ void TrackInformation::triangulate(const std::vector<SE3>& T_VB, int most_moves)
     if (!valid_[l]) continue;
     for (int move = 0; move < most_moves; ++move)
       if (moveLandmark(l) < kAtRest) break;
-    for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
-      Vector2d r;
-      r2_[i] = residual(window_.measurements[i], &r) ? r.squaredNorm() : kBehind;
-    }
+    for (int i = window_.first[l]; i < window_.first[l + 1]; ++i)
+      r2_[i] = rows_[i].ahead ? rows_[i].r.squaredNorm() : kBehind;
   }
   updateScale(T_VB.size());
 }
@@ -186,14 +193,14 @@ void TrackInformation::eliminate(size_t l, const std::vector<SE3>& T_VB, Index c
   views_.clear();
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  for (const VisualMeasurement& m : window_.measurementsOf(l)) {
-    Vector2d r;
-    Matrix23 A;
-    if (!residual(m, &r, &A)) continue;
-    const double w = weight(r.squaredNorm());
-    if (views_.empty() || views_.back().node != m.keyframe) views_.push_back({m.keyframe});
-    views_.back().information.noalias() += w * A.transpose() * A;
-    views_.back().gradient.noalias() += w * A.transpose() * r;
+  for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
+    const Row& row = rows_[i];
+    if (!row.ahead) continue;
+    const int node = window_.measurements[i].keyframe;
+    const double w = weight(row.r.squaredNorm());
+    if (views_.empty() || views_.back().node != node) views_.push_back({node});
+    views_.back().information.noalias() += w * row.A.transpose() * row.A;
+    views_.back().gradient.noalias() += w * row.A.transpose() * row.r;
   }
   for (const View& view : views_) {
     H += view.information;

@@ -52,8 +52,7 @@ StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE
     const auto problem = visual.makeProblem(huber);
     problem->SetParameterBlockConstant(visual.pose(0));
     ceres::Solver::Summary run;
-    ceres::Solve(visual.solverOptions(*problem, options.iterations_per_round), problem.get(),
-                 &run);
+    ceres::Solve(visual.solverOptions(*problem, options.iterations_per_round), problem.get(), &run);
     addRun(run, &result.summary);
     result.T_VB = visual.poses();
     visual.landmarks().store(&bundle);

@@ -45,8 +45,7 @@ class TrajectorySolver {
     ceres::NormalPrior first_bias = firstBiasPrior();
     problem->AddResidualBlock(&gauge, nullptr, visual_.pose(0));
     problem->AddResidualBlock(&first_bias, nullptr, motions_[0].data());
-    ceres::Solver::Options solver =
-        visual_.solverOptions(*problem, options_.iterations_per_round);
+    ceres::Solver::Options solver = visual_.solverOptions(*problem, options_.iterations_per_round);
     solver.linear_solver_type = ceres::SPARSE_SCHUR;
     solver.initial_trust_region_radius = 1e8;
     // In the order of time the reduced matrix is a band as wide as tracks are long. Keyframes that

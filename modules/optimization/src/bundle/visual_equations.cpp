@@ -44,7 +44,8 @@ double VisualEquations::linearize(const std::vector<SE3>& T_WB, const PixelLoss&
   for (Index k = 0; k < n; ++k) {
     const Index at = 6 * k + 3;
     g_.segment<3>(at) = (T_WB[k].R * g_.segment<3>(at)).eval();
-    H_.middleRows<3>(at).leftCols(at + 3) = (T_WB[k].R * H_.middleRows<3>(at).leftCols(at + 3)).eval();
+    H_.middleRows<3>(at).leftCols(at + 3) =
+        (T_WB[k].R * H_.middleRows<3>(at).leftCols(at + 3)).eval();
     H_.middleCols<3>(at).bottomRows(6 * n - at) =
         (H_.middleCols<3>(at).bottomRows(6 * n - at) * R_BW_[k]).eval();
   }

@@ -126,8 +126,8 @@ class VisualInertialSolver {
 
   /** Takes the pixels' noise for what the inliers show. */
   void followPixels() {
-    system_.setPixelShare(std::clamp(problem_.bundle.trimmedNoise(now_.seen()),
-                                     options_.least_pixel_share, 1.0));
+    system_.setPixelShare(
+        std::clamp(problem_.bundle.trimmedNoise(now_.seen()), options_.least_pixel_share, 1.0));
   }
 
   /** Relabels by the pixels' noise as it is known. */

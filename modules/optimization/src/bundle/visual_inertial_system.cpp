@@ -41,8 +41,8 @@ void add(const std::vector<LinearizedResidual>& residuals, double inertial_width
          StepEquations* equations) {
   for (const LinearizedResidual& residual : residuals) {
     const double norm = residual.r.norm();
-    equations->cost += residual.kind == ResidualKind::kImu ? huberLoss(norm, inertial_width)
-                                                           : 0.5 * norm * norm;
+    equations->cost +=
+        residual.kind == ResidualKind::kImu ? huberLoss(norm, inertial_width) : 0.5 * norm * norm;
     for (const LinearizedResidual::Part& a : residual.parts) {
       const MatrixXd weighted = residual.weight * a.J.transpose();
       equations->g.segment(a.column, a.J.cols()).noalias() += weighted * residual.r;
@@ -145,18 +145,19 @@ std::vector<LinearizedResidual> VisualInertialSystem::residuals(
   mean << priors.mean.gyro, priors.mean.accel;
   sigma << Vector3d::Constant(priors.sigma_gyro_rps), Vector3d::Constant(priors.sigma_accel_mps2);
   all.push_back(prior(bias, mean, sigma, biasColumn()));
-  all.push_back(prior(at.turn, Vector3d::Zero(), Vector3d::Constant(sigma_turn_rad_), turnColumn()));
+  all.push_back(
+      prior(at.turn, Vector3d::Zero(), Vector3d::Constant(sigma_turn_rad_), turnColumn()));
   if (slowCount() > 0)
-    all.push_back(prior(at.slow, VectorXd::Zero(slowCount()), VectorXd::Ones(slowCount()),
-                        slowColumn()));
+    all.push_back(
+        prior(at.slow, VectorXd::Zero(slowCount()), VectorXd::Ones(slowCount()), slowColumn()));
   all.push_back(gauge(at.T_WB[0], problem_.states[0].T_WB));
   return all;
 }
 
 void VisualInertialSystem::linearizePixels(VisualInertialUnknowns* at) {
   pixels_ = {MatrixXd::Zero(columns(), columns()), VectorXd::Zero(columns())};
-  pixels_.cost = visual_.linearize(at->seen(), {std::sqrt(options_.chi2_pixel), pixel_share_},
-                                   &at->landmarks);
+  pixels_.cost =
+      visual_.linearize(at->seen(), {std::sqrt(options_.chi2_pixel), pixel_share_}, &at->landmarks);
   const MatrixXd& H = visual_.H();
   const double information = 1.0 / (sigma_shared_rad_ * sigma_shared_rad_);
   std::vector<Index> rotations;
@@ -217,9 +218,9 @@ VisualInertialUnknowns VisualInertialSystem::moved(const VisualInertialUnknowns&
 NormalEquations VisualInertialSystem::normalEquations(
     const VisualInertialUnknowns& at, const std::vector<LinearizedResidual>& residuals) const {
   NormalEquations equations(columns()), seen(6 * keyframes_);
-  addReducedVisualInformation(
-      problem_.bundle.window, at.seen(), {at.landmarks.landmarks, at.landmarks.held},
-      huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share_), &seen);
+  addReducedVisualInformation(problem_.bundle.window, at.seen(),
+                              {at.landmarks.landmarks, at.landmarks.held},
+                              huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share_), &seen);
   Eigen::Matrix<double, 6, 1> information;  // of positions there is no shared error
   information << Vector3d::Constant(std::pow(sigma_shared_rad_, -2)),
       Vector3d::Constant(std::pow(kGaugeInverseSigma, 2));

@@ -58,7 +58,8 @@ class VisualInertialSystem {
     return equations(residuals(*at));
   }
   /** The unknowns after a step from where the pixels were linearised last. */
-  VisualInertialUnknowns moved(const VisualInertialUnknowns& from, const Eigen::VectorXd& step) const;
+  VisualInertialUnknowns moved(const VisualInertialUnknowns& from,
+                               const Eigen::VectorXd& step) const;
 
   /** Every residual of the state: what solver, covariance and noise check know of the problem but
    * for the pixels. A new residual is one line here. */

@@ -27,8 +27,7 @@ inline Eigen::Vector4d gaugeResidual(const SE3& T_WB, const SE3& reference,
   if (J) {
     J->setZero();
     J->block<3, 3>(0, 3).diagonal().setConstant(kGaugeInverseSigma);
-    J->block<1, 3>(3, 0) =
-        kGaugeInverseSigma * (rightJacobianInverseSO3(phi) * reference.R).row(2);
+    J->block<1, 3>(3, 0) = kGaugeInverseSigma * (rightJacobianInverseSO3(phi) * reference.R).row(2);
   }
   Eigen::Vector4d r;
   r << T_WB.t - reference.t, phi.z();

@@ -68,11 +68,18 @@ class TrackInformation {
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   };
 
-  /** Where the cameras are: residual() and all that calls it are of these poses. */
+  /** A measurement's residual where its landmark and the poses are. */
+  struct Row {
+    bool ahead = false;  ///< the camera can see the landmark
+    Eigen::Vector2d r;
+    Eigen::Matrix<double, 2, 3> A;  ///< d(r)/d(landmark)
+    Eigen::Vector3d by_depth;       ///< d(depth)/d(landmark) by the depth
+  };
+
+  /** Has rows_ at these poses. */
   void place(const std::vector<SE3>& T_VB);
-  /** @param A if given: d(r)/d(landmark) @param p_C if given: the landmark in the camera's axes */
-  bool residual(const VisualMeasurement& m, Eigen::Vector2d* r,
-                Eigen::Matrix<double, 2, 3>* A = nullptr, Eigen::Vector3d* p_C = nullptr) const;
+  /** Has the rows of a landmark where it is. */
+  void evaluate(size_t l);
   /** @return the squared step in standard deviations of the landmark */
   double moveLandmark(size_t l);
   void eliminate(size_t l, const std::vector<SE3>& T_VB, Eigen::Index column);
@@ -83,7 +90,9 @@ class TrackInformation {
   double scale_, least_noise_;
   double score_scale_ = 1.0, fisher_share_ = 1.0;
   double c2_ = 1e12;
+  std::vector<SE3> T_VB_;                   ///< poses of rows_; empty: none
   std::vector<SE3> T_CV_;                   ///< of every node's left and right camera
+  std::vector<Row> rows_;                   ///< of every measurement of a valid landmark
   std::vector<Eigen::Vector3d> landmarks_;  ///< p_V, m
   std::vector<char> valid_;
   std::vector<char> at_infinity_;  ///< where no finite depth is better
@@ -93,9 +102,7 @@ class TrackInformation {
   /** What the elimination of all landmarks takes from S_ is this times its transpose, 3 columns a
    * landmark. */
   Eigen::MatrixXd by_landmark_;
-  // Of one landmark; members, so that their memory is kept.
-  std::vector<View> views_;
-  std::vector<Eigen::Vector3d> towards_;  ///< of every camera: d(depth)/d(landmark) by the depth
+  std::vector<View> views_;  ///< of one landmark; a member, so that its memory is kept
 };
 
 }  // namespace etalon
