@@ -1,10 +1,10 @@
 #include "etalon/initialization/steps/track_information.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/inverse_root.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 #include "etalon/optimization/bundle/reduced_information.h"
@@ -125,9 +125,9 @@ double TrackInformation::moveLandmark(size_t l) {
     H.noalias() += w * row.A.transpose() * row.A;
     b.noalias() -= w * row.A.transpose() * row.r;
   }
-  const Eigen::LDLT<Matrix3d> factor(H);
-  const Vector3d step = factor.solve(b);
-  if (!first || !factor.isPositive() || !step.allFinite()) return 0.0;
+  const Matrix3d root = inverseRoot(H);
+  const Vector3d step = root * (root.transpose() * b);
+  if (!first || !step.allFinite()) return 0.0;
   // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
   at_infinity_[l] = first->by_depth.dot(step) >= 1.0;
   // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
@@ -209,12 +209,9 @@ void TrackInformation::eliminate(size_t l, const std::vector<SE3>& T_VB, Index c
   // A landmark seen in one direction only: the tiny term keeps its far end from being a division by
   // zero, at 1e-9 of the weight of the rest.
   H.diagonal().array() += 1e-9 * H.trace();
-  const Eigen::LLT<Matrix3d> factor(H);  // H_l H^-1 H_l^T is a product with itself
-  Matrix3d root_inverse = Matrix3d::Identity();
-  factor.matrixL().solveInPlace(root_inverse);
-  const bool usable = factor.info() == Eigen::Success && root_inverse.allFinite();
-  if (!usable) root_inverse.setZero();
-  const Vector3d root_b = root_inverse * b;
+  Matrix3d root = inverseRoot(H);  // H_l H^-1 H_l^T is a product with itself
+  if (!root.allFinite()) root.setZero();
+  const Vector3d root_b = root.transpose() * b;
   for (const View& view : views_) {
     if (view.node == 0) continue;  // the frame V itself
     // A pose moves the landmark that it sees: derivatives by [rotation, position] are A [Q, -I].
@@ -225,8 +222,8 @@ void TrackInformation::eliminate(size_t l, const std::vector<SE3>& T_VB, Index c
     S_.block<3, 3>(at + 3, at) -= NQ;
     S_.block<3, 3>(at + 3, at + 3) += N;
     auto H_l = by_landmark_.block<6, 3>(at, column);
-    H_l.topRows<3>().noalias() = NQ.transpose() * root_inverse.transpose();
-    H_l.bottomRows<3>().noalias() = -N * root_inverse.transpose();
+    H_l.topRows<3>().noalias() = NQ.transpose() * root;
+    H_l.bottomRows<3>().noalias() = -N * root;
     s_.segment<3>(at).noalias() += Q * view.gradient;
     s_.segment<3>(at + 3) += view.gradient;
     s_.segment<6>(at).noalias() -= H_l * root_b;

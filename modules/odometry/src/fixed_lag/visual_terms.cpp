@@ -1,10 +1,10 @@
 #include "visual_terms.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/inverse_root.h"
 #include "etalon/core/so3.h"
 
 namespace etalon::fixed_lag {
@@ -131,8 +131,7 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   V(0, 0) += 1e-9 * V(0, 0) + 1e-12;
   V(1, 1) += 1e-9 * V(1, 1) + 1e-12;
   V(2, 2) += 1e-9 * V(2, 2) + 1e-6;
-  e.factor.setIdentity();
-  V.llt().matrixU().solveInPlace(e.factor);
+  e.factor = inverseRoot(V);
   landmark->covariance.noalias() = e.factor * e.factor.transpose();
   eliminated_.push_back(e);
   if (with_calibration_) eliminateFromCalibration(V.diagonal() - undamped);

@@ -25,14 +25,17 @@ struct PoseContribution {
   explicit PoseContribution(int k) : keyframe(k) {}
 };
 
-/** The derivative of ray_B by the pose is G = [hat(ray_B), -rho R_WB^T]. */
+/** The derivative of ray_B by the pose is [hat(ray_B), -rho R_WB^T]. */
 PoseContribution contribution(const LandmarkView& view, const SE3& T_WB, double rho) {
-  Eigen::Matrix<double, 3, 6> G;
-  G << hat(view.ray_B), -rho * T_WB.R.transpose();
+  const Eigen::Matrix3d turn = hat(view.ray_B), move = -rho * T_WB.R;
   PoseContribution pose(view.keyframe);
-  const Eigen::Matrix<double, 3, 6> JJG = view.JJ * G;
-  pose.H_pp.noalias() = G.transpose() * JJG;
-  pose.H_pl.noalias() = G.transpose() * view.JJ_landmark;
+  const Eigen::Matrix3d JJ_turn = view.JJ * turn, JJ_move = view.JJ * move.transpose();
+  pose.H_pp.topLeftCorner<3, 3>().noalias() = -(turn * JJ_turn);
+  pose.H_pp.bottomLeftCorner<3, 3>().noalias() = move * JJ_turn;
+  pose.H_pp.topRightCorner<3, 3>() = pose.H_pp.bottomLeftCorner<3, 3>().transpose();
+  pose.H_pp.bottomRightCorner<3, 3>().noalias() = move * JJ_move;
+  pose.H_pl.topRows<3>().noalias() = -(turn * view.JJ_landmark);
+  pose.H_pl.bottomRows<3>().noalias() = move * view.JJ_landmark;
   if (rho > 0.0) pose.mixed.noalias() = -(T_WB.R * view.Jr);
   return pose;
 }

@@ -1,10 +1,10 @@
 #include "bundle/visual_equations.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/inverse_root.h"
 #include "etalon/core/so3.h"
 #include "etalon/optimization/residuals/huber.h"
 
@@ -58,8 +58,7 @@ void VisualEquations::eliminate(size_t l, double rho) {
   Matrix3d V = views_.V;
   // Without parallax the distance is not determined: it stays where it is.
   V.diagonal() += 1e-9 * V.diagonal() + Vector3d(1e-12, 1e-12, 1e-6);
-  Eliminated e{l, mixed_.size(), 0, Matrix3d::Identity(), {}};
-  V.llt().matrixU().solveInPlace(e.root);
+  Eliminated e{l, mixed_.size(), 0, inverseRoot(V), {}};
   e.root_g = e.root.transpose() * views_.g;
   for (const LandmarkView& view : views_.of_keyframe) {
     const Index row = 6 * view.keyframe;
