@@ -65,6 +65,17 @@ VisualResiduals collectVisual(const SolvedPixels& pixels) {
 
 // The squared norm of a pair is exponential with mean 2 variance.
 
+double truncationFactor(double chi2, int rounds) {
+  const double s = 1.0 - std::exp(-0.5 * chi2) * (1.0 + 0.5 * chi2);
+  const double p = 1.0 - std::exp(-0.5 * chi2);
+  double of_psi = 0.0, of_r = 1.0;  // e = of_psi psi + of_r r
+  for (int round = 1; round < rounds; ++round) {
+    of_psi = (1.0 + (p - s) * of_psi) / p;
+    of_r = (p - s) * of_r / p;
+  }
+  return p * (s * of_psi * (of_psi + 2.0 * of_r) + of_r * of_r);
+}
+
 double meanOfTruncatedPair(double variance, double bound) {
   const double mean = 2.0 * variance, x = bound / mean;
   if (x < 1e-4) return bound * (0.5 - x / 12.0);  // nearly uniform

@@ -2,37 +2,11 @@
 
 #include <cmath>
 
+#include "bundle/noise_check.h"
 #include "bundle/visual_problem.h"
 #include "etalon/optimization/bundle/reduced_information.h"
 
 namespace etalon {
-
-namespace {
-
-/**
- * Variance of the estimate over what the information of the inliers alone says, for residuals as
- * normal as sigma_px promises. Leaving out those beyond `chi2` costs more than their number,
- * because an estimate moves the selection along with itself.
- *
- * Per unit of information, with psi the sum of the residuals kept and r that of all of them, the
- * error is e = r after the first round (Huber's loss costs less than one percent). Each further
- * round selects by the last estimate:  e' = (psi + (p - s) e) / p.
- *
- * Here p is the share kept and s = E[psi^2]; for two dimensions, with q = exp(-chi2 / 2),
- * p = 1 - q and s = 1 - q (1 + chi2 / 2). For two rounds the result is 1.12.
- */
-double truncationFactor(double chi2, int rounds) {
-  const double s = 1.0 - std::exp(-0.5 * chi2) * (1.0 + 0.5 * chi2);
-  const double p = 1.0 - std::exp(-0.5 * chi2);
-  double of_psi = 0.0, of_r = 1.0;  // e = of_psi psi + of_r r
-  for (int round = 1; round < rounds; ++round) {
-    of_psi = (1.0 + (p - s) * of_psi) / p;
-    of_r = (p - s) * of_r / p;
-  }
-  return p * (s * of_psi * (of_psi + 2.0 * of_r) + of_r * of_r);
-}
-
-}  // namespace
 
 StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE3>& T_VB,
                              const StereoBaOptions& options) {

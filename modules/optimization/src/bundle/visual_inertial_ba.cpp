@@ -147,12 +147,15 @@ class VisualInertialSolver {
     result->measurements = bundle.window.measurements.size();
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = system_.residuals(now_);
-    const NormalEquations equations = system_.normalEquations(now_, residuals);
-    const Eigen::MatrixXd covariance = covarianceOrEmpty(equations.curvature, equations.score);
+    const NormalEquations visual = system_.visualEquations(now_);
+    const double share = 1.0 / truncationFactor(options_.chi2_pixel, options_.rounds);
+    const NormalEquations told = system_.normalEquations(visual, share, residuals);
+    const Eigen::MatrixXd covariance = covarianceOrEmpty(told.curvature, told.score);
     const Eigen::Index states = system_.turnColumn();
     if (covariance.size() > 0) result->covariance = covariance.topLeftCorner(states, states);
     if (!options_.check_noise || result->covariance.size() == 0) return;
-    const Eigen::MatrixXd inverse = inverseOrEmpty(equations.score);  // of the fit
+    const NormalEquations fit = system_.normalEquations(visual, 1.0, residuals);
+    const Eigen::MatrixXd inverse = inverseOrEmpty(fit.score);
     if (inverse.size() == 0) return;
     result->noise = checkNoise({bundle.window, now_.seen(), bundle.landmarks, landmark_unknowns,
                                 options_.chi2_pixel, system_.pixelShare()},

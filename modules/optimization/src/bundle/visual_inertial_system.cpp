@@ -215,18 +215,26 @@ VisualInertialUnknowns VisualInertialSystem::moved(const VisualInertialUnknowns&
   return to;
 }
 
+NormalEquations VisualInertialSystem::visualEquations(const VisualInertialUnknowns& at) const {
+  NormalEquations visual(6 * keyframes_);
+  addReducedVisualInformation(
+      problem_.bundle.window, at.seen(), {at.landmarks.landmarks, at.landmarks.held},
+      huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share_), &visual);
+  return visual;
+}
+
 NormalEquations VisualInertialSystem::normalEquations(
-    const VisualInertialUnknowns& at, const std::vector<LinearizedResidual>& residuals) const {
-  NormalEquations equations(columns()), seen(6 * keyframes_);
-  addReducedVisualInformation(problem_.bundle.window, at.seen(),
-                              {at.landmarks.landmarks, at.landmarks.held},
-                              huberOfInliers(std::sqrt(options_.chi2_pixel), pixel_share_), &seen);
+    NormalEquations visual, double visual_share,
+    const std::vector<LinearizedResidual>& residuals) const {
+  visual.score *= visual_share;
+  visual.curvature *= visual_share;
   Eigen::Matrix<double, 6, 1> information;  // of positions there is no shared error
   information << Vector3d::Constant(std::pow(sigma_shared_rad_, -2)),
       Vector3d::Constant(std::pow(kGaugeInverseSigma, 2));
-  eliminateErrors(information.replicate(keyframes_, 1), &seen);
-  addPoses(seen.score, turnColumn(), &equations.score);
-  addPoses(seen.curvature, turnColumn(), &equations.curvature);
+  eliminateErrors(information.replicate(keyframes_, 1), &visual);
+  NormalEquations equations(columns());
+  addPoses(visual.score, turnColumn(), &equations.score);
+  addPoses(visual.curvature, turnColumn(), &equations.curvature);
   addInformation(residuals, &equations);
   return equations;
 }

@@ -64,8 +64,11 @@ class VisualInertialSystem {
   /** Every residual of the state: what solver, covariance and noise check know of the problem but
    * for the pixels. A new residual is one line here. */
   std::vector<LinearizedResidual> residuals(const VisualInertialUnknowns& at) const;
-  /** Information and curvature of the state. */
-  NormalEquations normalEquations(const VisualInertialUnknowns& at,
+  /** Information and curvature of the poses that the cameras see, by the inliers. */
+  NormalEquations visualEquations(const VisualInertialUnknowns& at) const;
+  /** The same of the state.
+   * @param visual_share of what the inliers say that counts */
+  NormalEquations normalEquations(NormalEquations visual, double visual_share,
                                   const std::vector<LinearizedResidual>& residuals) const;
 
   /** Takes another size of the accelerometer's errors. */
