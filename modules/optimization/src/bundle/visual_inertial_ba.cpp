@@ -81,32 +81,21 @@ class VisualInertialSolver {
     if (summary.iterations == 0) summary.initial_cost = equations.cost;
     summary.termination = Termination::kMaxIterations;
     double damping = 0.0;
-    for (int i = 0; i < options_.iterations_per_round; ++i) {
+    for (int i = 0; i < options_.iterations_per_round && !summary.converged(); ++i) {
       ++summary.iterations;
       const Eigen::VectorXd step = stepOf(equations, damping);
       const double promised = -step.dot(equations.g);  // squared length in its sigmas
-      const bool usable = step.allFinite() && promised >= 0.0;
-      if (usable && damping == 0.0) {
-        result->last_step_sigmas = std::sqrt(promised);
-        if (result->last_step_sigmas < converged_sigmas) {
-          now_ = system_.moved(now_, step);
-          equations.cost -= 0.5 * promised;
-          summary.termination = Termination::kConverged;
-          break;
-        }
+      const bool plain = damping == 0.0 && promised >= 0.0;
+      if (plain) result->last_step_sigmas = std::sqrt(promised);
+      if (plain && result->last_step_sigmas < converged_sigmas) {
+        now_ = system_.moved(now_, step);
+        equations.cost -= 0.5 * promised;
+        summary.termination = Termination::kConverged;
+      } else if (take(step, &equations)) {
+        damping = damping > kLeastDamping ? 0.1 * damping : 0.0;
+      } else {
+        damping = std::max(kLeastDamping, 10.0 * damping);
       }
-      if (usable) {
-        VisualInertialUnknowns next = system_.moved(now_, step);
-        StepEquations there = system_.linearize(&next);
-        if (there.cost <= equations.cost * (1.0 + kRounding)) {
-          now_ = std::move(next);
-          equations = std::move(there);
-          damping = damping > kLeastDamping ? 0.1 * damping : 0.0;
-          continue;
-        }
-        system_.linearize(&now_);  // where the next step begins
-      }
-      damping = std::max(kLeastDamping, 10.0 * damping);
     }
     summary.final_cost = equations.cost;
     if (!std::isfinite(summary.final_cost))
@@ -189,6 +178,20 @@ class VisualInertialSolver {
     if (factor.info() != Eigen::Success)
       return Eigen::VectorXd::Constant(scale.size(), std::numeric_limits<double>::quiet_NaN());
     return -scale.cwiseProduct(factor.solve(Eigen::VectorXd(scale.cwiseProduct(equations.g))));
+  }
+
+  /** Takes a step and has the equations there, if that lowers the cost. */
+  bool take(const Eigen::VectorXd& step, StepEquations* equations) {
+    if (!step.allFinite()) return false;
+    VisualInertialUnknowns next = system_.moved(now_, step);
+    StepEquations there = system_.linearize(&next);
+    if (!(there.cost <= equations->cost * (1.0 + kRounding))) {
+      system_.linearize(&now_);  // where the next step begins
+      return false;
+    }
+    now_ = std::move(next);
+    *equations = std::move(there);
+    return true;
   }
 
   void relabel(double pixel_share) {
