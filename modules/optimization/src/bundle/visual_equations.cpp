@@ -16,10 +16,11 @@ using Eigen::Vector3d;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 double VisualEquations::linearize(const std::vector<SE3>& T_WB, const PixelLoss& loss,
-                                  WindowLandmarks* landmarks) {
+                                  double damping, WindowLandmarks* landmarks) {
   const auto n = static_cast<Index>(T_WB.size());
   R_BW_.clear();
   for (const SE3& pose : T_WB) R_BW_.emplace_back(pose.R.transpose());
+  promised_ = 0.0;
   mixed_.clear();
   mixed_.reserve(window_.measurements.size());
   eliminated_.clear();
@@ -38,7 +39,7 @@ double VisualEquations::linearize(const std::vector<SE3>& T_WB, const PixelLoss&
     collectViews(window_, T_WB, l, landmarks->landmarks[l], weights, &views_);
     landmarks->held[l] = !(rho > 0.0) && views_.g.z() >= 0.0;
     if (landmarks->held[l]) views_.hold();
-    eliminate(l, rho);
+    eliminate(l, rho, damping);
   }
   // So far positions move along the axes of the body.
   for (Index k = 0; k < n; ++k) {
@@ -54,12 +55,13 @@ double VisualEquations::linearize(const std::vector<SE3>& T_WB, const PixelLoss&
 }
 
 // The derivative of ray_B by the pose is [hat(ray_B), -rho I], positions along the body's axes.
-void VisualEquations::eliminate(size_t l, double rho) {
+void VisualEquations::eliminate(size_t l, double rho, double damping) {
   Matrix3d V = views_.V;
   // Without parallax the distance is not determined: it stays where it is.
-  V.diagonal() += 1e-9 * V.diagonal() + Vector3d(1e-12, 1e-12, 1e-6);
+  V.diagonal() += (1e-9 + damping) * V.diagonal() + Vector3d(1e-12, 1e-12, 1e-6);
   Eliminated e{l, mixed_.size(), 0, inverseRoot(V), {}};
   e.root_g = e.root.transpose() * views_.g;
+  promised_ += e.root_g.squaredNorm();
   for (const LandmarkView& view : views_.of_keyframe) {
     const Index row = 6 * view.keyframe;
     const Matrix3d hat_ray = hat(view.ray_B), turned = hat_ray * view.JJ;

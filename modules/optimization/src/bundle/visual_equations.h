@@ -28,11 +28,15 @@ class VisualEquations {
   /**
    * Linearises. Landmarks at infinity that the residuals want farther are held there.
    * @param T_WB as the cameras see the body
+   * @param damping of the landmarks' own blocks, relative to their diagonal
    * @return half the sum of the squares, with the loss
    */
-  double linearize(const std::vector<SE3>& T_WB, const PixelLoss& loss, WindowLandmarks* landmarks);
+  double linearize(const std::vector<SE3>& T_WB, const PixelLoss& loss, double damping,
+                   WindowLandmarks* landmarks);
   const Eigen::MatrixXd& H() const { return H_; }
   const Eigen::VectorXd& g() const { return g_; }
+  /** Twice the decrease that the landmarks promise where the poses stay. */
+  double promised() const { return promised_; }
 
   /** Moves the landmarks to where they are best, to first order, when the poses move by d. */
   void moveLandmarks(const Eigen::VectorXd& d, WindowLandmarks* landmarks) const;
@@ -51,7 +55,7 @@ class VisualEquations {
   };
 
   /** Adds what views_ say, and takes away what the landmark can explain: the lower triangle. */
-  void eliminate(size_t l, double rho);
+  void eliminate(size_t l, double rho, double damping);
 
   const VisualWindow& window_;
   std::vector<Eigen::Matrix3d> R_BW_;
@@ -60,6 +64,7 @@ class VisualEquations {
   std::vector<Eliminated> eliminated_;
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_;
+  double promised_ = 0.0;
 };
 
 }  // namespace etalon

@@ -84,17 +84,16 @@ class VisualInertialSolver {
     for (int i = 0; i < options_.iterations_per_round && !summary.converged(); ++i) {
       ++summary.iterations;
       const Eigen::VectorXd step = stepOf(equations, damping);
-      const double promised = -step.dot(equations.g);  // squared length in its sigmas
+      // Twice the decrease, which is the squared length of the step of everything in its sigmas.
+      const double promised = equations.promised - step.dot(equations.g);
       const bool plain = damping == 0.0 && promised >= 0.0;
       if (plain) result->last_step_sigmas = std::sqrt(promised);
       if (plain && result->last_step_sigmas < converged_sigmas) {
         now_ = system_.moved(now_, step);
         equations.cost -= 0.5 * promised;
         summary.termination = Termination::kConverged;
-      } else if (take(step, &equations)) {
-        damping = damping > kLeastDamping ? 0.1 * damping : 0.0;
       } else {
-        damping = std::max(kLeastDamping, 10.0 * damping);
+        take(step, &equations, &damping);
       }
     }
     summary.final_cost = equations.cost;
@@ -180,18 +179,21 @@ class VisualInertialSolver {
     return -scale.cwiseProduct(factor.solve(Eigen::VectorXd(scale.cwiseProduct(equations.g))));
   }
 
-  /** Takes a step and has the equations there, if that lowers the cost. */
-  bool take(const Eigen::VectorXd& step, StepEquations* equations) {
-    if (!step.allFinite()) return false;
-    VisualInertialUnknowns next = system_.moved(now_, step);
-    StepEquations there = system_.linearize(&next);
-    if (!(there.cost <= equations->cost * (1.0 + kRounding))) {
-      system_.linearize(&now_);  // where the next step begins
-      return false;
+  /** Takes a step if it lowers the cost; sets the damping, and the equations for the next step. */
+  void take(const Eigen::VectorXd& step, StepEquations* equations, double* damping) {
+    if (step.allFinite()) {
+      const double less = *damping > kLeastDamping ? 0.1 * *damping : 0.0;
+      VisualInertialUnknowns next = system_.moved(now_, step);
+      StepEquations there = system_.linearize(&next, less);
+      if (there.cost <= equations->cost * (1.0 + kRounding)) {
+        now_ = std::move(next);
+        *equations = std::move(there);
+        *damping = less;
+        return;
+      }
     }
-    now_ = std::move(next);
-    *equations = std::move(there);
-    return true;
+    *damping = std::max(kLeastDamping, 10.0 * *damping);
+    *equations = system_.linearize(&now_, *damping);
   }
 
   void relabel(double pixel_share) {

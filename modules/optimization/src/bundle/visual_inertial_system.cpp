@@ -154,10 +154,10 @@ std::vector<LinearizedResidual> VisualInertialSystem::residuals(
   return all;
 }
 
-void VisualInertialSystem::linearizePixels(VisualInertialUnknowns* at) {
+void VisualInertialSystem::linearizePixels(VisualInertialUnknowns* at, double damping) {
   pixels_ = {MatrixXd::Zero(columns(), columns()), VectorXd::Zero(columns())};
-  pixels_.cost =
-      visual_.linearize(at->seen(), {std::sqrt(options_.chi2_pixel), pixel_share_}, &at->landmarks);
+  pixels_.cost = visual_.linearize(at->seen(), {std::sqrt(options_.chi2_pixel), pixel_share_},
+                                   damping, &at->landmarks);
   const MatrixXd& H = visual_.H();
   const double information = 1.0 / (sigma_shared_rad_ * sigma_shared_rad_);
   std::vector<Index> rotations;
@@ -171,7 +171,9 @@ void VisualInertialSystem::linearizePixels(VisualInertialUnknowns* at) {
   const Eigen::LLT<MatrixXd> factor(own);
   const MatrixXd with_poses = H(rotations, Eigen::all);
   shared_H_ = factor.solve(with_poses);
-  shared_g_ = factor.solve(VectorXd(visual_.g()(rotations) + information * shared));
+  const VectorXd shared_gradient = visual_.g()(rotations) + information * shared;
+  shared_g_ = factor.solve(shared_gradient);
+  pixels_.promised = visual_.promised() + shared_gradient.dot(shared_g_);
   const MatrixXd reduced = H - with_poses.transpose() * shared_H_;
   const VectorXd g = visual_.g() - with_poses.transpose() * shared_g_;
   addPoses(reduced, turnColumn(), &pixels_.H);
@@ -191,16 +193,24 @@ StepEquations VisualInertialSystem::equations(
 
 VisualInertialUnknowns VisualInertialSystem::moved(const VisualInertialUnknowns& from,
                                                    const VectorXd& step) const {
+  // The turn of the first keyframe turns all about its place, landmarks too, and exactly: pixels are
+  // blind to it, and would see the square of a tilt that is taken to first order.
+  const Vector3d omega = from.T_WB[0].R * step.head<3>(), pivot = from.T_WB[0].t;
+  const Eigen::Matrix3d all = expSO3(omega);
   VisualInertialUnknowns to = from;
   const Vector3d turn = step.segment<3>(turnColumn());
-  VectorXd d(6 * keyframes_);  // of the poses that the cameras see
+  VectorXd d(6 * keyframes_);  // what is left for the poses that the cameras see
   for (Index k = 0; k < keyframes_; ++k) {
-    const auto of = step.segment<9>(9 * k);
     const auto index = static_cast<size_t>(k);
-    to.T_WB[index].R = to.T_WB[index].R * expSO3(of.head<3>());
-    to.T_WB[index].t += of.segment<3>(3);
-    to.v_WB[index] += of.tail<3>();
-    d.segment<6>(6 * k) << of.head<3>() + turn, of.segment<3>(3);
+    SE3& T_WB = to.T_WB[index];
+    Vector3d& v_WB = to.v_WB[index];
+    const Vector3d turned = step.segment<3>(9 * k) - T_WB.R.transpose() * omega;
+    const Vector3d moved = step.segment<3>(9 * k + 3) - omega.cross(T_WB.t - pivot);
+    const Vector3d faster = step.segment<3>(9 * k + 6) - omega.cross(v_WB);
+    T_WB.R = all * T_WB.R * expSO3(turned);
+    T_WB.t = pivot + all * (T_WB.t + moved - pivot);
+    v_WB = all * (v_WB + faster);
+    d.segment<6>(6 * k) << turned + turn, moved;
   }
   to.bias.gyro += step.segment<3>(biasColumn());
   to.bias.accel += step.segment<3>(biasColumn() + 3);
@@ -212,6 +222,10 @@ VisualInertialUnknowns VisualInertialSystem::moved(const VisualInertialUnknowns&
     d.segment<3>(6 * k) += shared.segment<3>(3 * k);
   }
   visual_.moveLandmarks(d, &to.landmarks);
+  for (InverseDepthLandmark& landmark : to.landmarks.landmarks) {
+    landmark.origin = pivot + all * (landmark.origin - pivot);
+    landmark.axes = all * landmark.axes;
+  }
   return to;
 }
 

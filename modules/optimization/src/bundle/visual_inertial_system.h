@@ -31,7 +31,8 @@ struct VisualInertialUnknowns {
 struct StepEquations {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
-  double cost = 0.0;  ///< half the sum of the squares, with the losses
+  double cost = 0.0;      ///< half the sum of the squares, with the losses
+  double promised = 0.0;  ///< twice the decrease by what is eliminated, where the state stays
 };
 
 /**
@@ -49,12 +50,13 @@ class VisualInertialSystem {
 
   VisualInertialUnknowns start() const;
 
-  /** Linearises the pixels; decides which landmarks are held at infinity. */
-  void linearizePixels(VisualInertialUnknowns* at);
+  /** Linearises the pixels; decides which landmarks are held at infinity.
+   * @param damping of the landmarks, relative to the diagonal */
+  void linearizePixels(VisualInertialUnknowns* at, double damping = 0.0);
   /** Adds to the pixels, as linearised last, the other residuals at `at`: the lower triangle. */
   StepEquations equations(const std::vector<LinearizedResidual>& residuals) const;
-  StepEquations linearize(VisualInertialUnknowns* at) {
-    linearizePixels(at);
+  StepEquations linearize(VisualInertialUnknowns* at, double damping) {
+    linearizePixels(at, damping);
     return equations(residuals(*at));
   }
   /** The unknowns after a step from where the pixels were linearised last. */
