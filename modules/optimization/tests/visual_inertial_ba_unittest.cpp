@@ -242,6 +242,30 @@ TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {
   }
 }
 
+TEST(VisualInertialBa, ComesBackFromAWindowThatIsTiltedAsAWhole) {
+  // Its pixels agree as well as at the truth, and are sharp: only a step that turns all of it
+  // exactly lowers the cost.
+  SyntheticWindowOptions options;
+  options.motion = testing::Motion::kGentle;
+  options.sigma_px = 0.05;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  VisualInertialCase c(options, options.sigma_px);
+  const VisualInertialBaResult expected = c.solve({});
+  const Eigen::Matrix3d tilt = expSO3(Vector3d(0.4, -0.3, 0.0));  // 29 deg
+  for (NavState& s : c.states) {
+    s.T_WB = SE3(tilt, Vector3d::Zero()) * s.T_WB;
+    s.v_WB = tilt * s.v_WB;
+  }
+  for (Vector3d& p_W : c.landmarks) p_W = tilt * p_W;
+  const VisualInertialBaResult result = c.solve({});
+  EXPECT_TRUE(result.summary.converged());
+  EXPECT_LT(result.summary.iterations, 30);
+  const auto vertical = [](const VisualInertialBaResult& r) {
+    return Vector3d(r.states[0].T_WB.R.transpose() * Vector3d::UnitZ());
+  };
+  EXPECT_LT((vertical(result) - vertical(expected)).norm(), 0.1 * expected.sigmaTilt());
+}
+
 TEST(VisualInertialBa, SaysWhyWhenNothingAgrees) {
   SyntheticWindowOptions options;
   VisualInertialCase c(options, 1.0);
