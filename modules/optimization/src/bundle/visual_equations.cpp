@@ -1,6 +1,7 @@
 #include "bundle/visual_equations.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -59,9 +60,12 @@ void VisualEquations::eliminate(size_t l, double rho, double damping) {
   Matrix3d V = views_.V;
   // Without parallax the distance is not determined: it stays where it is.
   V.diagonal() += (1e-9 + damping) * V.diagonal() + Vector3d(1e-12, 1e-12, 1e-6);
-  Eliminated e{l, mixed_.size(), 0, inverseRoot(V), {}};
+  Eliminated e{l, mixed_.size(), 0, inverseRoot(V), {}, false};
   e.root_g = e.root.transpose() * views_.g;
-  promised_ += e.root_g.squaredNorm();
+  e.keeps_rho = e.root.row(2).squaredNorm() > kMaxSigmaInverseDepth * kMaxSigmaInverseDepth;
+  promised_ += e.keeps_rho
+                   ? views_.g.head<2>().dot(V.topLeftCorner<2, 2>().inverse() * views_.g.head<2>())
+                   : e.root_g.squaredNorm();
   for (const LandmarkView& view : views_.of_keyframe) {
     const Index row = 6 * view.keyframe;
     const Matrix3d hat_ray = hat(view.ray_B), turned = hat_ray * view.JJ;
@@ -96,11 +100,13 @@ void VisualEquations::moveLandmarks(const Eigen::VectorXd& d, WindowLandmarks* l
     for (size_t i = e.first; i < e.last; ++i)
       root_g.noalias() += mixed_[i].with_root.transpose() * d_B[mixed_[i].keyframe];
     Vector3d& parameters = landmarks->landmarks[e.landmark].parameters;
+    const double before = parameters.z();
     parameters.noalias() -= e.root * root_g;
-    if (parameters.z() >= 0.0) continue;
-    // The best with rho = 0.
+    const double rho = e.keeps_rho ? before : std::max(0.0, parameters.z());
+    if (parameters.z() == rho) continue;
+    // The best with that rho.
     const Vector3d with_rho = e.root * e.root.row(2).transpose();
-    parameters -= parameters.z() / with_rho.z() * with_rho;
+    parameters -= (parameters.z() - rho) / with_rho.z() * with_rho;
   }
 }
 

@@ -38,7 +38,9 @@ class VisualEquations {
   /** Twice the decrease that the landmarks promise where the poses stay. */
   double promised() const { return promised_; }
 
-  /** Moves the landmarks to where they are best, to first order, when the poses move by d. */
+  /** Moves the landmarks to where they are best, to first order, when the poses move by d. An inverse
+   * depth that the views do not tell stays: its product with a baseline that is noise would not come
+   * to rest. */
   void moveLandmarks(const Eigen::VectorXd& d, WindowLandmarks* landmarks) const;
 
  private:
@@ -52,6 +54,7 @@ class VisualEquations {
     size_t landmark, first, last;  ///< of mixed_
     Eigen::Matrix3d root;          ///< root root^T is the inverse of the block
     Eigen::Vector3d root_g;        ///< root^T times the gradient
+    bool keeps_rho;                ///< rho is too little known to follow (kMaxSigmaInverseDepth)
   };
 
   /** Adds what views_ say, and takes away what the landmark can explain: the lower triangle. */
