@@ -64,7 +64,7 @@ double VisualInertialBaResult::sigmaVelocity() const {
 
 namespace {
 
-/** Gauss-Newton, damped (Levenberg-Marquardt) only where a plain step does not lower the cost. */
+/** Gauss-Newton, damped (Levenberg-Marquardt) only where a plain step raises the cost. */
 class VisualInertialSolver {
  public:
   /** Problem and options must outlive this; it keeps the inliers and landmarks up to date. */

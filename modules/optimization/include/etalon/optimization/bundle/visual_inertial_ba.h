@@ -49,8 +49,8 @@ struct VisualInertialProblem {
 struct VisualInertialBaResult {
   /** Converged is a last_step_sigmas below VisualInertialBaOptions::converged_sigmas. */
   SolverSummary summary;
-  /** Length of the last undamped step of all states together by the inverse covariance, that is the
-   * root of twice the decrease that it promised. */
+  /** Length of the last undamped step of all unknowns together, landmarks too, by the inverse
+   * covariance: the root of twice the decrease that it promised. */
   double last_step_sigmas = 0.0;
   std::vector<NavState> states;
   ImuBias bias;              ///< of all keyframes, and in every state
