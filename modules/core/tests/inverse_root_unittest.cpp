@@ -23,5 +23,14 @@ TEST(InverseRoot, IsNotFiniteWhereThereIsNone) {
   EXPECT_FALSE(inverseRoot(Eigen::Vector3d(1.0, -1.0, 1.0).asDiagonal()).allFinite());
 }
 
+TEST(InverseRoot, TheBestWithAGivenThirdHasNoSlopeAlongTheOthers) {
+  Eigen::Matrix3d V;
+  V << 4.0, 1.0, 0.5, 1.0, 3.0, -0.7, 0.5, -0.7, 2.0;
+  const Eigen::Vector3d best(1.0, -2.0, 0.3);
+  const Eigen::Vector3d held = withThird(best, -0.4, inverseRoot(V));
+  EXPECT_NEAR(held.z(), -0.4, 1e-12);
+  EXPECT_LT((V * (held - best)).head<2>().norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace etalon

@@ -260,10 +260,7 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
     }
     Eigen::Vector3d& parameters = e.landmark->in_host.parameters;
     parameters.noalias() -= e.factor * (e.factor.transpose() * g);
-    if (parameters.z() >= 0.0) continue;
-    // The best with rho = 0.
-    const Eigen::Vector3d with_rho = e.factor * e.factor.row(2).transpose();
-    parameters -= parameters.z() / with_rho.z() * with_rho;
+    if (parameters.z() < 0.0) parameters = withThird(parameters, 0.0, e.factor);
   }
 }
 

@@ -103,10 +103,7 @@ void VisualEquations::moveLandmarks(const Eigen::VectorXd& d, WindowLandmarks* l
     const double before = parameters.z();
     parameters.noalias() -= e.root * root_g;
     const double rho = e.keeps_rho ? before : std::max(0.0, parameters.z());
-    if (parameters.z() == rho) continue;
-    // The best with that rho.
-    const Vector3d with_rho = e.root * e.root.row(2).transpose();
-    parameters -= (parameters.z() - rho) / with_rho.z() * with_rho;
+    if (parameters.z() != rho) parameters = withThird(parameters, rho, e.root);
   }
 }
 

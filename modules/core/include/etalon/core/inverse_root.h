@@ -21,4 +21,12 @@ inline Eigen::Matrix3d inverseRoot(const Eigen::Matrix3d& V) {
   return U;
 }
 
+/** What is best where the third coordinate is `third`, `best` being so where it is free.
+ * @param root of the inverse of the information: inverseRoot() of it */
+inline Eigen::Vector3d withThird(const Eigen::Vector3d& best, double third,
+                                 const Eigen::Matrix3d& root) {
+  const Eigen::Vector3d with_third = root * root.row(2).transpose();
+  return best - (best.z() - third) / with_third.z() * with_third;
+}
+
 }  // namespace etalon
