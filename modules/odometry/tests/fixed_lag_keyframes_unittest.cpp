@@ -140,9 +140,10 @@ TEST(DropOutliers, ALandmarkOfWhichMostDoesNotFitIsNone) {
   EXPECT_EQ(pair.window.landmarks.at(11).observations.size(), 3U);
 }
 
-/** The variance after so many frames of pixels with `factor` times the noise that is believed. */
-double varianceAfter(int frames, double factor, const TrackOptions& options = {},
-                     size_t points = 300) {
+/** The variance after so many frames of pixels with `factor` times the noise that is believed, all
+ * of which are kept. */
+double varianceAfter(int frames, double factor, TrackOptions options = {}, size_t points = 300) {
+  options.chi2_outlier = 1e9;
   Pair pair(movedTo(0.0, 0.05, 0.0), points, 4.0, options);
   std::mt19937 random(1);
   std::normal_distribution<double> normal(0.0, factor);
@@ -162,7 +163,8 @@ double varianceAfter(int frames, double factor, const TrackOptions& options = {}
             m = *makeMeasurement(camera.model, *pixel + PointScene::kSigmaPx * noise,
                                  PointScene::kSigmaPx);
         }
-    pair.tracks.followNoise(&pair.window);
+    Window judged = pair.window;
+    pair.tracks.followNoise(pair.tracks.dropOutliers(&judged), &pair.window);
   }
   return pair.window.pixel_variance;
 }

@@ -138,8 +138,9 @@ class FixedLagOdometry::Impl {
           "images and IMU contradicted each other: the IMU's biases have jumped, and are estimated "
           "anew");
     updateImageTimes(&window_);
-    tracks_.dropOutliers(&window_);
-    if (options_.least_sigma_px < options_.sigma_px) tracks_.followNoise(&window_);
+    std::vector<double> squares = tracks_.dropOutliers(&window_);
+    if (options_.least_sigma_px < options_.sigma_px)
+      tracks_.followNoise(std::move(squares), &window_);
     covariance_ = solved.covariance;
 
     if (counts.used >= kLocatedBy) located_at_ = frame.t;

@@ -6,6 +6,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/visual_window.h"
+#include "relative_views.h"
 
 namespace etalon::fixed_lag {
 namespace {
@@ -181,27 +182,54 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   pending_ = std::move(pending);
 }
 
-void Tracks::followNoise(Window* window) const {
+std::vector<double> Tracks::dropOutliers(Window* window) {
   const int newest = window->states.back().serial;
+  RelativeViews views;
+  views.place(*window);
   std::vector<double> squares;
-  for (const auto& [id, landmark] : window->landmarks) {
-    if (!landmark.seenIn(newest) || landmark.observations.size() < 3) continue;
-    const SE3 T_WH = window->states[landmark.host].seenFrom();
-    int pixels = 0;
-    for (const LandmarkObservation& o : landmark.observations)
-      pixels += static_cast<int>(o.end() - o.first());
-    // Of 2 n coordinates the landmark itself takes three.
-    const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
-    for (const LandmarkObservation& o : landmark.observations) {
-      const SE3 T_HT = relativePose(T_WH, window->states[o.state].seenFrom());
+  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+    Landmark& landmark = it->second;
+    auto& observations = landmark.observations;
+    const RelativeViews::Ray ray = views.ray(landmark);
+    const size_t before = observations.size(), squares_before = squares.size();
+    const auto misfits = [&](const LandmarkObservation& o) {
+      std::array<double, 2> r2{};
       for (size_t camera = o.first(); camera < o.end(); ++camera) {
         Eigen::Vector2d r;
-        if (reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
-                                 landmark.in_host, &r))
-          squares.push_back(o.look * r.squaredNorm() / share);
+        if (!views.residual(ray, landmark.host, o, camera, &r) ||
+            r.squaredNorm() > options_.chi2_outlier)
+          return true;
+        r2[camera] = o.look * r.squaredNorm();
       }
+      squares.insert(squares.end(), r2.begin() + o.first(), r2.begin() + o.end());
+      return false;
+    };
+    const bool seen = landmark.seenIn(newest);
+    observations.erase(std::remove_if(observations.begin(), observations.end(), misfits),
+                       observations.end());
+    const bool fits = landmark.seenIn(newest);
+    if (fits)
+      landmark.strikes = 0;
+    else if (seen)
+      ++landmark.strikes;
+    // A landmark goes that misses its observations repeatedly, or most of them at once.
+    const bool lost =
+        observations.empty() || landmark.strikes >= 2 || 2 * observations.size() < before;
+    if (lost || !fits || observations.size() < 3) {
+      squares.resize(squares_before);
+    } else {
+      // Of 2 n coordinates the landmark itself takes three.
+      const auto pixels = static_cast<double>(squares.size() - squares_before);
+      const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
+      for (size_t i = squares_before; i < squares.size(); ++i) squares[i] /= share;
     }
+    if (lost) rejected_.insert(landmark.id);
+    it = lost ? window->landmarks.erase(it) : std::next(it);
   }
+  return squares;
+}
+
+void Tracks::followNoise(std::vector<double> squares, Window* window) const {
   if (squares.size() < 100) return;
   const auto middle = squares.begin() + squares.size() / 2;
   std::nth_element(squares.begin(), middle, squares.end());
@@ -210,39 +238,6 @@ void Tracks::followNoise(Window* window) const {
   double& variance = window->pixel_variance;
   variance += kFollowed * (*middle / kMedian - variance);
   variance = std::max(variance, std::pow(options_.least_sigma_px / options_.sigma_px, 2));
-}
-
-void Tracks::dropOutliers(Window* window) {
-  const int newest = window->states.back().serial;
-  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
-    Landmark& landmark = it->second;
-    const SE3 T_WH = window->states[landmark.host].seenFrom();
-    auto& observations = landmark.observations;
-    const auto misfits = [&](const LandmarkObservation& o) {
-      const SE3 T_HT = relativePose(T_WH, window->states[o.state].seenFrom());
-      for (size_t camera = o.first(); camera < o.end(); ++camera) {
-        Eigen::Vector2d r;
-        if (!reprojectionResidual(window->T_CB[camera], o.measurements[camera], T_HT,
-                                  landmark.in_host, &r) ||
-            r.squaredNorm() > options_.chi2_outlier)
-          return true;
-      }
-      return false;
-    };
-    const bool seen = landmark.seenIn(newest);
-    const size_t before = observations.size();
-    observations.erase(std::remove_if(observations.begin(), observations.end(), misfits),
-                       observations.end());
-    if (seen && landmark.seenIn(newest))
-      landmark.strikes = 0;
-    else if (seen)
-      ++landmark.strikes;
-    // A landmark goes that misses its observations repeatedly, or most of them at once.
-    const bool lost =
-        observations.empty() || landmark.strikes >= 2 || 2 * observations.size() < before;
-    if (lost) rejected_.insert(landmark.id);
-    it = lost ? window->landmarks.erase(it) : std::next(it);
-  }
 }
 
 }  // namespace etalon::fixed_lag

@@ -59,14 +59,16 @@ class Tracks {
    * landmarks, triangulated from both cameras or with earlier keyframes. */
   void createLandmarks(const MeasuredFrame& frame, Window* window);
 
-  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing. */
-  void dropOutliers(Window* window);
+  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing.
+   * Returns the squared residuals that are left, for followNoise(): in sigma_px, of landmarks that
+   * the newest state sees, times what the landmark itself takes of them. */
+  std::vector<double> dropOutliers(Window* window);
 
   /** Tracks without a distance begin anew: their measurements are of another calibration. */
   void forgetPending() { pending_.clear(); }
 
-  /** Lets the window's pixel variance follow the residuals' median. */
-  void followNoise(Window* window) const;
+  /** Lets the window's pixel variance follow the median of what dropOutliers() returns. */
+  void followNoise(std::vector<double> squares, Window* window) const;
 
  private:
   const StereoInertialCalibration* calibration_;

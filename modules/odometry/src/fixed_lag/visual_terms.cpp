@@ -33,99 +33,90 @@ Eigen::Matrix<double, 6, 6> twistByState(const WindowState& state,
 }
 
 void VisualTerms::placeViews(const Window& window) {
-  const size_t n = window.states.size();
   centre_W_ = window.states.back().linearization.T_WB.t;
-  T_NI_.resize(n);
-  views_.resize(2 * n * n);
-  std::vector<std::array<SE3, 2>> T_WC(n);
-  for (size_t k = 0; k < n; ++k) {
-    T_NI_[k] = window.states[k].linearization.T_WB * window.states[k].T_BI;
-    T_NI_[k].t -= centre_W_;
-    for (size_t c = 0; c < 2; ++c)
-      T_WC[k][c] = window.states[k].seenFrom() * window.T_CB[c].inverse();
+  T_NI_.clear();
+  for (const WindowState& state : window.states) {
+    T_NI_.push_back(state.linearization.T_WB * state.T_BI);
+    T_NI_.back().t -= centre_W_;
   }
-  for (size_t h = 0; h < n; ++h) {
-    // By how much the host's estimate is turned against its linearisation point.
-    const SE3 T_WH = window.states[h].seenFrom();
-    const Eigen::Matrix3d turned = T_WH.R * T_NI_[h].R.transpose();
-    for (size_t k = 0; k < n; ++k)
-      for (size_t c = 0; c < 2; ++c) {
-        View& view = views_[(h * n + k) * 2 + c];
-        view.R.noalias() = T_WC[k][c].R.transpose() * turned;
-        view.c.noalias() = turned.transpose() * (T_WC[k][c].t - T_WH.t);
-      }
-  }
+  views_.place(window);
 }
 
 /** Sums over the observations of one landmark. */
 void VisualTerms::collect(const Window& window, Landmark* landmark, int last_state) {
+  const RelativeViews::Ray ray = views_.ray(*landmark);
   Eliminated e;
   e.landmark = landmark;
   e.first = targets_.size();
-  e.rho = landmark->in_host.parameters.z();
-  e.g_l.setZero();
+  e.rho = ray.rho;
+  e.y = ray.ray + e.rho * T_NI_[landmark->host].t;
   calibration_.rows.clear();
-  const SE3& T_NH = T_NI_[landmark->host];
-  const Eigen::Matrix3d axes = T_NH.R * landmark->in_host.axes;
-  const Eigen::Vector3d origin = T_NH.R * landmark->in_host.origin;
-  const Eigen::Vector3d from_host =
-      axes * landmark->in_host.parameters.head<2>().homogeneous() + e.rho * origin;
-  e.y = from_host + e.rho * T_NH.t;
-  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  // With A the sums over the residuals of w J^T J, by y, and d = origin - c of the residual's camera,
+  // the landmark's derivatives J [axes(0), axes(1), d] need A and A d alone.
+  const Eigen::Matrix<double, 3, 2> bearing = ray.axes.leftCols<2>();
+  const double inverse_variance = 1.0 / window.pixel_variance;
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d A_d = Eigen::Vector3d::Zero(), g = Eigen::Vector3d::Zero();
+  double d_A_d = 0.0, d_g = 0.0;
   for (const LandmarkObservation& o : landmark->observations) {
     if (o.state > last_state) continue;
-    Target* target = nullptr;
-    if (o.state != landmark->host) {
-      targets_.emplace_back();
-      target = &targets_.back();
-      target->state = o.state;
-      target->JJ.setZero();
-      target->JJ_l.setZero();
-      target->Jr.setZero();
-    }
+    Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d JJ_d = Eigen::Vector3d::Zero(), Jr = Eigen::Vector3d::Zero();
     for (size_t camera = o.first(); camera < o.end(); ++camera) {
-      const View& from = view(landmark->host, o.state, camera);
       Eigen::Vector2d r;
       Eigen::Matrix<double, 2, 3> J_C;
-      if (!reprojectionResidual(o.measurements[camera], from.R * (from_host - e.rho * from.c),
-                                e.rho, &r, &J_C)) {
+      if (!views_.residual(ray, landmark->host, o, camera, &r, &J_C)) {
         cost_.add(kBehindCamera * kBehindCamera);
         continue;
       }
-      const Eigen::Matrix<double, 2, 3> J = J_C * from.R;
+      const RelativeViews::View& from = views_.view(landmark->host, o.state, camera);
+      const Eigen::Matrix<double, 3, 2> J_T = from.R.transpose() * J_C.transpose();
+      const Eigen::Vector3d d = ray.origin - from.c;
+      const double weight = cost_.add(r.squaredNorm() * inverse_variance) * inverse_variance;
+      const Eigen::Vector3d j0 = J_T.col(0), j1 = J_T.col(1);
+      const Eigen::Vector3d w0 = weight * j0, w1 = weight * j1;
+      const double d0 = j0.dot(d), d1 = j1.dot(d);
+      for (int i = 0; i < 3; ++i) JJ.col(i) += j0[i] * w0 + j1[i] * w1;
+      JJ_d += d0 * w0 + d1 * w1;
+      Jr += r[0] * w0 + r[1] * w1;
+      d_A_d += weight * (d0 * d0 + d1 * d1);
+      d_g += weight * (d0 * r[0] + d1 * r[1]);
+      if (!with_calibration_) continue;
+      const Eigen::Matrix<double, 2, 3> J = J_T.transpose();
       Eigen::Matrix<double, 2, 3> J_l;
-      J_l.leftCols<2>().noalias() = J * axes.leftCols<2>();
-      J_l.col(2).noalias() = J * (origin - from.c);
-      const double weight =
-          cost_.add(r.squaredNorm() / window.pixel_variance) / window.pixel_variance;
-      const Eigen::Matrix<double, 2, 3> weighted_l = weight * J_l;
-      V.noalias() += weighted_l.transpose() * J_l;
-      e.g_l.noalias() += weighted_l.transpose() * r;
-      if (with_calibration_)
-        calibration_.rows.push_back(
-            {o.state, weight, r, J, J_l,
-             calibration_.derivatives(camera, o.measurements[camera],
-                                      relativePose(window.states[landmark->host].seenFrom(),
-                                                   window.states[o.state].seenFrom()),
-                                      landmark->in_host)});
-      if (!target) continue;
-      const Eigen::Matrix<double, 2, 3> weighted = weight * J;
-      target->JJ.noalias() += weighted.transpose() * J;
-      target->JJ_l.noalias() += J.transpose() * weighted_l;
-      target->Jr.noalias() += weighted.transpose() * r;
+      J_l << J * bearing, Eigen::Vector2d(d0, d1);
+      calibration_.rows.push_back(
+          {o.state, weight, r, J, J_l,
+           calibration_.derivatives(camera, o.measurements[camera],
+                                    relativePose(window.states[landmark->host].seenFrom(),
+                                                 window.states[o.state].seenFrom()),
+                                    landmark->in_host)});
     }
+    A += JJ;
+    A_d += JJ_d;
+    g += Jr;
+    if (o.state == landmark->host) continue;
+    Target& target = targets_.emplace_back();
+    target.state = o.state;
+    target.JJ = JJ;
+    target.JJ_l << JJ * bearing, JJ_d;
+    target.Jr = Jr;
   }
   e.last = targets_.size();
+  e.g_l << bearing.transpose() * g, d_g;
+  Eigen::Matrix3d V;
+  V.topLeftCorner<2, 2>().noalias() = bearing.transpose() * (A * bearing);
+  V.col(2).head<2>().noalias() = bearing.transpose() * A_d;
+  V(2, 2) = d_A_d;
   // At infinity, and the residuals want it farther: its distance is no unknown.
   const bool held = !(e.rho > 0.0) && e.g_l.z() >= 0.0;
   if (held) {
-    V.row(2).setZero();
-    V.col(2).setZero();
-    V(2, 2) = 1.0;
+    V.col(2) << 0.0, 0.0, 1.0;
     e.g_l.z() = 0.0;
     for (size_t i = e.first; i < e.last; ++i) targets_[i].JJ_l.col(2).setZero();
     for (CalibrationSums::Row& row : calibration_.rows) row.J_landmark.col(2).setZero();
   }
+  V.row(2).head<2>() = V.col(2).head<2>().transpose();
   // Without parallax the distance is not determined: it stays where it is.
   const Eigen::Vector3d undamped = V.diagonal();
   V(0, 0) += 1e-9 * V(0, 0) + 1e-12;
@@ -265,24 +256,17 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
 }
 
 double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& landmarks) const {
+  RelativeViews views;
+  views.place(window);
   RobustCost cost;
-  const size_t n = window.states.size();
-  std::vector<SE3> relative(n);
-  for (size_t h = 0; h < n; ++h) {
-    for (size_t k = 0; k < n; ++k)
-      relative[k] = relativePose(window.states[h].seenFrom(), window.states[k].seenFrom());
-    for (const Landmark* landmark : landmarks) {
-      if (landmark->host != static_cast<int>(h)) continue;
-      for (const LandmarkObservation& o : landmark->observations)
-        for (size_t camera = o.first(); camera < o.end(); ++camera) {
-          Eigen::Vector2d r;
-          const bool ahead = reprojectionResidual(window.T_CB[camera], o.measurements[camera],
-                                                  relative[o.state], landmark->in_host, &r);
-          const double r2 =
-              ahead ? r.squaredNorm() / window.pixel_variance : kBehindCamera * kBehindCamera;
-          cost.add(r2);
-        }
-    }
+  for (const Landmark* landmark : landmarks) {
+    const RelativeViews::Ray ray = views.ray(*landmark);
+    for (const LandmarkObservation& o : landmark->observations)
+      for (size_t camera = o.first(); camera < o.end(); ++camera) {
+        Eigen::Vector2d r;
+        const bool ahead = views.residual(ray, landmark->host, o, camera, &r);
+        cost.add(ahead ? r.squaredNorm() / window.pixel_variance : kBehindCamera * kBehindCamera);
+      }
   }
   return cost.total();
 }

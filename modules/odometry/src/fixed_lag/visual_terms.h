@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "window.h"
+#include "relative_views.h"
 
 namespace etalon::fixed_lag {
 
@@ -85,12 +85,6 @@ class VisualTerms {
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
   using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-  /** A camera at a state as a host sees it, in axes of W: ray_C = R (y - rho c), y and c from the
-   * host. */
-  struct View {
-    Eigen::Matrix3d R;
-    Eigen::Vector3d c;
-  };
   /** An observing state of a landmark, other than the host: sums over its cameras, J being the
    * derivatives by y and J_l those by the landmark's parameters. */
   struct Target {
@@ -130,9 +124,6 @@ class VisualTerms {
   };
 
   void placeViews(const Window& window);
-  const View& view(int host, int state, size_t camera) const {
-    return views_[(host * T_NI_.size() + state) * 2 + camera];
-  }
   void collect(const Window& window, Landmark* landmark, int last_state);
   void eliminate(int host, size_t first);
   void addToStates(const Window& window, NormalEquations* equations) const;
@@ -145,9 +136,9 @@ class VisualTerms {
   std::vector<Target> targets_;
   std::vector<Eliminated> eliminated_;                  ///< by host
   Eigen::Vector3d centre_W_ = Eigen::Vector3d::Zero();  ///< N
-  std::vector<SE3> T_NI_;    ///< where images were taken, by state, at the linearisation points
-  std::vector<View> views_;  ///< by host, state and camera
-  Eigen::MatrixXd H_;        ///< of the twists, all of them
+  std::vector<SE3> T_NI_;  ///< where images were taken, by state, at the linearisation points
+  RelativeViews views_;
+  Eigen::MatrixXd H_;  ///< of the twists, all of them
   Eigen::VectorXd g_;
   std::vector<char> used_;  ///< by state: has a twist with pixels
   bool with_calibration_ = false;

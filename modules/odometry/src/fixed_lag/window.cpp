@@ -135,8 +135,8 @@ void appendState(Preintegration preintegration, Window* window) {
   state.now = state.linearization = preintegration.predict(last.now, window->g_W);
   state.imu_sqrt_information = inertialSqrtInformation(preintegration);
   state.imu = std::move(preintegration);
+  state.column = last.column + last.size();
   window->states.push_back(std::move(state));
-  window->reindex();
 }
 
 RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {

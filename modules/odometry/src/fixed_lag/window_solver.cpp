@@ -36,19 +36,20 @@ void moveStates(const Eigen::VectorXd& step, Window* window) {
   }
 }
 
-/** A^T A, of an A that is upper triangular after a slide: the zeros below are left out. */
+/** A^T A, of an A that is triangular after a slide, the last columns in the first rows: the zeros
+ * are left out. */
 Eigen::MatrixXd squareOf(const Eigen::MatrixXd& A) {
   constexpr Eigen::Index kColumns = 32;  // at a time
   const Eigen::Index n = A.cols();
   Eigen::MatrixXd H(n, n);
   for (Eigen::Index c = 0; c < n; c += kColumns) {
-    const Eigen::Index width = std::min(kColumns, n - c);
+    const Eigen::Index width = std::min(kColumns, n - c), end = c + width;
     Eigen::Index rows = A.rows();
     while (rows > 0 && A.block(rows - 1, c, 1, width).isZero(0.0)) --rows;
-    H.block(c, c, n - c, width).noalias() =
-        A.block(0, c, rows, n - c).transpose() * A.block(0, c, rows, width);
+    H.block(0, c, end, width).noalias() =
+        A.topLeftCorner(rows, end).transpose() * A.block(0, c, rows, width);
   }
-  H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
+  H.triangularView<Eigen::StrictlyLower>() = H.transpose();
   return H;
 }
 

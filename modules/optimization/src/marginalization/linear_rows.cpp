@@ -1,6 +1,7 @@
 #include "etalon/optimization/marginalization/linear_rows.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -54,10 +55,36 @@ LinearRows marginalizeFirst(const LinearRows& rows, Eigen::Index count) {
 
 LinearRows compressed(const LinearRows& rows) {
   if (rows.rows() <= rows.unknowns()) return rows;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(augmented(rows));
-  const Eigen::Index n = rows.unknowns();
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  return split(R);
+  // Householder's reflections, the last column first, each of the rows that have something in it:
+  // of rows that were compressed before one more a column.
+  const Eigen::Index m = rows.rows(), n = rows.unknowns();
+  std::vector<Eigen::Index> last(m), order(m);  // column that is not zero
+  for (Eigen::Index i = 0; i < m; ++i) {
+    order[i] = i;
+    last[i] = n - 1;
+    while (last[i] >= 0 && rows.A(i, last[i]) == 0.0) --last[i];
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&last](Eigen::Index i, Eigen::Index j) { return last[i] > last[j]; });
+  Eigen::MatrixXd M(m, n + 1);
+  M << rows.A(order, Eigen::lastN(n).reverse()), rows.b(order);
+  Eigen::VectorXd workspace(n + 1), essential(m);
+  Eigen::Index reached = 0;  // rows before this one have something in the columns so far
+  for (Eigen::Index c = 0; c < n; ++c) {
+    while (reached < m && last[order[reached]] >= n - 1 - c) ++reached;
+    const Eigen::Index height = reached - c;
+    if (height < 2) continue;
+    auto tail = essential.head(height - 1);
+    double tau = 0.0, beta = 0.0;
+    M.col(c).segment(c, height).makeHouseholder(tail, tau, beta);
+    M(c, c) = beta;
+    M.col(c).segment(c + 1, height - 1).setZero();
+    M.block(c, c + 1, height, n - c).applyHouseholderOnTheLeft(tail, tau, workspace.data());
+  }
+  LinearRows triangular;
+  triangular.A = M.topLeftCorner(n, n).rowwise().reverse();
+  triangular.b = M.col(n).head(n);
+  return triangular;
 }
 
 LinearRows squareRoot(const Eigen::MatrixXd& H, const Eigen::VectorXd& g) {

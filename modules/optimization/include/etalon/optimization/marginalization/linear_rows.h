@@ -32,7 +32,12 @@ struct LinearRows {
  */
 LinearRows marginalizeFirst(const LinearRows& rows, Eigen::Index count);
 
-/** The same cost (a constant apart) in as many rows as there are unknowns, at most. */
+/**
+ * The same cost (a constant apart) in as many rows as there are unknowns, at most. Those that were
+ * fewer to begin with stay; others come with the last unknown in the first row alone, the last but
+ * one in the first two, and so on: to marginalise the last ones then touches few rows, and so does
+ * compressing with few more.
+ */
 LinearRows compressed(const LinearRows& rows);
 
 /**
