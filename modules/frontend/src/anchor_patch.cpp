@@ -126,6 +126,7 @@ AnchorPatch::AnchorPatch(const cv::Mat& image, const Eigen::Vector2d& centre, in
 double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterations,
                           double epsilon_px) const {
   std::vector<float> values;
+  double last_step_px = 0.0;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     if (!sample(image, *pose, &values)) return -1.0;
     const Eigen::Map<const Eigen::VectorXf> I(values.data(), products_.rows());
@@ -140,7 +141,13 @@ double AnchorPatch::align(const cv::Mat& image, PatchPose* pose, int max_iterati
     pose->A = pose->A * step.inverse();
     const Eigen::Vector2d moved = pose->A * delta.tail<2>();
     pose->centre -= moved;
-    if (moved.norm() > epsilon_px) continue;
+    // Steps shrink by a factor: the next one is not worth its evaluation if it would be too small.
+    const double step_px = moved.norm();
+    const bool converges = step_px < 0.5 * last_step_px;
+    const bool last =
+        step_px <= epsilon_px || (converges && step_px * step_px <= epsilon_px * last_step_px);
+    last_step_px = step_px;
+    if (!last) continue;
     // Of the values before this last step, which is too small to show.
     const float squares = (I.array() - I.mean()).square().sum();
     return gain * std::sqrt(patch_squares_ / std::max(squares, 1.0F));

@@ -8,8 +8,6 @@ namespace etalon {
 namespace {
 // OpenCV's default: patches flatter than this are not followed.
 constexpr double kMinEigenvalue = 1e-4;
-// The way back starts at the right place: one coarse level is enough to notice a wrong way there.
-constexpr int kBackwardLevels = 1;
 // A smaller change of brightness moves a point by a few hundredths of a pixel.
 constexpr double kBrightnessChange = 1.03;
 constexpr int kGrayRadius = 1;  // of the pixels that are summed
@@ -59,27 +57,17 @@ Pyramid brightened(const Pyramid& pyramid, double ratio, const StereoTrackerOpti
   return buildPyramid(image, options);
 }
 
-/** KLT with the forward-backward check between images of one exposure. */
+/** KLT between images of one exposure. */
 std::vector<char> followConstant(const Pyramid& from_image, const Pyramid& to_image,
                                  const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>* to,
                                  const StereoTrackerOptions& options) {
-  const cv::Size window(options.klt_window_px, options.klt_window_px);
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS,
                                   options.klt_iterations, options.klt_epsilon_px);
-  std::vector<uchar> found, found_back;
-  std::vector<float> error;
-  cv::calcOpticalFlowPyrLK(from_image, to_image, from, *to, found, error, window,
-                           options.klt_levels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW,
-                           kMinEigenvalue);
-  std::vector<cv::Point2f> back = from;
-  cv::calcOpticalFlowPyrLK(to_image, from_image, *to, back, found_back, error, window,
-                           std::min(kBackwardLevels, options.klt_levels), criteria,
-                           cv::OPTFLOW_USE_INITIAL_FLOW, kMinEigenvalue);
-  std::vector<char> good(from.size());
-  for (size_t i = 0; i < from.size(); ++i)
-    good[i] =
-        found[i] && found_back[i] && cv::norm(back[i] - from[i]) <= options.forward_backward_px;
-  return good;
+  std::vector<uchar> found;
+  cv::calcOpticalFlowPyrLK(from_image, to_image, from, *to, found, cv::noArray(),
+                           {options.klt_window_px, options.klt_window_px}, options.klt_levels,
+                           criteria, cv::OPTFLOW_USE_INITIAL_FLOW, kMinEigenvalue);
+  return {found.begin(), found.end()};
 }
 
 }  // namespace

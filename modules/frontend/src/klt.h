@@ -1,6 +1,6 @@
 #pragma once
 
-// Pyramidal KLT with a forward-backward check. Private to the module.
+// Pyramidal KLT. Private to the module.
 
 #include <opencv2/core.hpp>
 #include <vector>
@@ -18,7 +18,7 @@ Pyramid buildPyramid(const cv::Mat& image, const StereoTrackerOptions& options);
  * Follows `from` points into another image. KLT takes gray levels for constant: where the exposure has
  * changed between the images, the darker one is brightened before.
  * @param to in: initial guesses; out: positions, subpixel
- * @return one flag a point: found, and found back within options.forward_backward_px
+ * @return one flag a point: found
  */
 std::vector<char> followPoints(const Pyramid& from_image, const Pyramid& to_image,
                                const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>* to,

@@ -206,7 +206,7 @@ StereoMatch StereoMatcher::align(const cv::Mat& right, const StereoQuery& query,
   if (inverse_depth < 0.0 || !rightPixel(query.left_ray, inverse_depth, &guess)) return {};
   PatchPose pose{{guess.x, guess.y}, query.A};
   const double correlation =
-      query.patch->align(right, &pose, options_.anchor_iterations, options_.klt_epsilon_px);
+      query.patch->align(right, &pose, options_.anchor_iterations, options_.anchor_epsilon_px);
   if (correlation < options_.min_correlation ||
       (pose.centre - Eigen::Vector2d(guess.x, guess.y)).norm() > options_.stereo_reach_px)
     return {};

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
@@ -46,9 +47,7 @@ class StereoTracker::Impl {
     const cv::Mat &image = *images[followed_], &other = *images[1 - followed_];
     cv::Mat other_half;
     cv::pyrDown(other, other_half);
-    const Eigen::Matrix3d R_cur_prev = ofCamera(rigs_[followed_], R_prev_cur);
-    anchorTracks(image);
-    rejectByMotion(R_cur_prev);
+    rejectByMotion(ofCamera(rigs_[followed_], R_prev_cur));
     CornerGrid grid(image.size(), options_);
     keepApart(&grid);
     statistics_.tracked = tracks_.size();
@@ -122,11 +121,14 @@ class StereoTracker::Impl {
   struct Followed {
     std::vector<size_t> tracks;
     std::vector<cv::Point2f> from, to;
+    std::vector<std::optional<PatchPose>> anchored;  ///< where the track's anchor fits
+    size_t fitting = 0;                              ///< tracks that are anchored
   };
 
-  /** KLT of tracks from a previous image of camera `c` to its present one. */
-  Followed followIn(size_t c, const Pyramid& before, const Pyramid& now, const Followed& wanted,
-                    const Eigen::Matrix3d& R_prev_cur) const {
+  /** KLT of tracks from a previous image of camera `c` to its present one, and what it has drifted
+   * since the tracks' anchors taken back. */
+  Followed followIn(size_t c, const Pyramid& before, const Pyramid& now, const cv::Mat& image,
+                    const Followed& wanted, const Eigen::Matrix3d& R_prev_cur) const {
     const CameraModel& camera = rigs_[c].cameras[0].model;
     const Eigen::Matrix3d R_cur_prev = ofCamera(rigs_[c], R_prev_cur);
     std::vector<cv::Point2f> to;
@@ -135,21 +137,42 @@ class StereoTracker::Impl {
     Followed found;
     for (size_t i = 0; i < good.size(); ++i) {
       if (!good[i] || !camera.inImage({to[i].x, to[i].y}, options_.border_px)) continue;
+      const Track& track = tracks_[wanted.tracks[i]];
       found.tracks.push_back(wanted.tracks[i]);
       found.from.push_back(wanted.from[i]);
       found.to.push_back(to[i]);
+      found.anchored.push_back(
+          anchored(track, c == followed_ ? track.A : track.A_other, to[i], image));
+      found.fitting += found.anchored.back().has_value();
     }
     return found;
   }
 
+  /** Where the track's anchor fits near `pixel`, if it does. */
+  std::optional<PatchPose> anchored(const Track& track, const Eigen::Matrix2d& A,
+                                    const cv::Point2f& pixel, const cv::Mat& image) const {
+    const Eigen::Vector2d followed(pixel.x, pixel.y);
+    PatchPose pose{followed, A};
+    const double correlation =
+        track.anchor.align(image, &pose, options_.anchor_iterations, options_.anchor_epsilon_px);
+    const double scale = pose.A.determinant();
+    if (correlation >= options_.anchor_min_correlation &&
+        (pose.centre - followed).norm() <= options_.anchor_reach_px && scale > 0.3 && scale < 3.0)
+      return pose;
+    return std::nullopt;
+  }
+
   /**
-   * KLT from the previous frame; tracks that fail are dropped. Where the camera that is followed
-   * loses most of them and the other one does not, as with a covered lens, that one is followed
-   * from here on.
+   * Follows the tracks from the previous frame. Those that KLT loses are dropped, and so are those
+   * that their anchors do not fit any more: with new anchors they would be other points, which
+   * earlier sightings are not of. Where most anchors do not fit in the image of the camera that is
+   * followed and more do in the other one's, as with a covered lens, that one is followed from here
+   * on.
    * @return the pyramid of the image that is followed
    */
   Pyramid follow(const std::array<const cv::Mat*, 2>& images, const Eigen::Matrix3d& R_prev_cur) {
-    constexpr double kMost = 0.3;  // of the tracks are left
+    constexpr double kMost = 0.3;       // of the anchors fit
+    constexpr double kWornScale = 1.5;  // of the patch's area
     Pyramid pyramid = buildPyramid(*images[followed_], options_);
     Followed all, matched;
     for (size_t i = 0; i < tracks_.size(); ++i) {
@@ -159,14 +182,14 @@ class StereoTracker::Impl {
       matched.tracks.push_back(i);
       matched.from.push_back(tracks_[i].matched);
     }
-    Followed found = followIn(followed_, previous_, pyramid, all, R_prev_cur);
-    if (static_cast<double>(found.tracks.size()) < kMost * static_cast<double>(tracks_.size()) &&
-        matched.tracks.size() > found.tracks.size()) {
+    Followed found = followIn(followed_, previous_, pyramid, *images[followed_], all, R_prev_cur);
+    if (static_cast<double>(found.fitting) < kMost * static_cast<double>(tracks_.size()) &&
+        matched.tracks.size() > found.fitting) {
       const size_t other = 1 - followed_;
       Pyramid other_pyramid = buildPyramid(*images[other], options_);
       Followed in_other = followIn(other, buildPyramid(previous_other_, options_), other_pyramid,
-                                   matched, R_prev_cur);
-      if (in_other.tracks.size() > found.tracks.size()) {
+                                   *images[other], matched, R_prev_cur);
+      if (in_other.fitting > found.fitting) {
         for (const size_t i : in_other.tracks) exchangeCameras(&tracks_[i]);
         followed_ = other;
         found = std::move(in_other);
@@ -175,9 +198,19 @@ class StereoTracker::Impl {
     }
     std::vector<Track> kept;
     for (size_t i = 0; i < found.tracks.size(); ++i) {
-      kept.push_back(std::move(tracks_[found.tracks[i]]));
-      kept.back().pixel_before = found.from[i];
-      kept.back().pixel = found.to[i];
+      Track& track = tracks_[found.tracks[i]];
+      track.pixel_before = found.from[i];
+      track.pixel = found.to[i];
+      if (const auto& pose = found.anchored[i]) {
+        track.pixel = {static_cast<float>(pose->centre.x()), static_cast<float>(pose->centre.y())};
+        track.A = pose->A;
+        track.unanchored = 0;
+        const double scale = pose->A.determinant();
+        if (scale > kWornScale || scale < 1.0 / kWornScale) renewAnchor(*images[followed_], &track);
+      } else if (++track.unanchored > options_.anchor_patience) {
+        continue;
+      }
+      kept.push_back(std::move(track));
     }
     tracks_.swap(kept);
     return pyramid;
@@ -230,35 +263,6 @@ class StereoTracker::Impl {
     track->anchor = std::move(anchor);
     track->A_other = (track->A_other * track->A.inverse()).eval();
     track->A.setIdentity();
-  }
-
-  /**
-   * Takes back what the tracks have drifted since their anchors. A track that its anchor does not
-   * fit any more ends: with a new anchor it would be another point, which earlier sightings are not
-   * of.
-   */
-  void anchorTracks(const cv::Mat& image) {
-    constexpr double kWornScale = 1.5;  // of the patch's area
-    std::vector<Track> kept;
-    for (Track& track : tracks_) {
-      const Eigen::Vector2d followed(track.pixel.x, track.pixel.y);
-      PatchPose pose{followed, track.A};
-      const double correlation =
-          track.anchor.align(image, &pose, options_.anchor_iterations, options_.klt_epsilon_px);
-      const double scale = pose.A.determinant();
-      if (correlation >= options_.anchor_min_correlation &&
-          (pose.centre - followed).norm() <= options_.anchor_reach_px && scale > 0.3 &&
-          scale < 3.0) {
-        track.pixel = {static_cast<float>(pose.centre.x()), static_cast<float>(pose.centre.y())};
-        track.A = pose.A;
-        track.unanchored = 0;
-        if (scale > kWornScale || scale < 1.0 / kWornScale) renewAnchor(image, &track);
-      } else if (++track.unanchored > options_.anchor_patience) {
-        continue;
-      }
-      kept.push_back(std::move(track));
-    }
-    tracks_.swap(kept);
   }
 
   /** Of tracks that have run into each other the oldest survives. */

@@ -9,8 +9,6 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
   parameters.add("klt_iterations", &klt_iterations, {1, 1000}, "KLT iterations a level, at most.");
   parameters.add("klt_epsilon_px", &klt_epsilon_px, {1e-6, 1.0},
                  "A KLT iteration that moves less ends the level, px.");
-  parameters.add("forward_backward_px", &forward_backward_px, {0.01, 100.0},
-                 "A track followed back must end this near to where it started, px.");
   parameters.add("epipolar_px", &epipolar_px, {0.01, 100.0},
                  "Largest distance of a right pixel from its epipolar line, px.");
   parameters.add("temporal_epipolar_px", &temporal_epipolar_px, {0.0, 100.0},
@@ -30,7 +28,10 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
                  "Side of the patch that a track keeps from its first frame and is aligned with in "
                  "later left and right images, px (odd).");
   parameters.add("anchor_iterations", &anchor_iterations, {1, 1000},
-                 "Iterations of that alignment, at most.");
+                 "Iterations of that alignment, at most: one that takes more fails.");
+  parameters.add("anchor_epsilon_px", &anchor_epsilon_px, {1e-6, 1.0},
+                 "An iteration that moves less, or after which the next one would, is the last, "
+                 "px.");
   parameters.add("anchor_reach_px", &anchor_reach_px, {0.01, 100.0},
                  "The alignment corrects a track by at most this, px.");
   parameters.add("anchor_min_correlation", &anchor_min_correlation, {-1.0, 1.0},

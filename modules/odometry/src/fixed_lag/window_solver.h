@@ -12,7 +12,7 @@ struct SolverOptions {
   int iterations = 3;
   /** Converged is a step shorter than this in its own standard deviations, all states together: it
    * is the last. Over a hundred unknowns that is a tenth of each one's. */
-  double converged_sigmas = 1.0;
+  double converged_sigmas = 3.0;
 };
 
 struct SolverResult {

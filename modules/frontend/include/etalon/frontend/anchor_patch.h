@@ -32,9 +32,9 @@ class AnchorPatch {
 
   /**
    * Moves `pose` to where the patch fits best.
-   * @return the normalised correlation there, as it was before the last step, of at most
-   * `epsilon_px`; negative if it left the image or did not converge,
-   * and `pose` is then meaningless
+   * @param epsilon_px the last step is shorter than this, or the one after it would be
+   * @return the normalised correlation there, as it was before the last step; negative if it left
+   * the image or did not converge, and `pose` is then meaningless
    */
   double align(const cv::Mat& image, PatchPose* pose, int max_iterations, double epsilon_px) const;
 

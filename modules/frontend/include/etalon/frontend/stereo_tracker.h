@@ -16,8 +16,7 @@ struct StereoTrackerOptions {
   int klt_window_px = 9;              ///< side of the KLT patch
   int klt_levels = 4;                 ///< pyramid levels above the full image
   int klt_iterations = 30;            ///< per level, at most
-  double klt_epsilon_px = 0.02;       ///< a KLT iteration that moves less ends the level
-  double forward_backward_px = 0.3;   ///< a track must come back to where it started
+  double klt_epsilon_px = 0.05;       ///< a KLT iteration that moves less ends the level
   double epipolar_px = 1.5;           ///< distance of a right pixel from its epipolar line
   double temporal_epipolar_px = 1.0;  ///< distance from where the motion takes it; 0: no check
   double min_distance_px = 10.0;      ///< between landmarks
@@ -25,7 +24,8 @@ struct StereoTrackerOptions {
   double min_depth_m = 0.3;           ///< nearest landmark that is looked for in the right image
   double min_correlation = 0.7;       ///< of a patch in the right image
   int anchor_window_px = 17;          ///< side of the patch kept from a track's first frame
-  int anchor_iterations = 15;         ///< of its alignment, at most
+  int anchor_iterations = 8;          ///< of its alignment, at most
+  double anchor_epsilon_px = 0.02;    ///< an iteration that moves less ends it
   double anchor_reach_px = 1.5;       ///< correction of a track by its anchor, at most
   double anchor_min_correlation = 0.8;  ///< of an aligned anchor in the left image
   int anchor_patience = 2;              ///< frames in a row without alignment before a track ends
@@ -46,7 +46,7 @@ struct TrackingStatistics {
 
 /**
  * Follows corners through the raw images of a stereo camera. From frame to frame pyramidal KLT
- * starts at a guess by the gyro's rotation and is checked forwards and backwards. Then every track
+ * starts at a guess by the gyro's rotation. Then every track
  * is aligned with the patch that it started from (affine, any gain), so that errors do not add up.
  * A track ends where that patch no longer fits, or where it does not move as the camera does. The
  * right image is searched with the same patch and checked against the epipolar geometry. The same
