@@ -94,6 +94,7 @@ std::vector<cv::Point2f> CornerGrid::detect(const cv::Mat& image, int count) {
       const Eigen::ArrayXXf response = cornerResponse(image, cell);
       Candidate best{0.0F, {}};
       for (int v = 0; v < cell.height; ++v) {
+        if (!(response.col(v).maxCoeff() > best.response)) continue;
         const uchar* free = free_.ptr<uchar>(cell.y + v) + cell.x;
         for (int u = 0; u < cell.width; ++u)
           if (free[u] && response(u, v) > best.response) best = {response(u, v), {u, v}};

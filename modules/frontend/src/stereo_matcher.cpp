@@ -224,7 +224,7 @@ std::vector<StereoMatch> StereoMatcher::match(const cv::Mat& left_half, const cv
     const StereoQuery& query = queries[i];
     if (!query.patch->valid()) continue;
     matches[i] = align(right, query, query.inverse_depth);
-    if (!matches[i].found)
+    if (!matches[i].found && query.search)
       matches[i] = align(right, query, searchInverseDepth(left_half, right_half, query));
   }
   return matches;

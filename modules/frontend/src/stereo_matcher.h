@@ -20,6 +20,7 @@ struct StereoQuery {
   Eigen::Vector3d left_ray = Eigen::Vector3d::UnitZ();  ///< CameraModel::unproject of it
   double inverse_depth = -1.0;         ///< 1/m, of the landmark p_C0 = left_ray / inverse_depth;
                                        ///< negative if unknown
+  bool search = true;                  ///< along the epipolar curve, if need be
   const AnchorPatch* patch = nullptr;  ///< what to look for, not null
   Eigen::Matrix2d A = Eigen::Matrix2d::Identity();  ///< its shape in the right image, a guess
 };

@@ -28,6 +28,7 @@ class StereoTracker::Impl {
     Eigen::Matrix2d A = Eigen::Matrix2d::Identity();        ///< of the anchor in the current image
     Eigen::Matrix2d A_other = Eigen::Matrix2d::Identity();  ///< in the other one
     int unanchored = 0;  ///< frames in a row in which the anchor did not fit
+    int unmatched = 0;   ///< frames in a row without a match in the other image
   };
 
   Impl(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options)
@@ -277,6 +278,8 @@ class StereoTracker::Impl {
    */
   TrackedFrame observe(TimeNs t, const Pyramid& pyramid, const cv::Mat& other,
                        const cv::Mat& other_half) {
+    // What is not found along the whole curve is hidden or repeats itself, and is sought less often.
+    constexpr int kSearches = 1, kSearchPeriod = 4;  // frames
     std::vector<Track*> anchored;
     std::vector<StereoQuery> queries;
     for (Track& track : tracks_) {
@@ -287,6 +290,7 @@ class StereoTracker::Impl {
       StereoQuery query;
       query.left = track.pixel;
       query.inverse_depth = track.inverse_depth;
+      query.search = track.unmatched <= kSearches || track.unmatched % kSearchPeriod == 0;
       query.patch = &track.anchor;
       query.A = track.A_other;
       const auto ray = camera().unproject({track.pixel.x, track.pixel.y});
@@ -303,6 +307,7 @@ class StereoTracker::Impl {
       track.A_other = matches[i].found ? matches[i].A : track.A;
       track.inverse_depth = matches[i].inverse_depth;  // unknown again where the match failed
       track.matched = matches[i].right;
+      track.unmatched = matches[i].found ? 0 : track.unmatched + 1;
       statistics_.with_stereo += matches[i].found;
       std::array<Eigen::Vector2d, 2> pixels;
       pixels[followed_] = {track.pixel.x, track.pixel.y};
