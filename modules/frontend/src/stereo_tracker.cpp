@@ -1,6 +1,7 @@
 #include "etalon/frontend/stereo_tracker.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -278,8 +279,12 @@ class StereoTracker::Impl {
    */
   TrackedFrame observe(TimeNs t, const Pyramid& pyramid, const cv::Mat& other,
                        const cv::Mat& other_half) {
-    // What is not found along the whole curve is hidden or repeats itself, and is sought less often.
+    // What is not found along the whole curve is hidden or repeats itself, and is sought less often,
+    // unless it is the whole image that showed nothing.
     constexpr int kSearches = 1, kSearchPeriod = 4;  // frames
+    const auto matched = std::count_if(tracks_.begin(), tracks_.end(),
+                                       [](const Track& track) { return track.unmatched == 0; });
+    const bool search_all = 4 * matched < static_cast<std::ptrdiff_t>(tracks_.size());
     std::vector<Track*> anchored;
     std::vector<StereoQuery> queries;
     for (Track& track : tracks_) {
@@ -290,7 +295,8 @@ class StereoTracker::Impl {
       StereoQuery query;
       query.left = track.pixel;
       query.inverse_depth = track.inverse_depth;
-      query.search = track.unmatched <= kSearches || track.unmatched % kSearchPeriod == 0;
+      query.search =
+          search_all || track.unmatched <= kSearches || track.unmatched % kSearchPeriod == 0;
       query.patch = &track.anchor;
       query.A = track.A_other;
       const auto ray = camera().unproject({track.pixel.x, track.pixel.y});
