@@ -239,6 +239,8 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
   NormalEquations equations(0);
   linearize(window, &equations);
   result.cost = equations.cost;
+  const double converged_sigmas =
+      options_.converged_sigmas * (window->states.back().keyframe ? 1.0 : 3.0);
   double damping = 0.0;
   bool positive = false;
   for (int attempt = 0; attempt < iterations + 3; ++attempt) {
@@ -252,8 +254,7 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
     const Saved saved(*window, landmarks_);
     moveStates(step, window);
     visual_.solveLandmarks(*window, step);
-    result.converged =
-        damping == 0.0 && promised < options_.converged_sigmas * options_.converged_sigmas;
+    result.converged = damping == 0.0 && promised < converged_sigmas * converged_sigmas;
     if (result.converged) {  // no worse than promised, to first order of what is left
       ++result.iterations;
       result.cost -= promised;

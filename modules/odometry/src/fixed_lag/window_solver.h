@@ -11,8 +11,10 @@ namespace etalon::fixed_lag {
 struct SolverOptions {
   int iterations = 3;
   /** Converged is a step shorter than this in its own standard deviations, all states together: it
-   * is the last. Over a hundred unknowns that is a tenth of each one's. */
-  double converged_sigmas = 3.0;
+   * is the last. Over a hundred unknowns that is a tenth of each one's. Where the newest state is no
+   * keyframe, three times as long: what would follow it is shorter by an order of magnitude, and
+   * the next frame takes it. */
+  double converged_sigmas = 1.0;
 };
 
 struct SolverResult {
