@@ -63,6 +63,25 @@ TEST(LinearRows, CompressedIsTheSameCost) {
   EXPECT_LT((gradientOf(few) - gradientOf(rows)).norm(), 1e-12 * gradientOf(rows).norm());
 }
 
+TEST(LinearRows, CompressedStaysTriangularWithTheLastUnknownsInTheFirstRows) {
+  const LinearRows few = compressed(randomRows(60, 12, 4));
+  const auto expectTriangular = [](const LinearRows& rows) {
+    for (Eigen::Index i = 0; i < rows.rows(); ++i)
+      EXPECT_EQ(rows.A.row(i).tail(i), Eigen::RowVectorXd::Zero(i)) << i;
+  };
+  expectTriangular(few);
+  // Three rows more, as a slide adds them: the cost is theirs and that of the triangle.
+  const LinearRows more = randomRows(3, 12, 5);
+  LinearRows all(15, 12);
+  all.A << few.A, more.A;
+  all.b << few.b, more.b;
+  const LinearRows again = compressed(all);
+  EXPECT_EQ(again.rows(), 12);
+  expectTriangular(again);
+  EXPECT_LT((informationOf(again) - informationOf(all)).norm(), 1e-12 * informationOf(all).norm());
+  EXPECT_LT((gradientOf(again) - gradientOf(all)).norm(), 1e-12 * gradientOf(all).norm());
+}
+
 TEST(LinearRows, SquareRootOfASemidefiniteMatrix) {
   // Eight rows over twelve unknowns: rank eight, and an unknown that nothing touches.
   LinearRows rows = randomRows(8, 12, 5);
