@@ -121,12 +121,11 @@ class FixedLagOdometry::Impl {
 
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     const auto counts = tracks_.associate(measured, predictedPoseCovariance(), &window_);
-    WindowState& newest = window_.states.back();
-    newest.keyframe = tracks_.wantsKeyframe(measured, counts, window_);
-    if (newest.keyframe) tracks_.createLandmarks(measured, &window_);
+    const bool keyframe = tracks_.wantsKeyframe(measured, counts, window_);
+    window_.states.back().keyframe = keyframe;
+    if (keyframe) tracks_.createLandmarks(measured, &window_);
     if (counts.used < kLocatedBy) out.previous_keyframe = keepLastLocated();
-    const bool recalls =
-        newest.keyframe && counts.used >= kLocatedBy && window_.retainedCount() > 0;
+    const bool recalls = keyframe && counts.used >= kLocatedBy && window_.retainedCount() > 0;
     if (recalls) {
       // One step is enough to know where to look.
       solver_.solve(&window_, 1, false);
@@ -144,6 +143,7 @@ class FixedLagOdometry::Impl {
     covariance_ = solved.covariance;
 
     if (counts.used >= kLocatedBy) located_at_ = frame.t;
+    WindowState& newest = window_.states.back();  // another window's since the biases jumped
     out.state = newest.now;
     out.covariance = covariance_;
     out.keyframe = newest.keyframe;
