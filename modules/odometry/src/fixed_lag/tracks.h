@@ -61,7 +61,7 @@ class Tracks {
 
   /** Drops observations that do not fit after the optimisation, and landmarks that keep failing.
    * Returns the squared residuals that are left, for followNoise(): in sigma_px, of landmarks that
-   * the newest state sees, times what the landmark itself takes of them. */
+   * the newest state sees, raised by the share that fitting the landmark has taken off. */
   std::vector<double> dropOutliers(Window* window);
 
   /** Tracks without a distance begin anew: their measurements are of another calibration. */

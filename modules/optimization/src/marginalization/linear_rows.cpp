@@ -1,9 +1,10 @@
 #include "etalon/optimization/marginalization/linear_rows.h"
 
-#include <Eigen/QR>
+#include <Eigen/Householder>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 namespace etalon {
@@ -59,8 +60,8 @@ LinearRows compressed(const LinearRows& rows) {
   // of rows that were compressed before one more a column.
   const Eigen::Index m = rows.rows(), n = rows.unknowns();
   std::vector<Eigen::Index> last(m), order(m);  // column that is not zero
+  std::iota(order.begin(), order.end(), 0);
   for (Eigen::Index i = 0; i < m; ++i) {
-    order[i] = i;
     last[i] = n - 1;
     while (last[i] >= 0 && rows.A(i, last[i]) == 0.0) --last[i];
   }
