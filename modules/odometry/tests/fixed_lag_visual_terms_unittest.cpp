@@ -91,6 +91,43 @@ TEST(VisualTerms, TheGradientIsThatOfTheCostOnceLandmarksAreBest) {
   }
 }
 
+/** Gradient and cost by updateGradient(). */
+NormalEquations updated(const Window& window, VisualTerms* terms) {
+  NormalEquations equations = NormalEquations::gradientOf(window.unknowns());
+  terms->updateGradient(window, &equations);
+  return equations;
+}
+
+TEST(VisualTerms, TheGradientIsUpdatedToThatOfALinearisation) {
+  Scene scene(0.1);
+  VisualTerms terms;
+  VectorXd step = VectorXd::Zero(scene.window.unknowns());
+  for (int k = 0; k < 20; ++k) {
+    scene.linearized(&terms);
+    terms.solveLandmarks(scene.window, step);
+  }
+  const NormalEquations before = scene.linearized(&terms);
+  const NormalEquations same = updated(scene.window, &terms);
+  EXPECT_EQ(same.H.size(), 0);
+  EXPECT_NEAR(same.cost, before.cost, 1e-9 * before.cost);
+  EXPECT_LT((same.g - before.g).norm(), 1e-9 * before.g.norm());
+  // After a step: but for what is of second order, in the landmarks' elimination.
+  for (WindowState& state : scene.window.states) {
+    step.segment<6>(state.column) << Vector3d(1e-4, -2e-4, 1e-4) * state.serial,
+        Vector3d(2e-4, 1e-4, -1e-4) * (1 - state.serial);
+    Vector15d d = Vector15d::Zero();
+    d.head<6>() = step.segment<6>(state.column);
+    state.now = state.now.plus(d);
+  }
+  terms.solveLandmarks(scene.window, step);
+  for (WindowState& state : scene.window.states) state.linearization = state.now;
+  const NormalEquations moved = updated(scene.window, &terms);
+  const NormalEquations exact = scene.linearized(&terms);
+  EXPECT_NEAR(moved.cost, exact.cost, 1e-9 * exact.cost);
+  EXPECT_GT((exact.g - before.g).norm(), 0.01 * exact.g.norm());
+  EXPECT_LT((moved.g - exact.g).norm(), 0.05 * (exact.g - before.g).norm());
+}
+
 TEST(VisualTerms, OnlyPosesAreTouchedAndTheEquationsAreSymmetric) {
   Scene scene;
   VisualTerms terms;

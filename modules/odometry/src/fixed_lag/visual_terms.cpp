@@ -42,6 +42,23 @@ void VisualTerms::placeViews(const Window& window) {
   views_.place(window);
 }
 
+/** One camera's part in an observation, in the axes of `ray`; false, at its cost, behind the camera.
+ */
+bool VisualTerms::pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
+                          const LandmarkObservation& o, size_t camera, Pixel* pixel) {
+  Eigen::Matrix<double, 2, 3> J_C;
+  if (!views_.residual(ray, host, o, camera, &pixel->r, &J_C)) {
+    cost_.add(kBehindCamera * kBehindCamera);
+    return false;
+  }
+  const double inverse_variance = 1.0 / window.pixel_variance;
+  const RelativeViews::View& from = views_.view(host, o.state, camera);
+  pixel->J_T = from.R.transpose() * J_C.transpose();
+  pixel->weight = cost_.add(pixel->r.squaredNorm() * inverse_variance) * inverse_variance;
+  pixel->by_rho = pixel->J_T.transpose() * (ray.origin - from.c);
+  return true;
+}
+
 /** Sums over the observations of one landmark. */
 void VisualTerms::collect(const Window& window, Landmark* landmark, int last_state) {
   const RelativeViews::Ray ray = views_.ray(*landmark);
@@ -54,7 +71,6 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   // With A the sums over the residuals of w J^T J, by y, and d = origin - c of the residual's camera,
   // the landmark's derivatives J [axes(0), axes(1), d] need A and A d alone.
   const Eigen::Matrix<double, 3, 2> bearing = ray.axes.leftCols<2>();
-  const double inverse_variance = 1.0 / window.pixel_variance;
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d A_d = Eigen::Vector3d::Zero(), g = Eigen::Vector3d::Zero();
   double d_A_d = 0.0, d_g = 0.0;
@@ -63,30 +79,23 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
     Eigen::Matrix3d JJ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d JJ_d = Eigen::Vector3d::Zero(), Jr = Eigen::Vector3d::Zero();
     for (size_t camera = o.first(); camera < o.end(); ++camera) {
-      Eigen::Vector2d r;
-      Eigen::Matrix<double, 2, 3> J_C;
-      if (!views_.residual(ray, landmark->host, o, camera, &r, &J_C)) {
-        cost_.add(kBehindCamera * kBehindCamera);
-        continue;
-      }
-      const RelativeViews::View& from = views_.view(landmark->host, o.state, camera);
-      const Eigen::Matrix<double, 3, 2> J_T = from.R.transpose() * J_C.transpose();
-      const Eigen::Vector3d d = ray.origin - from.c;
-      const double weight = cost_.add(r.squaredNorm() * inverse_variance) * inverse_variance;
-      const Eigen::Vector3d j0 = J_T.col(0), j1 = J_T.col(1);
-      const Eigen::Vector3d w0 = weight * j0, w1 = weight * j1;
-      const double d0 = j0.dot(d), d1 = j1.dot(d);
-      for (int i = 0; i < 3; ++i) JJ.col(i) += j0[i] * w0 + j1[i] * w1;
-      JJ_d += d0 * w0 + d1 * w1;
-      Jr += r[0] * w0 + r[1] * w1;
-      d_A_d += weight * (d0 * d0 + d1 * d1);
-      d_g += weight * (d0 * r[0] + d1 * r[1]);
+      Pixel pixel;
+      if (!pixelAt(window, ray, landmark->host, o, camera, &pixel)) continue;
+      const Eigen::Matrix<double, 3, 2>& J_T = pixel.J_T;
+      const Eigen::Vector2d &r = pixel.r, &by_rho = pixel.by_rho;
+      const Eigen::Matrix<double, 3, 2> weighted = pixel.weight * J_T;
+      for (int i = 0; i < 3; ++i)
+        JJ.col(i) += J_T(i, 0) * weighted.col(0) + J_T(i, 1) * weighted.col(1);
+      JJ_d += by_rho[0] * weighted.col(0) + by_rho[1] * weighted.col(1);
+      Jr += r[0] * weighted.col(0) + r[1] * weighted.col(1);
+      d_A_d += pixel.weight * by_rho.squaredNorm();
+      d_g += pixel.weight * by_rho.dot(r);
       if (!with_calibration_) continue;
       const Eigen::Matrix<double, 2, 3> J = J_T.transpose();
       Eigen::Matrix<double, 2, 3> J_l;
-      J_l << J * bearing, Eigen::Vector2d(d0, d1);
+      J_l << J * bearing, by_rho;
       calibration_.rows.push_back(
-          {o.state, weight, r, J, J_l,
+          {o.state, pixel.weight, r, J, J_l,
            calibration_.derivatives(camera, o.measurements[camera],
                                     relativePose(window.states[landmark->host].seenFrom(),
                                                  window.states[o.state].seenFrom()),
@@ -109,8 +118,8 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   V.col(2).head<2>().noalias() = bearing.transpose() * A_d;
   V(2, 2) = d_A_d;
   // At infinity, and the residuals want it farther: its distance is no unknown.
-  const bool held = !(e.rho > 0.0) && e.g_l.z() >= 0.0;
-  if (held) {
+  e.held = !(e.rho > 0.0) && e.g_l.z() >= 0.0;
+  if (e.held) {
     V.col(2) << 0.0, 0.0, 1.0;
     e.g_l.z() = 0.0;
     for (size_t i = e.first; i < e.last; ++i) targets_[i].JJ_l.col(2).setZero();
@@ -229,6 +238,47 @@ void VisualTerms::linearize(const Window& window, const std::vector<Landmark*>& 
   equations->cost += cost_.total();
   addToStates(window, equations);
   if (calibration) addCalibration(window, equations);
+}
+
+void VisualTerms::collectGradient(const Window& window, Eliminated* e) {
+  const Landmark& landmark = *e->landmark;
+  const RelativeViews::Ray ray = views_.ray(landmark);
+  e->rho = ray.rho;
+  e->y = ray.ray + e->rho * T_NI_[landmark.host].t;
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  double d_g = 0.0;
+  size_t target = e->first;
+  for (const LandmarkObservation& o : landmark.observations) {
+    Eigen::Vector3d Jr = Eigen::Vector3d::Zero();
+    for (size_t camera = o.first(); camera < o.end(); ++camera) {
+      Pixel pixel;
+      if (!pixelAt(window, ray, landmark.host, o, camera, &pixel)) continue;
+      const Eigen::Vector2d weighted = pixel.weight * pixel.r;
+      Jr.noalias() += pixel.J_T * weighted;
+      d_g += pixel.by_rho.dot(weighted);
+    }
+    g += Jr;
+    if (o.state != landmark.host) targets_[target++].Jr = Jr;
+  }
+  e->g_l << ray.axes.leftCols<2>().transpose() * g, e->held ? 0.0 : d_g;
+  const Eigen::Vector3d best = e->factor * (e->factor.transpose() * e->g_l);
+  for (size_t i = e->first; i < e->last; ++i) {
+    const Vector6d by_twist = byTwist(e->y, e->rho, targets_[i].Jr - targets_[i].JJ_l * best);
+    g_.segment<6>(6 * targets_[i].state) += by_twist;
+    g_.segment<6>(6 * landmark.host) -= by_twist;
+  }
+}
+
+void VisualTerms::updateGradient(const Window& window, NormalEquations* equations) {
+  cost_ = RobustCost();
+  g_.setZero();
+  placeViews(window);
+  for (Eliminated& e : eliminated_) collectGradient(window, &e);
+  equations->cost += cost_.total();
+  for (size_t k = 0; k < window.states.size(); ++k)
+    if (used_[k])
+      equations->g.segment<6>(window.states[k].column).noalias() +=
+          twistByState(window.states[k], centre_W_).transpose() * g_.segment<6>(6 * k);
 }
 
 void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& step) const {

@@ -10,12 +10,17 @@ namespace etalon::fixed_lag {
 
 /** Gauss-Newton's equations H x = -g of the cost x^T H x + 2 g^T x + cost. */
 struct NormalEquations {
-  Eigen::MatrixXd H;
+  Eigen::MatrixXd H;  ///< empty where the gradient alone is wanted
   Eigen::VectorXd g;
   double cost = 0.0;  ///< robust sum of squares
 
   explicit NormalEquations(Eigen::Index size)
       : H(Eigen::MatrixXd::Zero(size, size)), g(Eigen::VectorXd::Zero(size)) {}
+  static NormalEquations gradientOf(Eigen::Index size) {
+    NormalEquations equations(0);
+    equations.g.setZero(size);
+    return equations;
+  }
 };
 
 /** Squared scale of the Cauchy loss: of a pixel's two whitened coordinates. */
@@ -74,6 +79,12 @@ class VisualTerms {
   void linearize(const Window& window, const std::vector<Landmark*>& landmarks, int last_state,
                  NormalEquations* equations, bool calibration = false);
 
+  /**
+   * Adds gradient and cost of the landmarks of the last linearize(), of all their observations, at
+   * the present estimates; what eliminates the landmarks is still that linearisation's.
+   */
+  void updateGradient(const Window& window, NormalEquations* equations);
+
   /** Moves the landmarks of the last linearize() to their best places for the step of the states
    * (and, if that had its columns, of the calibration); inverse distances stay at 0 or above. */
   void solveLandmarks(const Window& window, const Eigen::VectorXd& step) const;
@@ -99,7 +110,15 @@ class VisualTerms {
     double rho = 0.0;        ///< of G
     Eigen::Matrix3d factor;  ///< upper triangular; factor factor^T is the inverse of its block
     Eigen::Vector3d g_l;
+    bool held = false;           ///< at infinity: its distance is no unknown
     size_t first = 0, last = 0;  ///< of targets_
+  };
+  /** A residual, and what it is differentiated by. */
+  struct Pixel {
+    Eigen::Vector2d r;
+    Eigen::Matrix<double, 3, 2> J_T;  ///< by y, transposed
+    Eigen::Vector2d by_rho;
+    double weight = 0.0;
   };
 
   using Matrix6Cd = Eigen::Matrix<double, 6, kCalibrationSize>;
@@ -124,7 +143,10 @@ class VisualTerms {
   };
 
   void placeViews(const Window& window);
+  bool pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
+               const LandmarkObservation& o, size_t camera, Pixel* pixel);
   void collect(const Window& window, Landmark* landmark, int last_state);
+  void collectGradient(const Window& window, Eliminated* e);
   void eliminate(int host, size_t first);
   void addToStates(const Window& window, NormalEquations* equations) const;
   Eigen::VectorXd twistsByTimeOffset(const Window& window) const;

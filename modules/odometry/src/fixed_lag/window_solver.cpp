@@ -82,14 +82,15 @@ template <typename Residual, typename Jacobian>
 static void addRows(const Window& window, size_t i, const Residual& r, const Jacobian& J_i,
                     const Jacobian& J_j, NormalEquations* equations) {
   const Eigen::Index a = window.states[i - 1].column, b = window.states[i].column;
+  equations->g.segment<15>(a).noalias() += J_i.transpose() * r;
+  equations->g.segment<15>(b).noalias() += J_j.transpose() * r;
+  equations->cost += r.squaredNorm();
+  if (equations->H.size() == 0) return;
   equations->H.block<15, 15>(a, a).noalias() += J_i.transpose() * J_i;
   equations->H.block<15, 15>(b, b).noalias() += J_j.transpose() * J_j;
   const Matrix15d mixed = J_i.transpose() * J_j;
   equations->H.block<15, 15>(a, b) += mixed;
   equations->H.block<15, 15>(b, a) += mixed.transpose();
-  equations->g.segment<15>(a).noalias() += J_i.transpose() * r;
-  equations->g.segment<15>(b).noalias() += J_j.transpose() * r;
-  equations->cost += r.squaredNorm();
 }
 
 void addInertialTerms(const Window& window, NormalEquations* equations) {
@@ -109,7 +110,7 @@ void addPrior(const Window& window, const Eigen::MatrixXd& H, NormalEquations* e
   const Eigen::Index n = prior.unknowns();
   if (n == 0) return;
   const Eigen::VectorXd r = prior.A * deltas(window, n) + prior.b;
-  equations->H.topLeftCorner(n, n) += H;
+  if (equations->H.size() > 0) equations->H.topLeftCorner(n, n) += H;
   equations->g.head(n).noalias() += prior.A.transpose() * r;
   equations->cost += r.squaredNorm();
 }
@@ -120,6 +121,14 @@ void WindowSolver::linearize(Window* window, NormalEquations* equations, bool ca
   addInertialTerms(*window, equations);
   visual_.linearize(*window, landmarks_, static_cast<int>(window->states.size()), equations,
                     calibration);
+}
+
+NormalEquations WindowSolver::gradient(const Window& window) {
+  NormalEquations equations = NormalEquations::gradientOf(window.unknowns());
+  addPrior(window, prior_H_, &equations);
+  addInertialTerms(window, &equations);
+  visual_.updateGradient(window, &equations);
+  return equations;
 }
 
 double WindowSolver::costOf(const Window& window) const {
@@ -242,9 +251,10 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
   const double converged_sigmas =
       options_.converged_sigmas * (window->states.back().keyframe ? 1.0 : 3.0);
   double damping = 0.0;
-  bool positive = false;
+  bool positive = false, factorized = false;
   for (int attempt = 0; attempt < iterations + 3; ++attempt) {
-    positive = factorize(equations, damping);
+    const bool reused = factorized;
+    if (!reused) positive = factorize(equations, damping);
     if (!positive) {
       damping = std::max(1e-8, 10.0 * damping);
       continue;
@@ -261,19 +271,29 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
       break;
     }
     const bool last = result.iterations + 1 >= iterations;
+    // A plain step is followed by one by the same matrix: what has changed in it is of second order.
+    factorized = !last && !reused && damping == 0.0;
     NormalEquations next(0);
-    const double cost = last ? costOf(*window) : (linearize(window, &next), next.cost);
+    if (factorized)
+      next = gradient(*window);
+    else if (!last)
+      linearize(window, &next);
+    const double cost = last ? costOf(*window) : next.cost;
     if (!(cost <= result.cost * (1.0 + 1e-9) + 1e-9)) {
       saved.restore(window, landmarks_);
-      damping = std::max(1e-6, 10.0 * damping);
-      if (!last) linearize(window, &equations);
+      factorized = false;
+      if (!reused) damping = std::max(1e-6, 10.0 * damping);
+      if (!last || reused) linearize(window, &equations);
       continue;
     }
     ++result.iterations;
     result.cost = cost;
     damping = damping > 1e-6 ? 0.1 * damping : 0.0;
     if (last) break;
-    equations = std::move(next);
+    if (factorized)
+      equations.g = next.g;
+    else
+      equations = std::move(next);
   }
   if (positive) {
     const Eigen::Index n = rest_.size();

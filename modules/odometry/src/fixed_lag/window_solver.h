@@ -39,7 +39,8 @@ Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns);
 /**
  * Minimises the window's cost: prior, IMU and pixels. Normal equations with the landmarks
  * eliminated, Cholesky; damped (Levenberg-Marquardt) only where a plain step does not lower the
- * cost. Retained keyframes that no landmark of the window is seen in are in the prior alone: they
+ * cost. Every second plain step has the matrix of the one before (Shamanskii 1967) and a gradient of
+ * its own. Retained keyframes that no landmark of the window is seen in are in the prior alone: they
  * are eliminated once, and follow the others.
  */
 class WindowSolver {
@@ -68,6 +69,8 @@ class WindowSolver {
   bool factorize(const NormalEquations& equations, double damping);
   Eigen::VectorXd stepOf(const NormalEquations& equations) const;
   void linearize(Window* window, NormalEquations* equations, bool calibration = false);
+  /** Gradient and cost at the estimates; landmarks are eliminated as in the last linearize(). */
+  NormalEquations gradient(const Window& window);
   double costOf(const Window& window) const;
 
   SolverOptions options_;
