@@ -14,8 +14,8 @@ namespace {
 constexpr double kBehindCamera = 30.0;
 
 /** G^T v = [v x y; -rho v]. */
-Eigen::Matrix<double, 6, 1> byTwist(const Eigen::Vector3d& y, double rho,
-                                    const Eigen::Vector3d& v) {
+inline Eigen::Matrix<double, 6, 1> byTwist(const Eigen::Vector3d& y, double rho,
+                                           const Eigen::Vector3d& v) {
   Eigen::Matrix<double, 6, 1> all;
   all << v.cross(y), -rho * v;
   return all;
@@ -44,8 +44,8 @@ void VisualTerms::placeViews(const Window& window) {
 
 /** One camera's part in an observation, in the axes of `ray`; false, at its cost, behind the camera.
  */
-bool VisualTerms::pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
-                          const LandmarkObservation& o, size_t camera, Pixel* pixel) {
+inline bool VisualTerms::pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
+                                 const LandmarkObservation& o, size_t camera, Pixel* pixel) {
   Eigen::Matrix<double, 2, 3> J_C;
   if (!views_.residual(ray, host, o, camera, &pixel->r, &J_C)) {
     cost_.add(kBehindCamera * kBehindCamera);
@@ -81,17 +81,16 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
     for (size_t camera = o.first(); camera < o.end(); ++camera) {
       Pixel pixel;
       if (!pixelAt(window, ray, landmark->host, o, camera, &pixel)) continue;
-      const Eigen::Matrix<double, 3, 2>& J_T = pixel.J_T;
       const Eigen::Vector2d &r = pixel.r, &by_rho = pixel.by_rho;
-      const Eigen::Matrix<double, 3, 2> weighted = pixel.weight * J_T;
-      for (int i = 0; i < 3; ++i)
-        JJ.col(i) += J_T(i, 0) * weighted.col(0) + J_T(i, 1) * weighted.col(1);
-      JJ_d += by_rho[0] * weighted.col(0) + by_rho[1] * weighted.col(1);
-      Jr += r[0] * weighted.col(0) + r[1] * weighted.col(1);
+      const Eigen::Vector3d j0 = pixel.J_T.col(0), j1 = pixel.J_T.col(1);
+      const Eigen::Vector3d w0 = pixel.weight * j0, w1 = pixel.weight * j1;
+      for (int i = 0; i < 3; ++i) JJ.col(i) += j0[i] * w0 + j1[i] * w1;
+      JJ_d += by_rho[0] * w0 + by_rho[1] * w1;
+      Jr += r[0] * w0 + r[1] * w1;
       d_A_d += pixel.weight * by_rho.squaredNorm();
       d_g += pixel.weight * by_rho.dot(r);
       if (!with_calibration_) continue;
-      const Eigen::Matrix<double, 2, 3> J = J_T.transpose();
+      const Eigen::Matrix<double, 2, 3> J = pixel.J_T.transpose();
       Eigen::Matrix<double, 2, 3> J_l;
       J_l << J * bearing, by_rho;
       calibration_.rows.push_back(

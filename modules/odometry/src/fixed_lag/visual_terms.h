@@ -143,8 +143,8 @@ class VisualTerms {
   };
 
   void placeViews(const Window& window);
-  bool pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
-               const LandmarkObservation& o, size_t camera, Pixel* pixel);
+  inline bool pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
+                      const LandmarkObservation& o, size_t camera, Pixel* pixel);
   void collect(const Window& window, Landmark* landmark, int last_state);
   void collectGradient(const Window& window, Eliminated* e);
   void eliminate(int host, size_t first);
