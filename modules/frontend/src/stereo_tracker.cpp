@@ -38,7 +38,7 @@ class StereoTracker::Impl {
         matchers_{StereoMatcher(rigs_[0], options_), StereoMatcher(rigs_[1], options_)} {}
 
   TrackedFrame track(TimeNs t, const cv::Mat& left, const cv::Mat& right,
-                     const Eigen::Matrix3d& R_prev_cur) {
+                     const Eigen::Matrix3d& R_prev_cur, bool in_flight) {
     Stopwatch watch;
     statistics_ = TrackingStatistics();
     checkImage(left, 0);
@@ -50,12 +50,14 @@ class StereoTracker::Impl {
     cv::Mat other_half;
     cv::pyrDown(other, other_half);
     rejectByMotion(ofCamera(rigs_[followed_], R_prev_cur));
-    CornerGrid grid(image.size(), options_);
+    StereoTrackerOptions options = options_;
+    if (in_flight) options.max_features = std::min(options.flight_features, options.max_features);
+    CornerGrid grid(image.size(), options);
     keepApart(&grid);
     statistics_.tracked = tracks_.size();
     statistics_.lost = before - statistics_.tracked;
     for (const cv::Point2f& corner :
-         grid.detect(image, options_.max_features - statistics_.tracked)) {
+         grid.detect(image, options.max_features - statistics_.tracked)) {
       if (!inLens(corner)) continue;
       AnchorPatch anchor(image, {corner.x, corner.y}, options_.anchor_window_px);
       if (!anchor.valid()) continue;
@@ -344,8 +346,8 @@ StereoTracker::StereoTracker(const StereoInertialCalibration& calibration,
 StereoTracker::~StereoTracker() = default;
 
 TrackedFrame StereoTracker::track(TimeNs t, const cv::Mat& left, const cv::Mat& right,
-                                  const Eigen::Matrix3d& R_prev_cur) {
-  return impl_->track(t, left, right, R_prev_cur);
+                                  const Eigen::Matrix3d& R_prev_cur, bool in_flight) {
+  return impl_->track(t, left, right, R_prev_cur, in_flight);
 }
 
 const TrackingStatistics& StereoTracker::statistics() const { return impl_->statistics(); }

@@ -4,6 +4,9 @@ namespace etalon {
 
 void StereoTrackerOptions::declare(ParameterSet& parameters) {
   parameters.add("max_features", &max_features, {10, 5000}, "Landmarks followed at a time.");
+  parameters.add("flight_features", &flight_features, {10, 5000},
+                 "The same once the odometry flies: more do not make it more accurate; at most "
+                 "max_features.");
   parameters.add("klt_window_px", &klt_window_px, {5, 63}, "Side of the KLT patch, px (odd).");
   parameters.add("klt_levels", &klt_levels, {1, 8}, "Pyramid levels above the full image.");
   parameters.add("klt_iterations", &klt_iterations, {1, 1000}, "KLT iterations a level, at most.");

@@ -205,6 +205,34 @@ TEST(StereoTracker, StatisticsAndIdsAreConsistent) {
   }
 }
 
+TEST(StereoTracker, FollowsFewerLandmarksInFlight) {
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  const SE3 still = flight(1).front();
+  const auto [left, right] = wall.pair(still);
+  const auto observed = [&](int flight_features, std::vector<bool> in_flight) {
+    StereoTrackerOptions options;
+    options.max_features = 120;
+    options.flight_features = flight_features;
+    StereoTracker tracker(rig, options);
+    std::vector<size_t> counts;
+    for (const bool flies : in_flight)
+      counts.push_back(tracker
+                           .track(static_cast<TimeNs>(counts.size()) * kFramePeriod, left, right,
+                                  Eigen::Matrix3d::Identity(), flies)
+                           .observations.size());
+    return counts;
+  };
+  const std::vector<size_t> before = observed(60, {false, true});
+  EXPECT_GT(before[0], 80U);
+  EXPECT_GT(before[1], 80U);  // those that there are go on
+  const std::vector<size_t> from_the_first = observed(60, {true, false});
+  EXPECT_GT(from_the_first[0], 40U);
+  EXPECT_LE(from_the_first[0], 60U);
+  EXPECT_GT(from_the_first[1], 80U);
+  EXPECT_EQ(observed(1000, {true}), observed(120, {false}));  // at most max_features
+}
+
 TEST(StereoTracker, SameImagesSameTracksWhateverTheThreads) {
   const StereoInertialCalibration rig = smallRig();
   const TexturedWall wall(rig, 2.0);
@@ -251,7 +279,7 @@ TEST(StereoTrackerOptions, AreAllDeclared) {
   EXPECT_EQ(options.max_features, 77);
   ini.set("frontend", "klt_levels", "99", "test");
   EXPECT_THROW(parameters.read(ini), ConfigError);
-  EXPECT_EQ(parameters.describe().size(), 19U);  // one a member
+  EXPECT_EQ(parameters.describe().size(), 20U);  // one a member
 }
 
 }  // namespace

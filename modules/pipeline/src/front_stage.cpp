@@ -9,8 +9,8 @@ FrontStage::FrontStage(const StereoInertialCalibration& calibration,
                        const StereoTrackerOptions& options, double max_gap_s)
     : max_gap_s_(max_gap_s), tracker_(calibration, options) {}
 
-FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu,
-                               const ImuBias& bias) {
+FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu, const ImuBias& bias,
+                               bool in_flight) {
   Stopwatch watch;
   FrontFrame result;
   result.t = frame.t;
@@ -28,7 +28,7 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu,
   if (!repeated_images_.isRepeated(frame.left, frame.right, since_last)) {
     result.after_gap = secondsBetween(tracked_at, frame.t) > max_gap_s_;
     tracked_at_ = frame.t;
-    result.tracked = tracker_.track(frame.t, frame.left, frame.right, result.R_prev_cur);
+    result.tracked = tracker_.track(frame.t, frame.left, frame.right, result.R_prev_cur, in_flight);
     repeated_images_.tracked(*result.tracked);
   }
   result.ms = watch.lapMilliseconds();

@@ -99,11 +99,13 @@ void Pipeline::runFrontEnd(AdmittedInput input) {
     deliver(*jump);
   } else {
     ImuBias bias;
+    bool in_flight = false;
     {
       const std::lock_guard<std::mutex> lock(shared_mutex_);
       bias = front_bias_;
+      in_flight = front_in_flight_;
     }
-    FrontFrame frame = front_.process(std::get<StereoFrame>(input), front_imu_, bias);
+    FrontFrame frame = front_.process(std::get<StereoFrame>(input), front_imu_, bias, in_flight);
     if (frame.tracked)
       front_imu_.dropBefore(frame.t);
     else
@@ -178,6 +180,7 @@ void Pipeline::publish(const FrameEstimate& estimate) {
     const std::lock_guard<std::mutex> lock(shared_mutex_);
     latest_ = estimate;
     front_bias_ = bias_;
+    front_in_flight_ = !collecting();
     if (inertial_)
       propagator_.correct(estimate.t, estimate.nav);
     else

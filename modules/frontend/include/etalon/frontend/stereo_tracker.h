@@ -13,6 +13,7 @@ namespace etalon {
 /** Section [frontend] of the configuration. */
 struct StereoTrackerOptions {
   int max_features = 250;             ///< landmarks followed at a time
+  int flight_features = 200;          ///< the same in flight, where the odometry knows its motion
   int klt_window_px = 9;              ///< side of the KLT patch
   int klt_levels = 4;                 ///< pyramid levels above the full image
   int klt_iterations = 30;            ///< per level, at most
@@ -61,9 +62,10 @@ class StereoTracker {
    * @param left, right CV_8UC1 of the calibrated size (DataError otherwise)
    * @param R_prev_cur rotation of the body from the previous frame to this one as the gyro saw it
    *        (R_B(prev)B(cur)); identity if unknown
+   * @param in_flight whether StereoTrackerOptions::flight_features are enough
    */
   TrackedFrame track(TimeNs t, const cv::Mat& left, const cv::Mat& right,
-                     const Eigen::Matrix3d& R_prev_cur);
+                     const Eigen::Matrix3d& R_prev_cur, bool in_flight = false);
 
   const TrackingStatistics& statistics() const;
 

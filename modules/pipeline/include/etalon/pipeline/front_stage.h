@@ -20,15 +20,21 @@ struct FrontFrame {
   double ms = 0.0;
 };
 
-/** Images to tracks, with the gyro's help. Knows nothing of the estimator but the gyro's bias. */
+/** Images to tracks, with the gyro's help. Knows nothing of the estimator but the gyro's bias and
+ * whether it flies. */
 class FrontStage {
  public:
   /** @param max_gap_s see InputOptions */
   FrontStage(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options,
              double max_gap_s);
 
-  /** The next frame. @param imu the samples since trackedAt(), as far as there are any */
-  FrontFrame process(const StereoFrame& frame, const ImuBuffer& imu, const ImuBias& bias);
+  /**
+   * The next frame.
+   * @param imu the samples since trackedAt(), as far as there are any
+   * @param in_flight whether the odometry has started (StereoTrackerOptions::flight_features)
+   */
+  FrontFrame process(const StereoFrame& frame, const ImuBuffer& imu, const ImuBias& bias,
+                     bool in_flight = false);
 
   /** Stamp of the last frame that the tracker saw. */
   const std::optional<TimeNs>& trackedAt() const { return tracked_at_; }

@@ -203,7 +203,8 @@ class Pipeline {
   mutable std::mutex shared_mutex_;  ///< of what both threads and any reader see
   InputFaultCounts run_faults_;
   ImuPropagator propagator_;
-  ImuBias front_bias_;  ///< what the front end believes of the gyro
+  ImuBias front_bias_;            ///< what the front end believes of the gyro
+  bool front_in_flight_ = false;  ///< no window for a start is being collected
   std::optional<FrameEstimate> latest_;
   std::function<void(const FrameEstimate&)> on_frame_;
   std::function<void(const FrontFrame&)> on_tracks_;
