@@ -42,8 +42,8 @@ void VisualTerms::placeViews(const Window& window) {
   views_.place(window);
 }
 
-/** One camera's part in an observation, in the axes of `ray`; false, at its cost, behind the camera.
- */
+/** What one camera of an observation adds to the sums; false if the landmark is behind it, which adds
+ * to the cost alone. */
 inline bool VisualTerms::pixelAt(const Window& window, const RelativeViews::Ray& ray, int host,
                                  const LandmarkObservation& o, size_t camera, Pixel* pixel) {
   Eigen::Matrix<double, 2, 3> J_C;
