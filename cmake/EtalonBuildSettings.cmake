@@ -29,6 +29,8 @@ option(ETALON_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 
 add_library(etalon_build_settings INTERFACE)
 target_compile_options(etalon_build_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow)
+# Nobody replaces a function of a library from outside, nobody reads errno after a square root: both can be inlined.
+target_compile_options(etalon_build_settings INTERFACE -fno-semantic-interposition -fno-math-errno)
 if(ETALON_WARNINGS_AS_ERRORS)
   target_compile_options(etalon_build_settings INTERFACE -Werror)
 endif()

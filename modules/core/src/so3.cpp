@@ -9,12 +9,6 @@ namespace etalon {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d hat(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 namespace {
 
 /** The series of Rodrigues' formula, of the squared angle. */

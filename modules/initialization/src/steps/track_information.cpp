@@ -32,11 +32,12 @@ struct KernelMoments {
   double weight = 0.0, derivative = 0.0, variance = 0.0;
 
   explicit KernelMoments(double c2) {
-    constexpr int kPoints = 4000;  // of the midpoint rule on r^2 / 2 from 0 to 40
-    constexpr double kStep = 0.01;
+    constexpr int kIntervals = 400;  // of Simpson's rule on r^2 / 2 from 0 to 40
+    constexpr double kStep = 0.1;
     double mass = 0.0;
-    for (int i = 0; i < kPoints; ++i) {
-      const double half = kStep * (i + 0.5), density = std::exp(-half);
+    for (int i = 0; i <= kIntervals; ++i) {
+      const double half = kStep * i, times = i % kIntervals == 0 ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+      const double density = times * std::exp(-half);
       const double share = c2 / (c2 + 2.0 * half), w = share * share;
       mass += density;
       weight += density * w;
@@ -108,33 +109,44 @@ void TrackInformation::evaluate(size_t l) {
     row.ahead = reprojectionResidual(m.measurement, p_C, 1.0, &row.r, &J);
     if (!row.ahead) continue;
     row.A.noalias() = J * T_CV.R;
-    const Eigen::RowVector3d axis_C = m.measurement.R_MC.row(2);
-    row.by_depth = (axis_C * T_CV.R).transpose() / axis_C.dot(p_C);
+    row.depth = m.measurement.R_MC.row(2).dot(p_C);
   }
+}
+
+double TrackInformation::shareOfDepth(int measurement, const Vector3d& step) const {
+  const VisualMeasurement& m = window_.measurements[measurement];
+  const Vector3d step_C = T_CV_[kCameras * m.keyframe + m.camera].R * step;
+  return m.measurement.R_MC.row(2).dot(step_C) / rows_[measurement].depth;
 }
 
 double TrackInformation::moveLandmark(size_t l) {
   Matrix3d H = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  const Row* first = nullptr;
-  for (int i = window_.first[l]; i < window_.first[l + 1]; ++i) {
+  const int end = window_.first[l + 1];
+  int first = end;
+  double least_depth = 0.0;
+  for (int i = window_.first[l]; i < end; ++i) {
     const Row& row = rows_[i];
     if (!row.ahead) continue;
-    if (!first) first = &row;
-    const double w = weight(row.r.squaredNorm());
-    H.noalias() += w * row.A.transpose() * row.A;
-    b.noalias() -= w * row.A.transpose() * row.r;
+    least_depth = first == end ? row.depth : std::min(least_depth, row.depth);
+    first = std::min(first, i);
+    const Matrix23 weighted = weight(row.r.squaredNorm()) * row.A;
+    H.noalias() += weighted.transpose() * row.A;
+    b.noalias() -= weighted.transpose() * row.r;
   }
   const Matrix3d root = inverseRoot(H);
   const Vector3d step = root * (root.transpose() * b);
-  if (!first || !step.allFinite()) return 0.0;
-  // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
-  at_infinity_[l] = first->by_depth.dot(step) >= 1.0;
-  // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
-  // camera would outweigh all others.
+  if (first == end || !step.allFinite()) return 0.0;
+  at_infinity_[l] = 0;
   double most = 1.0;
-  for (int i = window_.first[l]; i < window_.first[l + 1]; ++i)
-    if (rows_[i].ahead) most = std::max(most, -2.0 * rows_[i].by_depth.dot(step));
+  if (2.0 * step.norm() > least_depth) {
+    // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
+    at_infinity_[l] = shareOfDepth(first, step) >= 1.0;
+    // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
+    // camera would outweigh all others.
+    for (int i = first; i < end; ++i)
+      if (rows_[i].ahead) most = std::max(most, -2.0 * shareOfDepth(i, step));
+  }
   landmarks_[l] += step / most;
   evaluate(l);
   return step.dot(b);
@@ -154,6 +166,7 @@ void TrackInformation::triangulate(const std::vector<SE3>& T_VB, int most_moves)
 
 void TrackInformation::updateScale(size_t nodes) {
   std::vector<double> of_valid;
+  of_valid.reserve(r2_.size());
   for (size_t i = 0; i < r2_.size(); ++i)
     if (valid_[window_.measurements[i].landmark]) of_valid.push_back(r2_[i]);
   if (of_valid.empty()) return;
@@ -197,10 +210,10 @@ void TrackInformation::eliminate(size_t l, const std::vector<SE3>& T_VB, Index c
     const Row& row = rows_[i];
     if (!row.ahead) continue;
     const int node = window_.measurements[i].keyframe;
-    const double w = weight(row.r.squaredNorm());
+    const Matrix23 weighted = weight(row.r.squaredNorm()) * row.A;
     if (views_.empty() || views_.back().node != node) views_.push_back({node});
-    views_.back().information.noalias() += w * row.A.transpose() * row.A;
-    views_.back().gradient.noalias() += w * row.A.transpose() * row.r;
+    views_.back().information.noalias() += weighted.transpose() * row.A;
+    views_.back().gradient.noalias() += weighted.transpose() * row.r;
   }
   for (const View& view : views_) {
     H += view.information;

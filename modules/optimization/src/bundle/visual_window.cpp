@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <iterator>
 #include <map>
 
 #include "etalon/core/so3.h"
@@ -16,9 +17,16 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
                                int min_keyframes, const std::vector<MoreObservation>& more) {
   using Sighting = MoreObservation;
   std::map<LandmarkId, std::vector<Sighting>> sightings;
-  for (size_t k = 0; k < keyframes.size(); ++k)
-    for (const Observation& o : keyframes[k]->observations)
-      sightings[o.id].push_back({static_cast<int>(k), &o, sigma_px});
+  size_t count = 2 * more.size();
+  for (size_t k = 0; k < keyframes.size(); ++k) {
+    auto next = sightings.begin();  // a frame's landmarks are in order
+    for (const Observation& o : keyframes[k]->observations) {
+      const auto at = sightings.try_emplace(next, o.id);
+      at->second.push_back({static_cast<int>(k), &o, sigma_px});
+      next = std::next(at);
+      count += o.has_right ? 2 : 1;
+    }
+  }
   for (const MoreObservation& o : more) {
     std::vector<Sighting>& seen = sightings[o.observation->id];
     const auto after = std::find_if(seen.begin(), seen.end(),
@@ -28,6 +36,7 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
 
   VisualWindow window;
   window.keyframe_count = keyframes.size();
+  window.measurements.reserve(count);
   for (size_t c = 0; c < 2; ++c) window.T_CB[c] = calibration.cameras[c].T_BC.inverse();
   for (const auto& [id, seen] : sightings) {
     bool has_stereo = false;

@@ -5,7 +5,11 @@
 namespace etalon {
 
 /** Skew-symmetric matrix: hat(a) b = a x b. */
-Eigen::Matrix3d hat(const Eigen::Vector3d& v);
+inline Eigen::Matrix3d hat(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
 
 /** Rotation vector (rad) to rotation matrix. */
 Eigen::Matrix3d expSO3(const Eigen::Vector3d& phi);

@@ -71,9 +71,9 @@ class TrackInformation {
   /** A measurement's residual where its landmark and the poses are. */
   struct Row {
     bool ahead = false;  ///< the camera can see the landmark
+    double depth = 0.0;  ///< along the measurement's axis, m
     Eigen::Vector2d r;
     Eigen::Matrix<double, 2, 3> A;  ///< d(r)/d(landmark)
-    Eigen::Vector3d by_depth;       ///< d(depth)/d(landmark) by the depth
   };
 
   /** Has rows_ at these poses. */
@@ -82,6 +82,8 @@ class TrackInformation {
   void evaluate(size_t l);
   /** @return the squared step in standard deviations of the landmark */
   double moveLandmark(size_t l);
+  /** How a step of its landmark changes a measurement's depth, by the depth. */
+  double shareOfDepth(int measurement, const Eigen::Vector3d& step) const;
   void eliminate(size_t l, const std::vector<SE3>& T_VB, Eigen::Index column);
   void updateScale(size_t nodes);
   double weight(double r2) const;
