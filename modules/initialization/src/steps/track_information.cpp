@@ -139,7 +139,7 @@ double TrackInformation::moveLandmark(size_t l) {
   if (first == end || !step.allFinite()) return 0.0;
   at_infinity_[l] = 0;
   double most = 1.0;
-  if (2.0 * step.norm() > least_depth) {
+  if (2.0 * step.norm() > least_depth) {  // a shorter one changes no depth by half
     // A depth grows by a share that is linear in its inverse: by all of it, and the inverse is zero.
     at_infinity_[l] = shareOfDepth(first, step) >= 1.0;
     // No step takes a depth to less than half: the rows of a landmark that comes to lie before a
