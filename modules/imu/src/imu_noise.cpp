@@ -46,8 +46,8 @@ void ImuNoiseOptions::declare(ParameterSet& parameters) {
                  "window's samples show vibration (a flying platform).");
   parameters.add("min_gyro_noise_factor", &min_gyro_noise_factor, {0.1, 1000.0},
                  "Where they show less than gyro_noise_factor, the density is what they show, but "
-                 "no less than the data sheet's times this factor. As large as gyro_noise_factor, "
-                 "or larger: gyro_noise_factor always.");
+                 "no less than the data sheet's times this factor. At gyro_noise_factor or above, "
+                 "gyro_noise_factor is always used.");
   parameters.add("accel_noise_factor", &accel_noise_factor, {0.1, 1000.0},
                  "As gyro_noise_factor, of the accelerometer.");
   parameters.add("min_accel_noise_factor", &min_accel_noise_factor, {0.1, 1000.0},
@@ -58,6 +58,8 @@ ImuNoiseDensities ImuNoiseOptions::apply(const ImuNoiseDensities& data_sheet) co
   ImuNoiseDensities used = data_sheet;
   used.gyro_noise_density *= gyro_noise_factor;
   used.accel_noise_density *= accel_noise_factor;
+  used.gyro_random_walk = std::max(used.gyro_random_walk, kLeastGyroRandomWalk);
+  used.accel_random_walk = std::max(used.accel_random_walk, kLeastAccelRandomWalk);
   return used;
 }
 

@@ -57,6 +57,17 @@ TEST(ImuNoiseOptions, ScalesWhiteNoiseAndLeavesTheRandomWalks) {
   EXPECT_EQ(used.accel_random_walk, data_sheet.accel_random_walk);
 }
 
+TEST(ImuNoiseOptions, NoRandomWalkIsZero) {
+  ImuNoiseDensities data_sheet;
+  data_sheet.gyro_random_walk = data_sheet.accel_random_walk = 0.0;
+  const ImuNoiseOptions options;
+  for (const ImuNoiseDensities& used :
+       {options.apply(data_sheet), options.apply(data_sheet, window(kAccel, 0.002))}) {
+    EXPECT_EQ(used.gyro_random_walk, kLeastGyroRandomWalk);
+    EXPECT_EQ(used.accel_random_walk, kLeastAccelRandomWalk);
+  }
+}
+
 TEST(ImuNoiseOptions, BelievesWhatTheWindowShowsBetweenItsTwoFactors) {
   ImuNoiseOptions options;
   options.min_gyro_noise_factor = options.min_accel_noise_factor = 3.0;

@@ -22,11 +22,11 @@ void AcceptanceOptions::declare(ParameterSet& parameters) {
                  "covariance.");
   parameters.add("false_alarm_rate", &false_alarm_rate, {0.0, 0.5},
                  "Share of good windows that each chi-square test may refuse: of the residuals of "
-                 "gyro, accelerometer and vision, were their noise noise_margin times what is "
-                 "believed, and of b_g and b_a against their prior. 0: no such test.");
+                 "gyro, accelerometer and vision (assuming noise_margin times the configured "
+                 "noise), and of b_g and b_a against their prior. 0: no such test.");
   parameters.add("noise_margin", &noise_margin, {0.1, 1e9},
-                 "How many times what is believed a sensor's noise may be (standard deviations) "
-                 "before its residuals are refused. No IMU is quite as its factors say.");
+                 "Factor by which a sensor's noise (standard deviation) may exceed the configured "
+                 "one before its residuals are refused; no IMU fits its factors exactly.");
   parameters.add("min_inlier_share", &min_inlier_share, {0.0, 1.0},
                  "Refuse if a smaller share of the visual measurements agrees with the solution.");
   parameters.add("min_measurements", &min_measurements, {0, 1000000},

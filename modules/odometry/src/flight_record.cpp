@@ -131,8 +131,8 @@ FinalFlight FlightRecord::finalBa(
               : Preintegration(keyframe.imu, before->state.bias, options_.imu_noise));
     before = &keyframe;
   }
-  problem.bundle = BundleProblem(buildVisualWindow(calibration.value_or(calibration_), frames,
-                                                   options_.sigma_px, 2, recalled));
+  problem.bundle = BundleProblem(
+      buildVisualWindow(calibration.value_or(calibration_), frames, options_.sigma_px, recalled));
   FinalFlight flight;
   flight.ba = solveTrajectoryBa(std::move(problem), options);
   for (size_t k = 0; k < keyframes_.size(); ++k)

@@ -5,15 +5,22 @@
 namespace etalon {
 
 void ImuPropagator::correct(TimeNs t, const NavState& state) {
-  state_ = state;
-  t_ = t;
+  state_ = ahead_ = state;
+  t_ = ahead_t_ = t;
   imu_.dropBefore(t);
+  carryOn();
+}
+
+void ImuPropagator::clockJumped() {
+  imu_ = ImuBuffer();
+  ahead_.reset();
 }
 
 void ImuPropagator::add(const ImuSample& sample) {
   if (!imu_.empty() && secondsBetween(imu_.samples().back().t, sample.t) > max_gap_s_)
-    imu_ = ImuBuffer();
+    clockJumped();
   imu_.add(sample);
+  carryOn();
   if (imu_.samples().size() <= kMostSamples) return;
   if (const auto state = at(sample.t)) correct(sample.t, *state);
   imu_.dropBefore(sample.t);
@@ -25,9 +32,21 @@ TimeNs ImuPropagator::end() const {
 
 std::optional<NavState> ImuPropagator::at(TimeNs t) const {
   if (!state_ || t < t_) return std::nullopt;
-  if (t == t_) return state_;
-  if (!imu_.covers(t_, t)) return std::nullopt;
-  return Preintegration(imu_.between(t_, t), state_->bias, noise_).predict(*state_, g_W_);
+  if (ahead_ && t >= ahead_t_) return integrated(*ahead_, ahead_t_, t);
+  return integrated(*state_, t_, t);
+}
+
+std::optional<NavState> ImuPropagator::integrated(const NavState& from, TimeNs t0,
+                                                  TimeNs t1) const {
+  if (t1 == t0) return from;
+  if (!imu_.covers(t0, t1)) return std::nullopt;
+  return Preintegration(imu_.between(t0, t1), from.bias, noise_).predict(from, g_W_);
+}
+
+void ImuPropagator::carryOn() {
+  if (!ahead_ || imu_.empty() || imu_.samples().back().t <= ahead_t_) return;
+  ahead_ = integrated(*ahead_, ahead_t_, imu_.samples().back().t);
+  ahead_t_ = imu_.samples().back().t;
 }
 
 }  // namespace etalon

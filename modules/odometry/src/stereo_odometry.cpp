@@ -21,7 +21,7 @@ void StereoOdometryOptions::declare(ParameterSet& parameters) {
                  "Rounds of bundle adjustment at every keyframe of the running odometry; 0: none.");
   parameters.add("ba_iterations", &ba_iterations, {1, 200}, "Iterations of such a round, at most.");
   parameters.add("max_prediction_s", &max_prediction_s, {0.0, 1e6},
-                 "Where no frame can be located, the last velocity is believed for this long, s; "
+                 "Where no frame can be located, the last velocity is kept for this long, s; "
                  "from then on the position stays.");
 }
 
@@ -33,8 +33,10 @@ StereoOdometry::StereoOdometry(const StereoInertialCalibration& calibration,
 
 SE3 StereoOdometry::predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const {
   if (!started_) return T_VB_;
-  const double dt = std::min(secondsBetween(t_, t), options_.max_prediction_s);
-  return {T_VB_.R * R_prev_cur, T_VB_.t + v_VB_ * dt};
+  const auto believed_s = [this](TimeNs until) {
+    return std::min(secondsBetween(located_.t, until), options_.max_prediction_s);
+  };
+  return {T_VB_.R * R_prev_cur, T_VB_.t + v_VB_ * (believed_s(t) - believed_s(t_))};
 }
 
 StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
@@ -62,11 +64,12 @@ StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
     result.inliers = pose.inliers;
     result.located = pose.summary.usable() && pose.inliers >= options_.min_pose_inliers;
     const SE3 T_VB = result.located ? pose.T_WB : predicted;
-    const double dt = secondsBetween(t_, frame.t);
-    if (result.located && dt > 0) v_VB_ = (T_VB.t - T_VB_.t) / dt;
+    const double dt = secondsBetween(located_.t, frame.t);
+    if (result.located && dt > 0) v_VB_ = (T_VB.t - located_.T_WB.t) / dt;
     T_VB_ = T_VB;
   }
   t_ = frame.t;
+  if (result.located) located_ = {t_, T_VB_};
   // A frame that could not be located starts the map anew from its predicted pose.
   if (keyframe || !result.located) addKeyframe(frame);
   result.T_VB = T_VB_;
@@ -81,6 +84,7 @@ void StereoOdometry::begin(const TrackedFrame& frame, const SE3& T_VB,
   t_ = frame.t;
   T_VB_ = T_VB;
   v_VB_ = v_VB;
+  located_ = {t_, T_VB_};
   addKeyframe(frame);
 }
 
@@ -116,7 +120,10 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
   BundleProblem bundle(buildVisualWindow(calibration_, frames, options_.sigma_px), landmarks_);
   bundle.triangulateMissing(poses);
   StereoBaResult result = solveStereoBa(std::move(bundle), poses, options);
-  for (size_t k = 0; k < keyframes_.size(); ++k) keyframes_[k].T_VB = result.T_VB[k];
+  for (size_t k = 0; k < keyframes_.size(); ++k) {
+    keyframes_[k].T_VB = result.T_VB[k];
+    if (keyframes_[k].frame.t == located_.t) located_.T_WB = result.T_VB[k];
+  }
   T_VB_ = keyframes_.back().T_VB;
   // Keep the landmarks of the window only: what it no longer sees will not be observed again.
   std::map<LandmarkId, Eigen::Vector3d> kept = result.bundle.validLandmarks();
@@ -131,6 +138,7 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
 void StereoOdometry::transform(const SE3& T_WV) {
   T_VB_ = T_WV * T_VB_;
   v_VB_ = T_WV.R * v_VB_;
+  located_.T_WB = T_WV * located_.T_WB;
   for (WindowKeyframe& k : keyframes_) k.T_VB = T_WV * k.T_VB;
   for (auto& [id, p] : landmarks_) p = T_WV * p;
 }
@@ -141,15 +149,10 @@ void StereoOdometry::adopt(const Trajectory& keyframes,
     for (WindowKeyframe& k : keyframes_)
       if (k.frame.t == better.t) k.T_VB = better.T_WB;
     if (better.t == t_) T_VB_ = better.T_WB;
+    if (better.t == located_.t) located_ = better;
   }
   for (const auto& [id, p] : landmarks)
     if (const auto known = landmarks_.find(id); known != landmarks_.end()) known->second = p;
-}
-
-std::vector<SE3> StereoOdometry::keyframePoses() const {
-  std::vector<SE3> poses;
-  for (const WindowKeyframe& k : keyframes_) poses.push_back(k.T_VB);
-  return poses;
 }
 
 }  // namespace etalon

@@ -31,12 +31,18 @@ NavState flying() {
 }
 
 TEST(IsComplete, ReachesFromEndToEndWithoutAGapOfMoreThan30Ms) {
-  EXPECT_TRUE(isComplete(samplesAt({0, 29, 58, 60}), 0, 60 * kMs));
-  EXPECT_FALSE(isComplete(samplesAt({0, 29, 60}), 0, 60 * kMs));   // 31 ms
-  EXPECT_FALSE(isComplete(samplesAt({0, 29}), 0, 60 * kMs));       // ends early
-  EXPECT_FALSE(isComplete(samplesAt({29, 58, 60}), 0, 60 * kMs));  // begins late
-  EXPECT_FALSE(isComplete(samplesAt({0}), 0, 0));
-  EXPECT_FALSE(isComplete({}, 0, 0));
+  constexpr double kRate = 200.0;
+  EXPECT_TRUE(isComplete(samplesAt({0, 29, 58, 60}), 0, 60 * kMs, kRate));
+  EXPECT_FALSE(isComplete(samplesAt({0, 29, 60}), 0, 60 * kMs, kRate));   // 31 ms
+  EXPECT_FALSE(isComplete(samplesAt({0, 29}), 0, 60 * kMs, kRate));       // ends early
+  EXPECT_FALSE(isComplete(samplesAt({29, 58, 60}), 0, 60 * kMs, kRate));  // begins late
+  EXPECT_FALSE(isComplete(samplesAt({0}), 0, 0, kRate));
+  EXPECT_FALSE(isComplete({}, 0, 0, kRate));
+}
+
+TEST(IsComplete, OneMissingSampleOfASlowImuIsNoGap) {
+  EXPECT_TRUE(isComplete(samplesAt({0, 40, 120, 160}), 0, 160 * kMs, 25.0));
+  EXPECT_FALSE(isComplete(samplesAt({0, 40, 160}), 0, 160 * kMs, 25.0));
 }
 
 TEST(BridgedImu, WithoutSamplesTheBodyKeepsVelocityAndAttitude) {

@@ -11,6 +11,8 @@
 namespace etalon::fixed_lag {
 namespace {
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
 using Eigen::Vector3d;
 
 /** Landmarks at `depth` m, seen from the origin and from `second`. */
@@ -67,9 +69,14 @@ TEST(WantsKeyframe, WhenTooFewTracksAreLandmarks) {
 }
 
 TEST(WantsKeyframe, NotWithAlmostNoTracksButWithAllNewOnes) {
-  Pair few(movedTo(0.0, 0.5, 0.0), 9);
+  Pair few(movedTo(0.0, 0.5, 0.0), kLocatedBy - 1);
   few.counts.used = 0;
   EXPECT_FALSE(few.wantsKeyframe());
+  // As many as locate a frame are enough, and are landmarks where too few of them are yet.
+  Pair enough(movedTo(0.0, 0.01, 0.0), kLocatedBy);
+  EXPECT_FALSE(enough.wantsKeyframe());
+  enough.counts.used = kLocatedBy - 1;
+  EXPECT_TRUE(enough.wantsKeyframe());
   // All tracks are new, whatever is said of landmarks.
   Pair pair(movedTo(0.0, 0.01, 0.0));
   TrackedFrame frame = pair.seeFromNewest();
@@ -140,11 +147,44 @@ TEST(DropOutliers, ALandmarkOfWhichMostDoesNotFitIsNone) {
   EXPECT_EQ(pair.window.landmarks.at(11).observations.size(), 3U);
 }
 
+/** The next frame of a camera that repeats its image while the body has moved on. */
+TEST(DropMisfittingImage, ARepeatedImageLeavesLandmarksAndTracksAsTheyWere) {
+  Pair pair(movedTo(0.0, 0.1, 0.0));
+  const TrackedFrame repeated = pair.seeFromNewest();
+  const Matrix6d wide = 1e-2 * Matrix6d::Identity();
+  for (int k = 2; k < 5; ++k) {
+    pair.append(movedTo(0.0, 0.1 * k, 0.0));
+    pair.window.states.back().keyframe = true;
+    const MeasuredFrame frame = pair.measured(repeated);
+    EXPECT_EQ(pair.tracks.associate(frame, wide, &pair.window).used, 40);
+    EXPECT_TRUE(pair.tracks.dropMisfittingImage(&pair.window));
+    EXPECT_FALSE(pair.window.states.back().keyframe);
+    EXPECT_EQ(pair.tracks.dropOutliers(&pair.window).used, 0);
+  }
+  pair.append(movedTo(0.0, 0.5, 0.0));
+  pair.tracks.associate(pair.measured(pair.seeFromNewest()), wide, &pair.window);
+  EXPECT_FALSE(pair.tracks.dropMisfittingImage(&pair.window));
+  EXPECT_EQ(pair.tracks.dropOutliers(&pair.window).used, 40);
+}
+
+TEST(DropMisfittingImage, AQuarterThatFitsIsBelieved) {
+  for (const size_t right : {9, 10}) {
+    Pair pair(movedTo(0.0, 0.1, 0.0));
+    pair.append(movedTo(0.0, 0.1, 0.0));
+    TrackedFrame frame = pair.seeFromNewest();
+    for (size_t i = right; i < 40; ++i) frame.observations[i].left.y() += 7.0;
+    pair.tracks.associate(pair.measured(frame), 1e-2 * Matrix6d::Identity(), &pair.window);
+    EXPECT_EQ(pair.tracks.dropMisfittingImage(&pair.window), right == 9);
+  }
+}
+
 /** The variance after so many frames of pixels with `factor` times the noise that is believed, all
  * of which are kept. */
-double varianceAfter(int frames, double factor, TrackOptions options = {}, size_t points = 300) {
+double varianceAfter(int frames, double factor, TrackOptions options = {}, size_t points = 300,
+                     bool first_is_retained = false) {
   options.chi2_outlier = 1e9;
   Pair pair(movedTo(0.0, 0.05, 0.0), points, 4.0, options);
+  pair.window.states.front().retained = first_is_retained;
   std::mt19937 random(1);
   std::normal_distribution<double> normal(0.0, factor);
   for (auto& [id, landmark] : pair.window.landmarks)
@@ -154,6 +194,7 @@ double varianceAfter(int frames, double factor, TrackOptions options = {}, size_
     for (auto& [id, landmark] : pair.window.landmarks)
       for (LandmarkObservation& o : landmark.observations)
         for (size_t c = 0; c < 2; ++c) {
+          if (pair.window.states[o.state].retained) continue;  // exact
           ReprojectionMeasurement& m = o.measurements[c];
           const CameraCalibration& camera = pair.calibration.cameras[c];
           const SE3& T_WB = pair.window.states[o.state].now.T_WB;
@@ -164,7 +205,7 @@ double varianceAfter(int frames, double factor, TrackOptions options = {}, size_
                                  PointScene::kSigmaPx);
         }
     Window judged = pair.window;
-    pair.tracks.followNoise(pair.tracks.dropOutliers(&judged), &pair.window);
+    pair.tracks.followNoise(pair.tracks.dropOutliers(&judged).squares, &pair.window);
   }
   return pair.window.pixel_variance;
 }
@@ -176,6 +217,13 @@ TEST(FollowNoise, GoesToTheVarianceOfTheResidualsWithinSomeFiftyFrames) {
   const double after_50 = 1.0 + (wanted - 1.0) * (1.0 - std::pow(0.98, 50));
   EXPECT_NEAR(varianceAfter(50, 2.0), after_50, 0.03 * after_50);
   EXPECT_NEAR(varianceAfter(1, 2.0), 1.0 + 0.02 * (wanted - 1.0), 0.01);
+}
+
+TEST(FollowNoise, WhatIsFoundInOldViewsDoesNotCount) {
+  // Two stereo observations are left, of whose eight coordinates the landmark is thought to take three.
+  const double wanted = 4.0 / (1.0 - 3.0 / 8.0);
+  const double after_50 = 1.0 + (wanted - 1.0) * (1.0 - std::pow(0.98, 50));
+  EXPECT_NEAR(varianceAfter(50, 2.0, {}, 300, true), after_50, 0.03 * after_50);
 }
 
 TEST(FollowNoise, StopsAtTheLeastAndDoesNothingWithFewPixels) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <random>
 
 #include "../src/fixed_lag/tracks.h"
 #include "etalon/core/so3.h"
@@ -79,6 +80,27 @@ TEST(Tracks, LandmarksOfOneStereoFrameAreWhereThePointsAre) {
     const Vector3d p_W = scene.window.states[0].now.T_WB * landmark.in_host.position();
     EXPECT_LT((p_W - scene.points[id]).norm(), 1e-6) << id;
   }
+}
+
+TEST(Tracks, ANewLandmarkIsKnownAsWellAsItsPixelsTell) {
+  // At 40 m half a pixel of disparity is 40 % of the distance; a metre aside that is a few pixels.
+  PointScene scene(200, 40.0, 40.0);
+  Tracks tracks(scene.calibration, {});
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0.0, PointScene::kSigmaPx);
+  const auto see = [&] {
+    TrackedFrame frame = scene.seeFromNewest();
+    for (Observation& o : frame.observations) {
+      o.left += Vector2d(noise(random), noise(random));
+      o.right += Vector2d(noise(random), noise(random));
+    }
+    return scene.measured(frame);
+  };
+  tracks.createLandmarks(see(), &scene.window);
+  scene.append(movedTo(0.0, 1.0, 0.0));
+  const Tracks::Counts counts = tracks.associate(see(), PointScene::wellKnown(), &scene.window);
+  ASSERT_GT(counts.used, 100);
+  EXPECT_LE(counts.gated, 1);
 }
 
 TEST(Tracks, OneCameraNeedsASecondKeyframeForALandmark) {
@@ -179,13 +201,24 @@ TEST(Tracks, ATrackThatIsWrongTwiceIsNotBelievedUntilItEnds) {
   scene.window.landmarks.erase(3);
   scene.tracks.createLandmarks(scene.measured(scene.seeFromNewest()), &scene.window);
   EXPECT_EQ(scene.window.landmarks.count(3), 0U);
-  // The track ends; who has its id later starts anew.
-  scene.append(movedTo(0.1, 0.0, 0.0));
-  TrackedFrame without = scene.seeFromNewest();
-  without.observations.erase(without.observations.begin() + 3);
-  scene.associate(without);
-  scene.tracks.createLandmarks(scene.measured(scene.seeFromNewest()), &scene.window);
-  EXPECT_EQ(scene.window.landmarks.count(3), 1U);
+  // An image without tracks, and one that misses this track, do not end it.
+  const auto isLandmarkAgain = [&] {
+    scene.tracks.createLandmarks(scene.measured(scene.seeFromNewest()), &scene.window);
+    return scene.window.landmarks.count(3) > 0;
+  };
+  const auto miss = [&](int frames) {
+    for (int k = 0; k < frames; ++k) {
+      scene.append(movedTo(0.1, 0.0, 0.0));
+      TrackedFrame without = scene.seeFromNewest();
+      without.observations.erase(without.observations.begin() + 3);
+      scene.associate(without);
+    }
+  };
+  for (int k = 0; k < 20; ++k) scene.associate(TrackedFrame());
+  miss(10);
+  EXPECT_FALSE(isLandmarkAgain());
+  miss(2);
+  EXPECT_TRUE(isLandmarkAgain());
 }
 
 }  // namespace

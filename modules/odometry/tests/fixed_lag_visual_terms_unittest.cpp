@@ -257,8 +257,8 @@ TEST(RobustCost, IsTheSumOfLogarithmsHoweverManyAndHoweverLarge) {
     const double r2 = i % 100 == 0 ? 1e12 : 0.01 * i;
     const double weight = cost.add(r2);
     // The weight is the derivative of the cost by r^2.
-    EXPECT_NEAR(weight, kLossGain / (1.0 + r2 / kLossChi2), 1e-15);
-    expected += kLossGain * kLossChi2 * std::log1p(r2 / kLossChi2);
+    EXPECT_NEAR(weight, kCauchyGain / (1.0 + r2 / kCauchyChi2), 1e-15);
+    expected += kCauchyGain * kCauchyChi2 * std::log1p(r2 / kCauchyChi2);
   }
   EXPECT_NEAR(cost.total(), expected, 1e-9 * expected);
   EXPECT_EQ(RobustCost().total(), 0.0);

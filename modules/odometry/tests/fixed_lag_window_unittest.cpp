@@ -165,7 +165,7 @@ struct Blocks {
           const PixelCost cost{&window.T_CB[camera], &o.measurements[camera], landmark.in_host};
           State &h = states[landmark.host], &t = states[o.state];
           auto* loss =
-              new ScaledLoss(new CauchyLoss(std::sqrt(kLossChi2)), kLossGain, TAKE_OWNERSHIP);
+              new ScaledLoss(new CauchyLoss(std::sqrt(kCauchyChi2)), kCauchyGain, TAKE_OWNERSHIP);
           if (o.state == landmark.host)
             problem.AddResidualBlock(
                 new NumericDiffCostFunction<HostPixelCost, CENTRAL, 2, 3>(new HostPixelCost{cost}),

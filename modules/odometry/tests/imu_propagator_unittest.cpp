@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "etalon/core/so3.h"
+#include "etalon/core/stopwatch.h"
 
 namespace etalon {
 namespace {
@@ -142,6 +146,34 @@ TEST_F(ImuPropagatorTest, WithoutEstimatesForLongTheStateGoesAlongWithTheSamples
   // Errors of 1e-6 m/s^2 in a minute, and those of 12,000 steps of turning.
   EXPECT_LT((state->T_WB.t - motion_.at(60'000'000'000).T_WB.t).norm(), 0.01);
   EXPECT_FALSE(propagator_.at(0));
+}
+
+TEST_F(ImuPropagatorTest, IntegratesNothingAcrossAJumpOfTheClockThatTheStampsDoNotShow) {
+  propagator_.correct(0, motion_.at(0));
+  addUntil(100'000'000);
+  propagator_.clockJumped();
+  addUntil(200'000'000);
+  EXPECT_FALSE(propagator_.at(100'000'000));
+  EXPECT_FALSE(propagator_.at(200'000'000));
+  propagator_.correct(150'000'000, motion_.at(150'000'000));
+  expectTruthAt(200'000'000);
+}
+
+TEST_F(ImuPropagatorTest, TheLastStateCostsNoMoreTheLongerAgoTheEstimateWas) {
+  propagator_.correct(0, motion_.at(0));
+  // The least of several tries: others use the machine, too.
+  const auto cost_ms = [this](TimeNs until) {
+    addUntil(until);
+    double least = std::numeric_limits<double>::infinity();
+    for (int trial = 0; trial < 5; ++trial) {
+      Stopwatch watch;
+      for (int k = 0; k < 50; ++k) EXPECT_TRUE(propagator_.at(until));
+      least = std::min(least, watch.lapMilliseconds());
+    }
+    return least;
+  };
+  const double soon = cost_ms(50'000'000);
+  EXPECT_LT(cost_ms(19'000'000'000), 20.0 * soon);  // 10 samples, and 3,800
 }
 
 }  // namespace

@@ -38,6 +38,10 @@ const std::vector<FaultText>& faultTexts() {
        "of the IMU's stamps by more than [input] max_gap_s (the clock jumps, or samples are "
        "missing): nothing was integrated across it",
        " s"},
+      {F::kImuStepBack, "imu_step_back", "time",
+       "the IMU's clock stepped back: its samples were dropped until it had caught up, and nothing "
+       "was integrated across it",
+       " s"},
       {F::kFrameInvalidStamp, "frame_invalid_stamp", "stereo frame", "dropped: impossible stamp",
        nullptr},
       {F::kFrameUnusable, "frame_unusable", "stereo frame",
@@ -52,6 +56,8 @@ const std::vector<FaultText>& faultTexts() {
        "of the frames' stamps by more than [input] max_gap_s (the clock jumps, or images are "
        "missing): the motion across it was not seen",
        " s"},
+      {F::kFrameStepBack, "frame_step_back", "time",
+       "the clock of the frames stepped back: they were dropped until it had caught up", " s"},
       {F::kFrameWithoutImu, "frame_without_imu", "stereo frame",
        "used without IMU: no sample reached the stamp in time", nullptr},
       {F::kFrameRepeatsImage, "frame_repeats_image", "stereo frame",
@@ -88,7 +94,7 @@ void InputOptions::declare(ParameterSet& parameters) {
                  "across it, and a window of keyframes starts anew, s.");
   parameters.add("max_wait_s", &max_wait_s, {0.0, 1e3},
                  "A frame waits for the IMU to reach its stamp until there are frames this much "
-                 "later; then it is used without, s.");
+                 "later; then it is used without IMU, s.");
   parameters.add("max_gyro_rps", &max_gyro_rps, {0.1, 1e6},
                  "IMU samples with a larger rate are dropped, rad/s.");
   parameters.add("max_accel_mps2", &max_accel_mps2, {0.1, 1e6},
@@ -184,7 +190,11 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
     if (inOneTick(t, *stream->last) ||
         (t > *stream->last && t - *stream->last < faults.shortest_step))
       return count(faults.repeated, t);
-    if (step_s < 0.0) return count(faults.past, t, step_s);
+    if (step_s < 0.0) {
+      count(faults.past, t, step_s);
+      return comeFromThePast(t, stream);
+    }
+    stream->past = 0;
     if (step_s > options_.max_gap_s) {
       stream->held = std::move(measurement);
       return;
@@ -192,6 +202,31 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
   }
   pass(std::move(measurement));
   stream->last = t;
+  stream->stepped_back = false;
+}
+
+template <typename Measurement>
+void InputBorder::comeFromThePast(TimeNs t, Stream<Measurement>* stream) {
+  if (stream->past == 0 || t <= stream->past_last) {
+    stream->past = 0;
+    stream->past_first = t;
+  }
+  stream->past_last = t;
+  if (++stream->past < kStepBackRun || stream->stepped_back) return;
+  stream->stepped_back = true;
+  stepBack(*stream);
+}
+
+void InputBorder::stepBack(const Stream<ImuSample>& imu) {
+  while (!waiting_.empty()) release(true);  // what comes is of later
+  count(InputFault::kImuStepBack, imu.past_first, secondsBetween(imu.past_first, *imu.last));
+  ready_.emplace_back(ClockJump{*imu.last, imu.past_first});
+  first_imu_.reset();
+}
+
+void InputBorder::stepBack(const Stream<StereoFrame>& frames) {
+  count(InputFault::kFrameStepBack, frames.past_first,
+        secondsBetween(frames.past_first, *frames.last));
 }
 
 void InputBorder::pass(ImuSample sample) {

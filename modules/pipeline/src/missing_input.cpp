@@ -34,7 +34,7 @@ void MissingInput::sample(TimeNs t, bool saturated) {
     new_saturated_ = true;
   }
   const double step_s = secondsBetween(last_sample_, t);
-  if (last_sample_ > 0 && step_s > kLongestImuStepS) {
+  if (last_sample_ > 0 && step_s > longest_imu_step_s_) {
     gaps_.last = t;
     ++gaps_.count;
     gaps_.seconds += step_s;
@@ -46,6 +46,9 @@ void MissingInput::sample(TimeNs t, bool saturated) {
 std::string MissingInput::clockJumped(TimeNs from, TimeNs to) {
   last_sample_ = 0;
   clock_jumped_ = true;
+  if (to < from)
+    return text("the IMU's stamps step back by %.2f s: samples are refused until they catch up",
+                secondsBetween(to, from));
   return text("the IMU's stamps jump by %.2f s: nothing is integrated across it",
               secondsBetween(from, to));
 }

@@ -64,11 +64,11 @@ void Pipeline::estimate(const EstimatorInput& input) {
 }
 
 void Pipeline::estimate(const ClockJump& jump) {
-  remark(jump.to, {missing_.clockJumped(jump.from, jump.to)});
+  remark(std::max(jump.from, jump.to), {missing_.clockJumped(jump.from, jump.to)});
   imu_ = ImuBuffer();
   odometry_.forgetVelocity();
   window_.restart();
-  clock_jumped_ = true;
+  clock_step_s_ += std::abs(secondsBetween(jump.from, jump.to));
 }
 
 void Pipeline::estimate(const ImuSample& sample) {
@@ -86,6 +86,7 @@ void Pipeline::estimate(const FrontFrame& frame) {
   const TimeNs before = last_frame_.value_or(frame.t);
   const bool imu = before == frame.t || imu_.covers(before, frame.t);
   const int not_located = frames_not_located_;
+  const bool was_lost = state_ == PipelineState::kLost;
   last_frame_ = frame.t;
   if (frame.after_gap) window_.restart();
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
@@ -94,6 +95,9 @@ void Pipeline::estimate(const FrontFrame& frame) {
     followInertially(frame.t, before, frame.tracked);
   else
     follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
+  if (was_lost && frames_not_located_ > not_located)
+    lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_step_s_), imu);
+  clock_step_s_ = 0.0;
   const bool located = state_ != PipelineState::kVisual || not_located == frames_not_located_;
   remark(frame.t,
          missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located, said}));
@@ -115,6 +119,7 @@ void Pipeline::estimate(const FrontFrame& frame) {
 
 void Pipeline::forgetOld() {
   const size_t keep = options_.history_frames;
+  if (keep > 0) starter_.forgetOld(keep);
   if (keep == 0 || estimates_.size() < 2 * keep) return;
   const std::ptrdiff_t old = estimates_.size() - keep;
   estimates_.erase(estimates_.begin(), estimates_.begin() + old);
@@ -147,11 +152,10 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   // Not what the front end cut out for the frame: live, frames between may have been dropped.
   std::vector<ImuSample> imu = imu_.between(before, t);
   // The true time across a jump of the clock is unknown: the step of the frames before is taken.
-  if (clock_jumped_)
+  if (clock_step_s_ > 0.0)
     clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
   else
     frame_step_ = t - before;
-  clock_jumped_ = false;
   TrackedFrame frame = tracked.value_or(TrackedFrame());
   frame.t = t - clock_shift_;
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
@@ -204,7 +208,9 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   enter(PipelineState::kLost, output.t, reason);
   inertial_.reset();
   record_.interrupt();
-  lost_covariance_ = output.covariance.topLeftCorner<6, 6>();
+  lost_ = LostPose(output.state, output.covariance);
+  // Across a jump of the clock the odometry went on by the step of the frames before.
+  if (clock_step_s_ > 0.0) lost_.goBlind(clock_step_s_, false);
   window_.restart();
 }
 

@@ -8,6 +8,7 @@
 namespace etalon {
 
 void Pipeline::process(const mrpt::obs::CObservation& observation) {
+  throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
   auto measurement = observation_input_.convert(observation);
   if (const auto* unusable = std::get_if<UnusableObservation>(&measurement)) {
@@ -26,12 +27,14 @@ void Pipeline::process(const mrpt::obs::CObservation& observation) {
 }
 
 void Pipeline::add(const ImuSample& sample) {
+  throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
   border_.add(sample);
   processAdmitted();
 }
 
 void Pipeline::add(const StereoFrame& frame) {
+  throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
   admit(frame);
   processAdmitted();
@@ -52,6 +55,7 @@ void Pipeline::finish() {
     processAdmitted();
   }
   joinThreads();
+  throwFailure();
   if (!last_frame_) return;
   // Where the IMU goes on a little longer the last image is just the end of the recording.
   if (!imu_.empty() &&
@@ -62,7 +66,7 @@ void Pipeline::finish() {
 
 /** From the last frame to `until`: there, the IMU alone carried the pose. */
 void Pipeline::noticeMissingImages(TimeNs until) {
-  if (state_ != PipelineState::kInertial || clock_jumped_ ||
+  if (state_ != PipelineState::kInertial || clock_step_s_ > 0.0 ||
       secondsBetween(*last_frame_, until) <= kNoImageS)
     return;
   char text[80];
@@ -72,7 +76,12 @@ void Pipeline::noticeMissingImages(TimeNs until) {
 
 void Pipeline::processAdmitted() {
   while (std::optional<AdmittedInput> input = border_.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*input)) propagate(*sample);
+    if (const auto* sample = std::get_if<ImuSample>(&*input)) {
+      propagate(*sample);
+    } else if (std::holds_alternative<ClockJump>(*input)) {
+      const std::lock_guard<std::mutex> lock(shared_mutex_);
+      propagator_.clockJumped();
+    }
     if (!front_queue_)
       runFrontEnd(std::move(*input));
     else if (const auto dropped = front_queue_->push(std::move(*input)))
@@ -124,12 +133,35 @@ void Pipeline::deliver(EstimatorInput input) {
 void Pipeline::startThreads() {
   front_queue_ = std::make_unique<LiveQueue<AdmittedInput, StereoFrame>>();
   estimator_queue_ = std::make_unique<LiveQueue<EstimatorInput, FrontFrame>>();
-  front_thread_ = std::thread([this] {
+  front_thread_ = std::thread(&Pipeline::runStage, this, [this] {
     while (auto input = front_queue_->pop()) runFrontEnd(std::move(*input));
   });
-  estimator_thread_ = std::thread([this] {
+  estimator_thread_ = std::thread(&Pipeline::runStage, this, [this] {
     while (const auto input = estimator_queue_->pop()) estimate(*input);
   });
+}
+
+/** In a thread of its own. What it throws ends both stages, and reaches whoever calls next. */
+void Pipeline::runStage(const std::function<void()>& stage) {
+  try {
+    stage();
+  } catch (...) {
+    {
+      const std::lock_guard<std::mutex> lock(shared_mutex_);
+      if (!failure_) failure_ = std::current_exception();
+    }
+    front_queue_->close();
+    estimator_queue_->close();
+  }
+}
+
+void Pipeline::throwFailure() const {
+  std::exception_ptr failure;
+  {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    failure = failure_;
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 void Pipeline::joinThreads() {

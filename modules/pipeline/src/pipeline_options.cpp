@@ -12,11 +12,12 @@ ParameterSet pipelineSection(PipelineOptions* options) {
                "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
   pipeline.add("min_keyframes", &options->min_keyframes, {2, 200},
                "Keyframes of the first window that is tried. It grows with every keyframe until "
-               "what [acceptance] wants is predicted and two windows in a row agree. As many as "
-               "keyframes: all windows have that length, and none is compared with another.");
+               "what [acceptance] wants is predicted and two windows in a row agree. If equal to "
+               "keyframes, all windows have that length, and none is compared with another.");
   pipeline.add("keyframes", &options->keyframes, {2, 200},
                "Keyframes in the initialization window, at most: from then on it slides.");
-  pipeline.add("keyframe_rate_hz", &options->keyframe_rate_hz, {0.1, 100.0}, "Keyframes a second.");
+  pipeline.add("keyframe_rate_hz", &options->keyframe_rate_hz, {0.1, 100.0},
+               "Keyframes per second.");
   pipeline.add("gravity_mps2", &options->window.gravity_mps2, {0.1, 100.0},
                "Magnitude of gravity, m/s^2.");
   return pipeline;
@@ -53,7 +54,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   priors.add(
       "white_accel_share", &window.priors.slow_accel.white_share, {1e-3, 1.0},
       "Share of the accelerometer's density in use that is white where there is a slow error "
-      "beside it: what is inflated stands for both.");
+      "beside it, because the factors of [imu_noise] cover both errors.");
   priors.add("slow_accel_spread", &window.priors.slow_accel.spread, {0.0, 10.0},
              "Standard deviation, in the logarithm of its variance, of the slow error's size "
              "between windows; the window's own is estimated. 0: slow_accel_mps2 as it is.");

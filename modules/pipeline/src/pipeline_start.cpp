@@ -67,7 +67,7 @@ void Pipeline::startAgain(const InitializationAttempt& attempt) {
                               keepingYawAndPosition(attempt)));
   PoseJump jump;
   jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
-  jump.covariance = lost_covariance_;
+  jump.covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
   events_.back().jump = jump;
 }
 
@@ -75,7 +75,6 @@ void Pipeline::startAgain(const InitializationAttempt& attempt) {
 OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
                                          const InitializationAttempt& attempt, const SE3& T_WA) {
   clock_shift_ = 0;
-  clock_jumped_ = false;
   inertial_ = std::move(odometry);
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);

@@ -55,6 +55,13 @@ void Starter::keep(InitializationAttempt attempt) {
   if (!old.accepted()) old.dropEstimates();
 }
 
+void Starter::forgetOld(size_t keep) {
+  if (attempts_.size() < 2 * keep) return;
+  const std::ptrdiff_t old = attempts_.size() - keep;
+  attempts_.erase(attempts_.begin(), attempts_.begin() + old);
+  attempts_forgotten_ += old;
+}
+
 /** True if the window is at rest: then the odometry runs, and there is nothing else to do. */
 bool Starter::startsAtRest(const InitializationProblem& problem) {
   InitializationAttempt attempt = attemptInitialization(problem, *initializers_.at_rest, options_);

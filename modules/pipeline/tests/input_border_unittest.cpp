@@ -157,6 +157,42 @@ TEST_F(InputBorderTest, AStampFarAheadThatStandsAloneIsDropped) {
   EXPECT_EQ(count(InputFault::kImuJump), 0);
 }
 
+TEST_F(InputBorderTest, AClockThatStepsBackIsSaidOnceAndNothingIsIntegratedAcrossIt) {
+  border.add(sampleAt(1000 * kMs));
+  border.add(frameAt(1002 * kMs));
+  for (int k = 0; k < 5; ++k) border.add(frameAt((905 + 10 * k) * kMs));
+  for (TimeNs t = 900; t < 1000; t += 5) border.add(sampleAt(t * kMs));
+  // The frame that waited for the IMU of before, and the news.
+  EXPECT_THAT(passed(), ElementsAre(1000, -1002, 0));
+  border.add(frameAt(1004 * kMs));
+  border.add(sampleAt(1005 * kMs));  // it has caught up
+  EXPECT_THAT(passed(), ElementsAre(1005, -1004));
+  EXPECT_EQ(count(InputFault::kImuFromThePast), 20);
+  EXPECT_EQ(count(InputFault::kImuStepBack), 1);
+  EXPECT_EQ(count(InputFault::kFrameStepBack), 1);
+  EXPECT_NEAR(border.faults().at(InputFault::kImuStepBack).value, 0.1, 1e-9);
+  EXPECT_EQ(border.faults().at(InputFault::kImuStepBack).first, 900 * kMs);
+  EXPECT_NEAR(border.faults().at(InputFault::kFrameStepBack).value, 0.097, 1e-9);
+  // The next time it is said again.
+  for (TimeNs t = 500; t < 600; t += 5) border.add(sampleAt(t * kMs));
+  EXPECT_THAT(passed(), ElementsAre(0));
+  EXPECT_EQ(count(InputFault::kImuStepBack), 2);
+}
+
+TEST_F(InputBorderTest, MeasurementsThatComeLateAreNoClockThatStepsBack) {
+  border.add(sampleAt(1000 * kMs));
+  for (TimeNs t = 1005; t < 1100; t += 5) {
+    border.add(sampleAt((t - 100) * kMs));  // every one comes again, later
+    border.add(sampleAt(t * kMs));
+  }
+  for (TimeNs t = 1095; t > 1000; t -= 5) border.add(sampleAt(t * kMs));  // in the wrong order
+  for (int k = 1; k < InputBorder::kStepBackRun; ++k) border.add(sampleAt((900 + k) * kMs));
+  border.add(sampleAt(1100 * kMs));
+  EXPECT_EQ(passed().size(), 21U);
+  EXPECT_EQ(count(InputFault::kImuStepBack), 0);
+  EXPECT_GT(count(InputFault::kImuFromThePast), 30);
+}
+
 TEST_F(InputBorderTest, WhatIsHeldPassesAtTheEnd) {
   border.add(sampleAt(5 * kMs));
   border.add(sampleAt(90 * kSecond));

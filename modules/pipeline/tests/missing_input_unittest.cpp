@@ -54,6 +54,25 @@ Said fly(const std::function<bool(int, TrackedFrame*, MissingInput::Frame*)>& la
   return all;
 }
 
+TEST(MissingInput, AGapIsLongAgainstTheStepsOfTheImu) {
+  const auto said = [](double rate_hz, double step_s) {
+    StereoInertialCalibration calibration = eurocCalibration();
+    calibration.imu.rate_hz = rate_hz;
+    MissingInput missing(calibration);
+    missing.sample(durationNs(1.0));
+    missing.sample(durationNs(1.0 + step_s));
+    MissingInput::Frame frame;
+    frame.t = durationNs(1.0 + step_s);
+    return missing.frame(frame);
+  };
+  EXPECT_THAT(said(200.0, 0.029), IsEmpty());
+  EXPECT_THAT(said(200.0, 0.04), ElementsAre("no IMU sample for 0.04 s: images bridge the gap"));
+  EXPECT_THAT(said(25.0, 0.04), IsEmpty());  // as it always is
+  EXPECT_THAT(said(25.0, 0.08), IsEmpty());  // one is missing
+  EXPECT_THAT(said(25.0, 0.12), ElementsAre("no IMU sample for 0.12 s: images bridge the gap"));
+  EXPECT_THAT(said(0.0, 0.04).size(), 1U);  // of an unknown rate
+}
+
 TEST(MissingInput, AnImuAtTheEndOfItsRangeIsSaidOnceAndCounted) {
   MissingInput missing(eurocCalibration());
   Said all;

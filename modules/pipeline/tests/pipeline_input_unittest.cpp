@@ -19,20 +19,30 @@ class PipelineInput : public ::testing::Test {
  protected:
   static const Flight& flight() { return Flight::instance(); }
 
-  static Pipeline pipeline(const Script& script, const WindowOptions& window = {}) {
+  static Pipeline pipeline(const Script& script, const WindowOptions& window = {},
+                           size_t history_frames = 0,
+                           const StereoInertialCalibration& calibration = flight().calibration) {
     PipelineOptions options;
     options.window = window;
+    options.history_frames = history_frames;
     options.keyframes = 3;
     options.keyframe_rate_hz = kFrameRateHz;
     PipelineInitializers initializers;
     initializers.name = "scripted";
     initializers.initializer = std::make_shared<Scripted>(script);
-    return {flight().calibration, options, initializers};
+    return {calibration, options, initializers};
   }
   static Pipeline pipeline() {
     return pipeline([](const InitializationProblem&) {
       return refuse(RefusalStatus::kNotConverged, "as it always does");
     });
+  }
+
+  /** What the script says counts as it is. */
+  static WindowOptions unrefined() {
+    WindowOptions window;
+    window.refine = false;
+    return window;
   }
 
   /** The flight's frames with the IMU up to each of them. */
@@ -44,6 +54,23 @@ class PipelineInput : public ::testing::Test {
       pipeline->add(frame);
     }
     pipeline->finish();
+  }
+
+  static void flySevenTimes(Pipeline* pipeline) {
+    std::vector<StereoFrame> frames;
+    std::vector<ImuSample> imu;
+    for (int round = 0; round < 7; ++round) {
+      const TimeNs later = round * TimeNs{800'000'000};  // frames follow each other without a gap
+      for (StereoFrame frame : flight().frames) {
+        frame.t += later;
+        frames.push_back(frame);
+      }
+      for (ImuSample sample : flight().imu) {
+        sample.t += later;
+        if (imu.empty() || sample.t > imu.back().t) imu.push_back(sample);
+      }
+    }
+    add(pipeline, frames, imu);
   }
 
   static int count(const Pipeline& pipeline, InputFault fault) {
@@ -138,6 +165,48 @@ TEST_F(PipelineInput, AJumpOfTheClockLeavesTheTrajectoryWhereItIs) {
     EXPECT_LT(attempt.keyframes.back() - attempt.keyframes.front(), kNanosecondsPerSecond);
 }
 
+TEST_F(PipelineInput, AClockThatStepsBackIsSaidAndTheTrajectoryGoesOnWhenItHasCaughtUp) {
+  constexpr TimeNs kBack = 250'000'000;
+  const TimeNs middle = flight().frames[3].t;
+  std::vector<StereoFrame> frames = flight().frames;
+  std::vector<ImuSample> imu = flight().imu;
+  for (StereoFrame& frame : frames)
+    if (frame.t > middle) frame.t -= kBack;
+  for (ImuSample& sample : imu)
+    if (sample.t > middle) sample.t -= kBack;
+  Pipeline pipeline = this->pipeline(trueInitialization, unrefined());
+  auto sample = imu.begin();
+  for (size_t k = 0; k < frames.size(); ++k) {  // in the order of the measurements
+    for (; sample != imu.end() && sample - imu.begin() <= 20 * static_cast<int>(k); ++sample)
+      pipeline.add(*sample);
+    pipeline.add(frames[k]);
+  }
+  pipeline.finish();
+  EXPECT_EQ(count(pipeline, InputFault::kImuStepBack), 1);
+  std::vector<std::string> remarks;
+  for (const PipelineEvent& event : pipeline.events())
+    if (event.remark) remarks.push_back(event.reason);
+  ASSERT_FALSE(remarks.empty());
+  EXPECT_EQ(remarks[0],
+            "the IMU's stamps step back by 0.25 s: samples are refused until they catch up");
+  // Frames 4 and 5 are from the past; those after them have their own stamps.
+  ASSERT_EQ(pipeline.estimates().size(), frames.size() - 2);
+  EXPECT_EQ(pipeline.estimates()[4].t, frames[6].t);
+  for (size_t k = 1; k < pipeline.estimates().size(); ++k)
+    EXPECT_GT(pipeline.estimates()[k].t, pipeline.estimates()[k - 1].t);
+  EXPECT_LT(motionError(pipeline.trajectory()), 0.02);
+}
+
+TEST_F(PipelineInput, ADataSheetWithoutRandomWalksIsFlownAllTheSame) {
+  StereoInertialCalibration calibration = flight().calibration;
+  calibration.imu.noise.gyro_random_walk = calibration.imu.noise.accel_random_walk = 0.0;
+  Pipeline pipeline = this->pipeline(trueInitialization, unrefined(), 0, calibration);
+  add(&pipeline, flight().frames, flight().imu);
+  EXPECT_TRUE(pipeline.initializedAt());
+  EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
+  EXPECT_LT(motionError(pipeline.trajectory()), 0.02);
+}
+
 TEST_F(PipelineInput, WithoutImuFramesAreProcessedAllTheSame) {
   Pipeline pipeline = this->pipeline();
   for (int round = 0; round < 5; ++round)
@@ -162,20 +231,7 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
         return truth;
       },
       hard_to_please);
-  std::vector<StereoFrame> frames;
-  std::vector<ImuSample> imu;
-  for (int round = 0; round < 7; ++round) {
-    const TimeNs later = round * TimeNs{800'000'000};  // its frames follow each other without a gap
-    for (StereoFrame frame : flight().frames) {
-      frame.t += later;
-      frames.push_back(frame);
-    }
-    for (ImuSample sample : flight().imu) {
-      sample.t += later;
-      if (imu.empty() || sample.t > imu.back().t) imu.push_back(sample);
-    }
-  }
-  add(&pipeline, frames, imu);
+  flySevenTimes(&pipeline);
   const std::vector<InitializationAttempt>& attempts = pipeline.attempts();
   ASSERT_GT(attempts.size(), Starter::kDetailedAttempts);
   for (size_t i = 0; i < attempts.size(); ++i) {
@@ -183,6 +239,20 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
     EXPECT_EQ(attempts[i].decision.error().status, RefusalStatus::kTooFewTracks);
     EXPECT_EQ(attempts[i].keyframes.size(), 3U);
   }
+}
+
+TEST_F(PipelineInput, OfAFlightWithoutEndTheNewestRefusalsAreKeptAndAllAreCounted) {
+  const Script refusing = [](const InitializationProblem&) {
+    return refuse(RefusalStatus::kNotConverged, "as it always does");
+  };
+  Pipeline remembering = pipeline(refusing), forgetting = pipeline(refusing, {}, 10);
+  flySevenTimes(&remembering);
+  flySevenTimes(&forgetting);
+  EXPECT_EQ(remembering.attempts().size(), remembering.attemptCount());
+  EXPECT_EQ(forgetting.attemptCount(), remembering.attemptCount());
+  EXPECT_GE(forgetting.attempts().size(), 10U);
+  EXPECT_LT(forgetting.attempts().size(), 20U);
+  EXPECT_EQ(forgetting.attempts().back().t, remembering.attempts().back().t);
 }
 
 TEST(InitializationAttempt, WithoutItsEstimatesItStillSaysWhatHappened) {

@@ -5,6 +5,7 @@
 #include <mrpt/obs/CObservationComment.h>
 
 #include <atomic>
+#include <stdexcept>
 #include <thread>
 
 #include "etalon/datasets/mrpt_time.h"
@@ -170,6 +171,22 @@ TEST_F(PipelineLive, ThreadsShareTheBorderAndLateFramesAreCounted) {
   EXPECT_EQ(pipeline.estimates().size() + dropped, flight().frames.size());
   EXPECT_EQ(frames, pipeline.estimates().size());
   EXPECT_EQ(pipeline.estimates().back().t, flight().frames.back().t);
+}
+
+TEST_F(PipelineLive, WhatAThreadThrowsReachesTheCaller) {
+  Pipeline pipeline = this->pipeline(true);
+  pipeline.onFrame([](const FrameEstimate&) { throw std::runtime_error("out of order"); });
+  const auto addAll = [&pipeline] {
+    for (;;)  // until it has been thrown
+      for (const ImuSample& sample : flight().imu) pipeline.add(sample);
+  };
+  pipeline.add(flight().frames[0]);
+  EXPECT_THAT(addAll, ::testing::ThrowsMessage<std::runtime_error>("out of order"));
+  EXPECT_THAT([&] { pipeline.add(flight().frames[1]); },
+              ::testing::ThrowsMessage<std::runtime_error>("out of order"));
+  EXPECT_THAT([&] { pipeline.finish(); },
+              ::testing::ThrowsMessage<std::runtime_error>("out of order"));
+  EXPECT_EQ(pipeline.estimates().size(), 1U);
 }
 
 TEST_F(PipelineLive, AHistoryWithoutEndIsCut) {

@@ -20,12 +20,12 @@ void NormalEpipolarStepOptions::declare(ParameterSet& parameters) {
   parameters.add("nec_min_matches", &solver.min_matches, {5, 100000},
                  "A pair that shares fewer landmarks in a camera is left out (published: 15).");
   parameters.add("nec_max_matches", &solver.max_matches, {5, 100000},
-                 "Of a pair that are not neighbours, at most so many matches are used.");
+                 "Most matches used of a pair of keyframes that are not neighbours.");
   parameters.add("nec_rounds", &solver.rounds, {1, 1000},
                  "Rounds of reweighting at the end, at most (they take the place of RANSAC).");
   parameters.add("nec_restart_rps", &solver.restart_rps, {0.0, 10.0},
                  "Where the residuals are too large, the search is repeated from six points so far "
-                 "from the seed, rad/s; 0: not.");
+                 "from the seed, rad/s; 0: no repetition.");
   parameters.add("max_nec_noise", &max_noise, {0.0, 1e9},
                  "Refuse if the normals' residuals are larger than this many times what sigma_px "
                  "promises.");

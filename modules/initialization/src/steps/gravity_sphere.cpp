@@ -115,15 +115,12 @@ std::optional<SphereMinimum> minimizeOnSphere(const Matrix3d& A, const Vector3d&
     else
       x(i) = beta(i) / gap(i);
   }
-  double s = 0.0;  // mu + l_min
   if (weakest <= kRounding * scale * radius && x.norm() <= radius) {
-    result.ambiguous = x.norm() < radius;
     x(0) = std::sqrt(std::max(0.0, radius * radius - x.squaredNorm()));
   } else {
-    s = secularRoot(beta, gap, radius);
+    const double s = secularRoot(beta, gap, radius);  // mu + l_min
     x = beta.array() / (gap.array() + s);
   }
-  result.multiplier = s - lambda(0);
   result.g = radius * (eigen.eigenvectors() * x).normalized();
   result.cost = result.g.dot(A * result.g) - 2.0 * b.dot(result.g);
   if (!result.g.allFinite()) return std::nullopt;
@@ -145,9 +142,7 @@ NormConstrainedSolution solveNormConstrained(const MatrixXd& A, const VectorXd& 
   if (!reduced.ok) return solutionNotDetermined();
   const std::optional<SphereMinimum> minimum = minimizeOnSphere(reduced.A_g, reduced.b_g, radius);
   if (!minimum) return solutionNotDetermined();
-  NormConstrainedSolution result = reduced.solution(minimum->g);
-  result.ambiguous = minimum->ambiguous;
-  return result;
+  return reduced.solution(minimum->g);
 }
 
 NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& b, double radius,

@@ -13,7 +13,7 @@ void TranslationStepOptions::declare(ParameterSet& parameters) {
                  "Rounds of the 3-DoF bundle adjustment; outliers are relabelled between them, "
                  "the last has no robust kernel.");
   parameters.add("iterations_per_round", &ba.iterations_per_round, {1, 1000},
-                 "Gauss-Newton iterations of a round, at most.");
+                 "Gauss-Newton iterations per round, at most.");
   parameters.add("chi2_pixel", &ba.chi2_threshold, {0.1, 1e9},
                  "Squared Huber width and outlier threshold of a pixel (2 degrees of freedom, 95 "
                  "%: 5.991).");

@@ -7,15 +7,17 @@
 namespace etalon::fixed_lag {
 namespace {
 
-/** Inertial terms of the newest intervals, together, from which on a look is taken; few frames of a
+/** Mean of the newest intervals' inertial terms from which on a look is taken; few frames of a
  * flight without a jump have so much. */
-constexpr double kSuspicious = 12.0;
+constexpr double kSuspicious = 4.0;
 
-double inertialCost(const Window& window) {
+bool isSuspicious(const Window& window) {
+  const size_t first = window.firstFull() + 1;
   double cost = 0.0;
-  for (size_t i = window.firstFull() + 1; i < window.states.size(); ++i)
+  for (size_t i = first; i < window.states.size(); ++i)
     cost += inertialRows(window, i).squaredNorm();
-  return cost;
+  return first < window.states.size() &&
+         cost >= kSuspicious * static_cast<double>(window.states.size() - first);
 }
 
 /** Lets the biases walk by a jump's size in the oldest interval. */
@@ -42,8 +44,7 @@ bool BiasJumpDetector::agreed() const {
 std::optional<BiasJumpDetector::Jump> BiasJumpDetector::find(int iterations, WindowSolver* solver,
                                                              const Window& window, Window* open,
                                                              SolverResult* solved) const {
-  if (window.firstFull() + 1 >= window.states.size() || inertialCost(window) < kSuspicious)
-    return std::nullopt;
+  if (!isSuspicious(window)) return std::nullopt;
   *open = window;
   openBiases(open);
   *solved = solver->solve(open, iterations, true);

@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/imu/imu_limits.h"
+
 namespace etalon {
 
-namespace {
-constexpr double kMaxImuStep = 0.03;  // s between samples; a longer step is a gap
-}  // namespace
-
-bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
+bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1, double rate_hz) {
   if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) return false;
   for (size_t k = 1; k < imu.size(); ++k)
-    if (secondsBetween(imu[k - 1].t, imu[k].t) > kMaxImuStep) return false;
+    if (secondsBetween(imu[k - 1].t, imu[k].t) > longestImuStep(rate_hz)) return false;
   return true;
 }
 

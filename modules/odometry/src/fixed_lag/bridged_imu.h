@@ -8,8 +8,9 @@
 
 namespace etalon {
 
-/** Whether the samples reach from t0 to t1 without a gap. */
-bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1);
+/** Whether the samples of an IMU of that nominal rate (longestImuStep()) reach from t0 to t1 without a
+ * gap. */
+bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1, double rate_hz);
 
 /**
  * Takes the place of an IMU that is missing or has gaps: the samples that there are, and elsewhere

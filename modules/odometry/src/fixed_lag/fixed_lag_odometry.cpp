@@ -1,6 +1,7 @@
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "bias_jump.h"
@@ -23,7 +24,7 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
   parameters.add("recent_frames", &recent_frames, {2, 20},
                  "Newest frames whose velocity and biases are unknowns too.");
   parameters.add("keyframes", &keyframes, {3, 50}, "Older keyframes in the window.");
-  parameters.add("iterations", &iterations, {1, 50}, "Gauss-Newton steps a frame, at most.");
+  parameters.add("iterations", &iterations, {1, 50}, "Gauss-Newton steps per frame, at most.");
   parameters.add("least_sigma_px", &least_sigma_px, {0.001, 100.0},
                  "The standard deviation of a pixel begins at [odometry] sigma_px and follows the "
                  "residuals' median, but not below this, px; at sigma_px or above: it stays.");
@@ -38,13 +39,15 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
       "The IMU's biases are estimated anew where six frames running find the same jump of "
       "them, each with a chi-square of at least this (6 degrees of freedom).");
   parameters.add("keyframe_survival", &keyframe_survival, {0.0, 1.0},
-                 "A frame of whose tracks a smaller share are landmarks becomes a keyframe.");
+                 "A frame becomes a keyframe if a smaller share of its tracks are landmarks.");
   parameters.add("keyframe_parallax_px", &keyframe_parallax_px, {0.1, 1e4},
-                 "So does one whose median track has moved farther since the last keyframe, "
-                 "rotation apart, px.");
+                 "A frame becomes a keyframe if its median track has moved farther since the last "
+                 "keyframe, rotation apart, px.");
 }
 
 class FixedLagOdometry::Impl {
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
  public:
   const fixed_lag::Window& window() const { return window_; }
   const StereoInertialCalibration& calibration() const { return calibration_; }
@@ -106,12 +109,13 @@ class FixedLagOdometry::Impl {
       throw DataError("", 0,
                       "frames out of order: stamp " + std::to_string(frame.t) + " ns follows " +
                           std::to_string(last.t) + " ns");
-    out.imu_missing = !isComplete(imu, last.t, frame.t);
+    out.imu_missing = !isComplete(imu, last.t, frame.t, calibration_.imu.rate_hz);
     Preintegration preintegration =
         out.imu_missing
             ? bridgedImu(last.now, last.t, frame.t, imu, options_.imu_noise, window_.g_W)
             : Preintegration(imu, last.now.bias, options_.imu_noise);
     const double speed = last.now.v_WB.norm();
+    const bool last_was_located = last.t == located_at_;
     appendState(std::move(preintegration), &window_);
     out.predicted = window_.states.back().now;
     updateImageTimes(&window_);
@@ -120,12 +124,14 @@ class FixedLagOdometry::Impl {
                      options_.sigma_px * std::sqrt(window_.pixel_variance), speed);
 
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
-    const auto counts = tracks_.associate(measured, predictedPoseCovariance(), &window_);
+    const auto counts = tracks_.associate(
+        measured, last_was_located ? predictedPoseCovariance() : covarianceSinceLocated(),
+        &window_);
     const bool keyframe = tracks_.wantsKeyframe(measured, counts, window_);
     window_.states.back().keyframe = keyframe;
     if (keyframe) tracks_.createLandmarks(measured, &window_);
-    if (counts.used < kLocatedBy) out.previous_keyframe = keepLastLocated();
-    const bool recalls = keyframe && counts.used >= kLocatedBy && window_.retainedCount() > 0;
+    const bool recalls =
+        keyframe && counts.used >= fixed_lag::kLocatedBy && window_.retainedCount() > 0;
     if (recalls) {
       // One step is enough to know where to look.
       solver_.solve(&window_, 1, false);
@@ -137,18 +143,25 @@ class FixedLagOdometry::Impl {
           "images and IMU contradicted each other: the IMU's biases have jumped, and are estimated "
           "anew");
     updateImageTimes(&window_);
-    std::vector<double> squares = tracks_.dropOutliers(&window_);
+    if (tracks_.dropMisfittingImage(&window_)) {
+      solved = solver_.solve(&window_, options_.iterations, true);
+      updateImageTimes(&window_);
+    }
+    fixed_lag::Tracks::Fit fit = tracks_.dropOutliers(&window_);
     if (options_.least_sigma_px < options_.sigma_px)
-      tracks_.followNoise(std::move(squares), &window_);
+      tracks_.followNoise(std::move(fit.squares), &window_);
     covariance_ = solved.covariance;
 
-    if (counts.used >= kLocatedBy) located_at_ = frame.t;
+    if (fit.used >= fixed_lag::kLocatedBy)
+      located_at_ = frame.t;
+    else
+      out.previous_keyframe = keepLastLocated();
     WindowState& newest = window_.states.back();  // another window's since the biases jumped
     out.state = newest.now;
     out.covariance = covariance_;
     out.keyframe = newest.keyframe;
     out.observations = frame.observations.size() + frame.right_only.size();
-    out.used = counts.used;
+    out.used = fit.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
     newest.is_view = newest.keyframe && map_.enabled && views_->keep(newest.t);
@@ -160,8 +173,6 @@ class FixedLagOdometry::Impl {
   }
 
  private:
-  static constexpr int kLocatedBy = 6;  ///< landmarks that a frame needs to be located
-
   fixed_lag::TrackOptions trackOptions() const {
     return {options_.sigma_px,
             options_.chi2_gate,
@@ -199,15 +210,40 @@ class FixedLagOdometry::Impl {
 
   /** Covariance of the newest pose relative to the window before its images are used: the noise of
    * the IMU, the error of the velocity, and the error of the window itself. */
-  Eigen::Matrix<double, 6, 6> predictedPoseCovariance() const {
+  Matrix6d predictedPoseCovariance() const {
     const Preintegration& imu = window_.states.back().imu;
     const Eigen::Matrix3d R = window_.states[window_.states.size() - 2].now.T_WB.R;
-    Eigen::Matrix<double, 6, 6> P = Eigen::Matrix<double, 6, 6>::Zero();
-    P.topLeftCorner<3, 3>() = imu.covariance().topLeftCorner<3, 3>();
-    P.bottomRightCorner<3, 3>() = R * imu.covariance().block<3, 3>(3, 3) * R.transpose() +
-                                  imu.dt() * imu.dt() * covariance_.block<3, 3>(6, 6);
-    P.diagonal().head<3>().array() += std::pow(5e-4, 2);  // rad
-    P.diagonal().tail<3>().array() += std::pow(2e-3, 2);  // m
+    Matrix6d P = errorOfWindow();
+    P.topLeftCorner<3, 3>() += imu.covariance().topLeftCorner<3, 3>();
+    P.bottomRightCorner<3, 3>() += R * imu.covariance().block<3, 3>(3, 3) * R.transpose() +
+                                   imu.dt() * imu.dt() * covariance_.block<3, 3>(6, 6);
+    return P;
+  }
+
+  /** The same after frames that were not located, by the equations without the newest image: what
+   * the IMU alone has gathered since the last one that was. */
+  Matrix6d covarianceSinceLocated() {
+    const auto located = std::find_if(window_.states.begin(), window_.states.end(),
+                                      [this](const WindowState& s) { return s.t == located_at_; });
+    if (located == window_.states.end()) return predictedPoseCovariance();
+    solver_.solve(&window_, 1, false);
+    const WindowState& newest = window_.states.back();
+    std::vector<Eigen::Index> unknowns;
+    for (const Eigen::Index column : {located->column, newest.column})
+      for (Eigen::Index c = 0; c < 6; ++c) unknowns.push_back(column + c);
+    const Eigen::MatrixXd joint = solver_.covariance(unknowns);
+    if (joint.size() == 0) return predictedPoseCovariance();
+    Matrix6d turn = Matrix6d::Identity();  // the position from the axes of the located pose to W
+    turn.bottomRightCorner<3, 3>() = located->now.T_WB.R;
+    return errorOfWindow() +
+           turn * fixed_lag::relativeCovariance(located->now.T_WB, newest.now.T_WB, joint) *
+               turn.transpose();
+  }
+
+  static Matrix6d errorOfWindow() {
+    Matrix6d P = Matrix6d::Zero();
+    P.diagonal().head<3>().setConstant(std::pow(5e-4, 2));  // rad
+    P.diagonal().tail<3>().setConstant(std::pow(2e-3, 2));  // m
     return P;
   }
 

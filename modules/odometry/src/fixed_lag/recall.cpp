@@ -106,14 +106,11 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
   for (size_t k = 0; k < candidates.size(); ++k) {
     Candidate& candidate = candidates[k];
     const WindowState& state = window->states[candidate.state];
-    const RelativeJacobians J = relativeJacobians(newest.seenFrom(), state.seenFrom());
-    Eigen::Matrix<double, 6, 12> both;
-    both << J.by_host, J.by_target;
     Eigen::Matrix<double, 12, 12> P;
     const Eigen::Index at = 6 + 6 * k;
     P << joint.topLeftCorner<6, 6>(), joint.block<6, 6>(0, at), joint.block<6, 6>(at, 0),
         joint.block<6, 6>(at, at);
-    candidate.view.covariance = both * P * both.transpose();
+    candidate.view.covariance = relativeCovariance(newest.seenFrom(), state.seenFrom(), P);
     candidate.view.covariance.diagonal().array() += 1e-10;
     // Of too many every n-th is taken: neighbouring ids began together, all over the image.
     const size_t most = std::min(candidate.seen.size(), static_cast<size_t>(options_.landmarks));
@@ -159,9 +156,9 @@ void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>&
     const ViewMatch& match = *match_of.at(f.landmark);
     LandmarkObservation observation{state.serial, static_cast<int>(candidate.state), f.has_right,
                                     f.measurements};
-    observation.look = 1 + noteFound(match.left, &state);
+    const double look = 1 + noteFound(match.left, &state);
     for (ReprojectionMeasurement& m : observation.measurements)
-      m.sqrt_information /= std::sqrt(observation.look);
+      m.sqrt_information /= std::sqrt(look);
     addObservation(observation, &landmark);
     recalled->push_back({state.t, {landmark.id, match.left, match.right, f.has_right}});
   }

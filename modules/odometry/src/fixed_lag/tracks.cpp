@@ -34,6 +34,25 @@ double distance(const Window& window, const Landmark& landmark, const MeasuredFr
   return worst;
 }
 
+/** Of the landmark's parameters, given the poses, by the noise of the pixels that see it. */
+Eigen::Matrix3d triangulationCovariance(const Window& window, const Landmark& landmark) {
+  const SE3& T_WH = window.states[landmark.host].seenFrom();
+  // An inverse distance that the pixels do not tell is known to 1 / mm all the same.
+  Eigen::Matrix3d information = Eigen::Vector3d(0.0, 0.0, 1e-6).asDiagonal();
+  for (const LandmarkObservation& o : landmark.observations) {
+    const SE3 T_HT = relativePose(T_WH, window.states[o.state].seenFrom());
+    for (size_t camera = o.first(); camera < o.end(); ++camera) {
+      Eigen::Vector2d r;
+      Eigen::Matrix<double, 2, 6> J_pose;
+      Eigen::Matrix<double, 2, 3> J;
+      if (reprojectionResidual(window.T_CB[camera], o.measurements[camera], T_HT, landmark.in_host,
+                               &r, &J_pose, &J))
+        information += J.transpose() * J;
+    }
+  }
+  return window.pixel_variance * information.inverse();
+}
+
 /** The ray in the body's axes: the left camera's, or the right one's where that alone sees it. */
 Eigen::Vector3d rayInBody(const MeasuredFrame::Track& track, const Window& window) {
   const size_t camera = track.has_left ? 0 : 1;
@@ -79,11 +98,11 @@ MeasuredFrame measure(const StereoInertialCalibration& calibration, const Tracke
 Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
                                  const Eigen::Matrix<double, 6, 6>& pose_covariance,
                                  Window* window) {
-  std::set<LandmarkId> still_rejected;
   std::vector<std::pair<Landmark*, const MeasuredFrame::Track*>> agreeing, others;
   for (const MeasuredFrame::Track& track : frame.tracks) {
-    if (rejected_.count(track.id)) {
-      still_rejected.insert(track.id);
+    const auto rejected = rejected_.find(track.id);
+    if (rejected != rejected_.end()) {
+      rejected->second = 0;
       continue;
     }
     const auto known = window->landmarks.find(track.id);
@@ -92,7 +111,7 @@ Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
         distance(*window, known->second, track, pose_covariance, options_.chi2_gate) < 1.0;
     (agrees ? agreeing : others).emplace_back(&known->second, &track);
   }
-  rejected_ = std::move(still_rejected);
+  forgetEndedTracks(frame);
   Counts counts;
   // If most tracks disagree with the prediction, the prediction is wrong.
   if (others.size() > agreeing.size()) {
@@ -104,17 +123,24 @@ Tracks::Counts Tracks::associate(const MeasuredFrame& frame,
     landmark->observations.push_back({newest.serial, static_cast<int>(window->states.size()) - 1,
                                       track->has_right, track->measurements, track->has_left});
   for (const auto& [landmark, track] : others)
-    if (++landmark->strikes >= 2) rejected_.insert(track->id);
+    if (++landmark->strikes >= 2) rejected_[track->id] = 0;
   counts.used = agreeing.size();
   counts.gated = others.size();
   return counts;
 }
 
+void Tracks::forgetEndedTracks(const MeasuredFrame& frame) {
+  constexpr int kEnded = 10;  // frames; the front end leaves a track out while it seeks its anchor
+  if (frame.tracks.empty()) return;
+  for (auto it = rejected_.begin(); it != rejected_.end();)
+    it = it->second++ > kEnded ? rejected_.erase(it) : std::next(it);
+}
+
 bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
                            const Window& window) const {
-  const size_t tracks = frame.tracks.size();
-  if (tracks < 10) return false;
-  if (counts.used < options_.keyframe_survival * static_cast<double>(tracks)) return true;
+  const auto tracks = static_cast<int>(frame.tracks.size());
+  if (tracks < kLocatedBy) return false;
+  if (counts.used < kLocatedBy || counts.used < options_.keyframe_survival * tracks) return true;
   const Eigen::Matrix3d R_LB = last_R_WB_.transpose() * window.states.back().now.T_WB.R;
   std::vector<double> parallax;
   for (const MeasuredFrame::Track& track : frame.tracks) {
@@ -177,16 +203,52 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
     landmark.in_host =
         InverseDepthLandmark(newest.seenFrom().inverse() * *p_W, calibration_->cameras[0].T_BC.t);
     landmark.observations = std::move(all);
+    landmark.covariance = triangulationCovariance(*window, landmark);
     window->landmarks.emplace(id, std::move(landmark));
   }
   pending_ = std::move(pending);
 }
 
-std::vector<double> Tracks::dropOutliers(Window* window) {
+bool Tracks::dropMisfittingImage(Window* window) {
+  const WindowState& newest = window->states.back();
+  RelativeViews views;
+  views.place(*window);
+  const auto known = [&](const Landmark& landmark) {
+    return landmark.seenIn(newest.serial) && landmark.host_serial != newest.serial;
+  };
+  int seen = 0, fitting = 0;
+  for (const auto& [id, landmark] : window->landmarks) {
+    if (!known(landmark)) continue;
+    ++seen;
+    fitting += fits(views, views.ray(landmark), landmark.host, landmark.observations.back());
+  }
+  if (4 * fitting >= seen) return false;
+  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+    Landmark& landmark = it->second;
+    if (known(landmark)) landmark.observations.pop_back();
+    it = landmark.host_serial == newest.serial ? window->landmarks.erase(it) : std::next(it);
+  }
+  window->states.back().keyframe = false;
+  return true;
+}
+
+bool Tracks::fits(const RelativeViews& views, const RelativeViews::Ray& ray, int host,
+                  const LandmarkObservation& o, std::array<double, 2>* squares) const {
+  for (size_t camera = o.first(); camera < o.end(); ++camera) {
+    Eigen::Vector2d r;
+    if (!views.residual(ray, host, o, camera, &r) || r.squaredNorm() > options_.chi2_outlier)
+      return false;
+    if (squares) (*squares)[camera] = r.squaredNorm();
+  }
+  return true;
+}
+
+Tracks::Fit Tracks::dropOutliers(Window* window) {
   const int newest = window->states.back().serial;
   RelativeViews views;
   views.place(*window);
-  std::vector<double> squares;
+  Fit fit;
+  std::vector<double>& squares = fit.squares;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     Landmark& landmark = it->second;
     auto& observations = landmark.observations;
@@ -194,39 +256,36 @@ std::vector<double> Tracks::dropOutliers(Window* window) {
     const size_t before = observations.size(), squares_before = squares.size();
     const auto misfits = [&](const LandmarkObservation& o) {
       std::array<double, 2> r2{};
-      for (size_t camera = o.first(); camera < o.end(); ++camera) {
-        Eigen::Vector2d r;
-        if (!views.residual(ray, landmark.host, o, camera, &r) ||
-            r.squaredNorm() > options_.chi2_outlier)
-          return true;
-        r2[camera] = o.look * r.squaredNorm();
-      }
-      squares.insert(squares.end(), r2.begin() + o.first(), r2.begin() + o.end());
+      if (!fits(views, ray, landmark.host, o, &r2)) return true;
+      // What was found again in an old view is whitened by another standard deviation.
+      if (!window->states[o.state].retained)
+        squares.insert(squares.end(), r2.begin() + o.first(), r2.begin() + o.end());
       return false;
     };
     const bool seen = landmark.seenIn(newest);
     observations.erase(std::remove_if(observations.begin(), observations.end(), misfits),
                        observations.end());
-    const bool fits = landmark.seenIn(newest);
-    if (fits)
+    const bool still_seen = landmark.seenIn(newest);
+    if (still_seen)
       landmark.strikes = 0;
     else if (seen)
       ++landmark.strikes;
+    fit.used += still_seen && landmark.host_serial != newest;
     // A landmark goes that misses its observations repeatedly, or most of them at once.
     const bool lost =
         observations.empty() || landmark.strikes >= 2 || 2 * observations.size() < before;
-    if (lost || !fits || observations.size() < 3) {
+    const size_t pixels = squares.size() - squares_before;
+    if (lost || !still_seen || observations.size() < 3 || pixels < 3) {
       squares.resize(squares_before);
     } else {
       // Of 2 n coordinates the landmark itself takes three.
-      const auto pixels = static_cast<double>(squares.size() - squares_before);
       const double share = (2.0 * pixels - 3.0) / (2.0 * pixels);
       for (size_t i = squares_before; i < squares.size(); ++i) squares[i] /= share;
     }
-    if (lost) rejected_.insert(landmark.id);
+    if (lost) rejected_[landmark.id] = 0;
     it = lost ? window->landmarks.erase(it) : std::next(it);
   }
-  return squares;
+  return fit;
 }
 
 void Tracks::followNoise(std::vector<double> squares, Window* window) const {

@@ -3,13 +3,16 @@
 // Tracks of the front end against the window: which to believe, and the landmarks that they become.
 // Private to the module.
 
-#include <set>
+#include <map>
 #include <unordered_map>
 
 #include "etalon/core/tracked_frame.h"
+#include "relative_views.h"
 #include "window.h"
 
 namespace etalon::fixed_lag {
+
+constexpr int kLocatedBy = 6;  ///< landmarks that a frame needs to be located
 
 struct TrackOptions {
   double sigma_px = kTrackSigmaPx;
@@ -59,21 +62,37 @@ class Tracks {
    * landmarks, triangulated from both cameras or with earlier keyframes. */
   void createLandmarks(const MeasuredFrame& frame, Window* window);
 
-  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing.
-   * Returns the squared residuals that are left, for followNoise(): in sigma_px, of landmarks that
-   * the newest state sees, raised by the share that fitting the landmark has taken off. */
-  std::vector<double> dropOutliers(Window* window);
+  /**
+   * Drops all that the newest image shows if after the optimisation less than a quarter of it fits:
+   * the image is wrong, as one that a camera repeats, and its tracks may be right again in the next.
+   * Returns whether it did.
+   */
+  bool dropMisfittingImage(Window* window);
+
+  struct Fit {
+    int used = 0;  ///< landmarks of earlier states that the newest one sees where they are
+    /** Squared residuals in sigma_px, for followNoise(): of landmarks that the newest state sees,
+     * raised by the share that fitting the landmark has taken off. */
+    std::vector<double> squares;
+  };
+  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing. */
+  Fit dropOutliers(Window* window);
 
   /** Tracks without a distance begin anew: their measurements are of another calibration. */
   void forgetPending() { pending_.clear(); }
 
-  /** Lets the window's pixel variance follow the median of what dropOutliers() returns. */
+  /** Lets the window's pixel variance follow the median of Fit::squares. */
   void followNoise(std::vector<double> squares, Window* window) const;
 
  private:
+  void forgetEndedTracks(const MeasuredFrame& frame);
+  /** Whether the observation is where its landmark is. @param squares of its residuals, by camera */
+  bool fits(const RelativeViews& views, const RelativeViews::Ray& ray, int host,
+            const LandmarkObservation& o, std::array<double, 2>* squares = nullptr) const;
+
   const StereoInertialCalibration* calibration_;
   TrackOptions options_;
-  std::set<LandmarkId> rejected_;  ///< tracks that are not believed any more
+  std::map<LandmarkId, int> rejected_;  ///< tracks that failed, and frames since they were seen
   /** In keyframes, of tracks whose distance is not known yet. */
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending_;
   struct Ray {

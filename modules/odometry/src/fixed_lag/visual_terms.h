@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "etalon/optimization/residuals/cauchy.h"
 #include "relative_views.h"
 
 namespace etalon::fixed_lag {
@@ -23,30 +24,20 @@ struct NormalEquations {
   }
 };
 
-/** Squared scale of the Cauchy loss: of a pixel's two whitened coordinates. */
-constexpr double kLossChi2 = 4.0;
-/**
- * With Gaussian noise (s = r^2 exponential of mean 2, w = 1 / (1 + s / kLossChi2)) Gauss-Newton's
- * matrix has E[w] = 0.723 of the information, and the estimate's variance is E[w^2 s] / 2 / (E[w] -
- * E[w^2 s] / kLossChi2)^2 = 1.092 of the least: the loss is scaled by 1 / (0.723 * 1.092), so that
- * the covariance is the one that the estimate has.
- */
-constexpr double kLossGain = 1.267;
-
-/** The robust cost of squared whitened residuals, kLossGain kLossChi2 log(1 + r^2 / kLossChi2)
+/** The robust cost of squared whitened residuals, kCauchyGain kCauchyChi2 log(1 + r^2 / kCauchyChi2)
  * each; one logarithm for many. */
 class RobustCost {
  public:
   /** @return the weight of the residual */
   double add(double r2) {
-    const double factor = 1.0 + r2 / kLossChi2;
+    const double factor = 1.0 + r2 / kCauchyChi2;
     product_ *= factor;
     if (product_ > 1e100) flush();
-    return kLossGain / factor;
+    return kCauchyGain / factor;
   }
   double total() {
     flush();
-    return kLossGain * kLossChi2 * sum_;
+    return kCauchyGain * kCauchyChi2 * sum_;
   }
 
  private:

@@ -151,4 +151,12 @@ RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
   return J;
 }
 
+Eigen::Matrix<double, 6, 6> relativeCovariance(const SE3& T_WH, const SE3& T_WT,
+                                               const Eigen::Matrix<double, 12, 12>& joint) {
+  const RelativeJacobians J = relativeJacobians(T_WH, T_WT);
+  Eigen::Matrix<double, 6, 12> both;
+  both << J.by_host, J.by_target;
+  return both * joint * both.transpose();
+}
+
 }  // namespace etalon::fixed_lag

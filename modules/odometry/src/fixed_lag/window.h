@@ -61,7 +61,6 @@ struct LandmarkObservation {
   bool has_right = false;
   std::array<ReprojectionMeasurement, 2> measurements;
   bool has_left = true;
-  int look = 1;  ///< 2 if a landmark was found at this point of a retained view before, and so on
 
   /** The cameras that see it: from first() to before end(). */
   size_t first() const { return has_left ? 0 : 1; }
@@ -145,5 +144,8 @@ struct RelativeJacobians {
   Eigen::Matrix<double, 6, 6> by_target, by_host;
 };
 RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT);
+/** Covariance of the same, from the joint one of the errors of both poses, host first. */
+Eigen::Matrix<double, 6, 6> relativeCovariance(const SE3& T_WH, const SE3& T_WT,
+                                               const Eigen::Matrix<double, 12, 12>& joint);
 
 }  // namespace etalon::fixed_lag

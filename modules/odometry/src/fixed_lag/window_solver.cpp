@@ -250,11 +250,14 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
   result.cost = equations.cost;
   const double converged_sigmas =
       options_.converged_sigmas * (window->states.back().keyframe ? 1.0 : 3.0);
-  double damping = 0.0;
+  double damping = 0.0, damping_of_factor = 0.0;
   bool positive = false, factorized = false;
   for (int attempt = 0; attempt < iterations + 3; ++attempt) {
     const bool reused = factorized;
-    if (!reused) positive = factorize(equations, damping);
+    if (!reused) {
+      positive = factorize(equations, damping);
+      damping_of_factor = damping;
+    }
     if (!positive) {
       damping = std::max(1e-8, 10.0 * damping);
       continue;
@@ -295,6 +298,8 @@ SolverResult WindowSolver::solve(Window* window, int iterations, bool same_prior
     else
       equations = std::move(next);
   }
+  // Damping is for the step: it would make the weakest directions look known.
+  if (damping_of_factor > 0.0) positive = factorize(equations, 0.0);
   if (positive) {
     const Eigen::Index n = rest_.size();
     const Eigen::MatrixXd newest = Eigen::MatrixXd::Identity(n, n).rightCols(15);

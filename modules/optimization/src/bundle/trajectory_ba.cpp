@@ -8,17 +8,12 @@
 #include <deque>
 
 #include "bundle/visual_problem.h"
+#include "etalon/optimization/residuals/cauchy.h"
 #include "residuals/gauge_cost.h"
 #include "residuals/inertial_cost.h"
 
 namespace etalon {
 namespace {
-
-/** Squared scale of the Cauchy loss, of a pixel's two whitened coordinates. */
-constexpr double kLossChi2 = 4.0;
-/** With it Gaussian noise has the covariance that Gauss-Newton's matrix claims (docs/odometry.md).
- */
-constexpr double kLossGain = 1.267;
 
 /** Costs, blocks and solution of one batch. */
 class TrajectorySolver {
@@ -31,9 +26,9 @@ class TrajectorySolver {
   void solve(double noise_factor, SolverSummary* summary) {
     reintegrate();
     const double variance = noise_factor * noise_factor;
-    const auto problem = visual_.makeProblem(
-        std::make_unique<ceres::ScaledLoss>(new ceres::CauchyLoss(std::sqrt(kLossChi2 * variance)),
-                                            kLossGain / variance, ceres::TAKE_OWNERSHIP));
+    const auto problem = visual_.makeProblem(std::make_unique<ceres::ScaledLoss>(
+        new ceres::CauchyLoss(std::sqrt(kCauchyChi2 * variance)), kCauchyGain / variance,
+        ceres::TAKE_OWNERSHIP));
     inertial_.clear();
     const Eigen::Vector3d g_W(0.0, 0.0, -problem_.gravity_mps2);
     for (size_t k = 0; k < problem_.preintegrations.size(); ++k) {

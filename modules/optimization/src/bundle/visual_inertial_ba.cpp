@@ -18,7 +18,7 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "errors follow the residuals, and the IMU is re-integrated where the bias moved "
                  "far.");
   parameters.add("iterations_per_round", &iterations_per_round, {1, 200},
-                 "Gauss-Newton steps of a round, at most.");
+                 "Gauss-Newton steps per round, at most.");
   parameters.add("converged_sigmas", &converged_sigmas, {1e-6, 10.0},
                  "Stop where a step of all states together is shorter than this many of its own "
                  "standard deviations; what did not get there has not converged.");
@@ -34,11 +34,11 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "residuals show less; 1: sigma_px as it is.");
   parameters.add("sigma_shared_deg", &sigma_shared_deg, {1e-4, 10.0},
                  "Standard deviation of the error that all pixels of a keyframe share, as a "
-                 "rotation an axis, deg (calibration; 0.01 deg is 0.08 px at 460 px of focal "
+                 "rotation per axis, deg (calibration; 0.01 deg is 0.08 px at 460 px of focal "
                  "length). 1e-4: practically none.");
   parameters.add("sigma_turn_deg", &sigma_turn_deg, {1e-4, 10.0},
                  "Standard deviation of the turn of the cameras in the body against the "
-                 "calibration, an axis, deg. 1e-4: practically none.");
+                 "calibration, per axis, deg. 1e-4: practically none.");
   parameters.add("reintegrate_gyro_rps", &reintegrate_gyro_rps, {0.0, 10.0},
                  "Re-integrate the raw IMU if b_g moved farther than this, rad/s.");
   parameters.add("reintegrate_accel_mps2", &reintegrate_accel_mps2, {0.0, 100.0},

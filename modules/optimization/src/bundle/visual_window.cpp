@@ -14,7 +14,7 @@ namespace etalon {
 
 VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
                                const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
-                               int min_keyframes, const std::vector<MoreObservation>& more) {
+                               const std::vector<MoreObservation>& more) {
   using Sighting = MoreObservation;
   std::map<LandmarkId, std::vector<Sighting>> sightings;
   size_t count = 2 * more.size();
@@ -41,7 +41,7 @@ VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
   for (const auto& [id, seen] : sightings) {
     bool has_stereo = false;
     for (const Sighting& s : seen) has_stereo |= s.observation->has_right;
-    if (static_cast<int>(seen.size()) + (has_stereo ? 1 : 0) < min_keyframes) continue;
+    if (static_cast<int>(seen.size()) + (has_stereo ? 1 : 0) < 2) continue;
     const int landmark = window.landmarkCount();
     const int first = window.measurements.size();
     for (const Sighting& s : seen) {

@@ -19,6 +19,12 @@ namespace etalon {
  */
 double shownNoiseDensity(const std::vector<ImuSample>& samples, Eigen::Vector3d ImuSample::*sensor);
 
+/** Random walks are no smaller: with zero, as some data sheets have it, a covariance of the motion is
+ * singular. A hundredth of a good MEMS sensor's; over an hour the biases move by 6e-6 rad/s and 6e-5
+ * m/s^2. */
+constexpr double kLeastGyroRandomWalk = 1e-7;   // rad/s^2/sqrt(Hz)
+constexpr double kLeastAccelRandomWalk = 1e-6;  // m/s^3/sqrt(Hz)
+
 /**
  * How far the data sheet's white-noise densities are to be believed. A platform that vibrates has
  * an IMU several times noisier than one whose motors are off (docs/noise.md gives the measurements
@@ -32,7 +38,7 @@ struct ImuNoiseOptions {
 
   void declare(ParameterSet& parameters);
   /** The densities to use on a platform that vibrates: data sheet times factors. The random walks
-   * are left as they are. */
+   * are left as they are, but for those below kLeastGyroRandomWalk and kLeastAccelRandomWalk. */
   ImuNoiseDensities apply(const ImuNoiseDensities& data_sheet) const;
   /**
    * The densities to use for a window. A sensor's is what the window's samples show, but no less

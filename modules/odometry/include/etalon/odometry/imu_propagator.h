@@ -17,7 +17,14 @@ class ImuPropagator {
       : noise_(noise), g_W_(0.0, 0.0, -gravity_mps2), max_gap_s_(max_gap_s) {}
 
   /** Forgets the state, because the odometry ended; keeps samples for the next estimate. */
-  void forgetState() { state_.reset(); }
+  void forgetState() {
+    state_.reset();
+    ahead_.reset();
+  }
+
+  /** Nothing leads from the samples so far to those that come: no state is known until an estimate
+   * after them. */
+  void clockJumped();
 
   /** The estimate at `t`; samples after it may have come already. */
   void correct(TimeNs t, const NavState& state);
@@ -33,6 +40,11 @@ class ImuPropagator {
   std::optional<NavState> at(TimeNs t) const;
 
  private:
+  /** The state at t1 from that at t0; nothing where the IMU does not cover the time between. */
+  std::optional<NavState> integrated(const NavState& from, TimeNs t0, TimeNs t1) const;
+  /** Takes ahead_ to the last sample. */
+  void carryOn();
+
   /** Of these, samples are kept; with more, the last state takes the place of the estimate. */
   static constexpr size_t kMostSamples = 4000;
 
@@ -42,6 +54,10 @@ class ImuPropagator {
   ImuBuffer imu_;  ///< without a gap
   std::optional<NavState> state_;
   TimeNs t_ = 0;  ///< of state_
+  /** The state at end(), carried on from sample to sample, so that asking for it costs no more the
+   * longer ago the estimate was. */
+  std::optional<NavState> ahead_;
+  TimeNs ahead_t_ = 0;  ///< of ahead_
 };
 
 }  // namespace etalon

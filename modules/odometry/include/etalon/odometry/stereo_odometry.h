@@ -51,7 +51,7 @@ class StereoOdometry {
   void begin(const TrackedFrame& frame, const SE3& T_VB, const Eigen::Vector3d& v_VB);
 
   /** The pose at `t`, not before the last frame's: turned as the gyro saw it, moved at the last
-   * known velocity for max_prediction_s at most. */
+   * known velocity until max_prediction_s after the last frame that was located. */
   SE3 predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const;
 
   /** Forgets the velocity: the time to the next frame is not known. */
@@ -69,7 +69,6 @@ class StereoOdometry {
   void adopt(const Trajectory& keyframes, const std::map<LandmarkId, Eigen::Vector3d>& landmarks);
 
   const SE3& pose() const { return T_VB_; }
-  std::vector<SE3> keyframePoses() const;
   const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
 
  private:
@@ -84,9 +83,11 @@ class StereoOdometry {
   StereoOdometryOptions options_;
   std::array<SE3, 2> T_CB_;
   bool started_ = false;
-  TimeNs t_ = 0;
+  TimeNs t_ = 0;  ///< of T_VB_
   SE3 T_VB_;
-  Eigen::Vector3d v_VB_ = Eigen::Vector3d::Zero();  ///< from the last two poses, for the prediction
+  StampedPose located_;  ///< of the last frame that was located, in V
+  /** From the last two frames that were located, for the prediction. */
+  Eigen::Vector3d v_VB_ = Eigen::Vector3d::Zero();
   std::deque<WindowKeyframe> keyframes_;
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;
 };

@@ -37,12 +37,14 @@ enum class InputFault {
   kImuFromThePast,      ///< earlier than the sample before: dropped
   kImuStampAlone,       ///< far ahead, and the next sample is not: dropped
   kImuJump,             ///< a step of more than max_gap_s: nothing is integrated across it
+  kImuStepBack,         ///< the clock: what comes is from the past until it has caught up
   kFrameInvalidStamp,   ///< dropped
   kFrameUnusable,       ///< an image is missing, not CV_8UC1 or not of the calibrated size: dropped
   kFrameRepeatedStamp,  ///< dropped
   kFrameFromThePast,    ///< dropped
   kFrameStampAlone,     ///< dropped
   kFrameJump,           ///< a step of more than max_gap_s: the window of keyframes starts anew
+  kFrameStepBack,       ///< as kImuStepBack
   kFrameWithoutImu,     ///< the IMU had not reached it in time: used without IMU
   kFrameRepeatsImage,  ///< an image is that of the frame before, bit for bit, although the platform
                        ///< moved: its pose is a prediction
@@ -71,7 +73,7 @@ std::string describe(InputFault fault, const InputFaultCount& count);
 
 /** The IMU's clock went on elsewhere: nothing can be integrated from what came before. */
 struct ClockJump {
-  TimeNs from = 0, to = 0;  ///< stamps before and after
+  TimeNs from = 0, to = 0;  ///< stamps before and after; to < from: it stepped back
 };
 
 /** A measurement that can be used, or the news that the clock jumped. */
@@ -87,10 +89,15 @@ using AdmittedInput = std::variant<ImuSample, StereoFrame, ClockJump>;
  * A frame waits for the IMU; where frames max_wait_s later are there, or kMaxWaitingFrames, it
  * passes without. A measurement more than max_gap_s ahead is held until the next one of its stream:
  * if that is later still, time went on there (a jump), else the stamp stood alone and is dropped.
+ *
+ * kStepBackRun measurements of a stream in a row that are from the past, and in order, are a clock
+ * that stepped back. It is said once; what comes is dropped until the clock has caught up, because
+ * poses have the stamps of their measurements and a trajectory is in order.
  */
 class InputBorder {
  public:
   static constexpr size_t kMaxWaitingFrames = 100;
+  static constexpr int kStepBackRun = 5;
 
   InputBorder(const StereoInertialCalibration& calibration, const InputOptions& options);
 
@@ -109,8 +116,11 @@ class InputBorder {
  private:
   template <typename Measurement>
   struct Stream {
-    std::optional<TimeNs> last;       ///< stamp of the last one that passed
-    std::optional<Measurement> held;  ///< beyond a gap, until the next one comes
+    std::optional<TimeNs> last;            ///< stamp of the last one that passed
+    std::optional<Measurement> held;       ///< beyond a gap, until the next one comes
+    int past = 0;                          ///< measurements from the past in a row, in order
+    TimeNs past_first = 0, past_last = 0;  ///< their stamps
+    bool stepped_back = false;             ///< since the last one that passed
   };
   /** The shortest step between two stamps, ns, and the faults that both streams know. */
   struct StreamFaults {
@@ -120,6 +130,10 @@ class InputBorder {
 
   template <typename Measurement>
   void order(Measurement measurement, Stream<Measurement>* stream, const StreamFaults& faults);
+  template <typename Measurement>
+  void comeFromThePast(TimeNs t, Stream<Measurement>* stream);
+  void stepBack(const Stream<ImuSample>& imu);
+  void stepBack(const Stream<StereoFrame>& frames);
   void pass(ImuSample sample);
   void pass(StereoFrame frame);
   bool plausible(const ImuSample& sample);

@@ -7,6 +7,7 @@
 
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
+#include "etalon/imu/imu_limits.h"
 
 namespace etalon {
 
@@ -17,8 +18,6 @@ namespace etalon {
  */
 class MissingInput {
  public:
-  /** A longer step between two IMU samples is a gap, s. */
-  static constexpr double kLongestImuStepS = 0.03;
   /** A camera, or the IMU, is whole again after this long, s. */
   static constexpr double kAgainS = 1.0;
   /** So are the images: where one of ten is lost at random, 100 in a row hardly ever come. */
@@ -33,13 +32,14 @@ class MissingInput {
     bool said = false;    ///< so it was when the frame came
   };
 
-  /** @param calibration whose cam0 has the number of images a second */
+  /** @param calibration with the rates of cam0 and of the IMU (longestImuStep()) */
   explicit MissingInput(const StereoInertialCalibration& calibration)
-      : image_rate_hz_(calibration.cameras[0].rate_hz) {}
+      : image_rate_hz_(calibration.cameras[0].rate_hz),
+        longest_imu_step_s_(longestImuStep(calibration.imu.rate_hz)) {}
 
   /** An IMU sample, in time order. */
   void sample(TimeNs t, bool saturated = false);
-  /** Between these stamps nothing is missing. @return what is to be said of it */
+  /** Between these stamps nothing is missing (ClockJump). @return what is to be said of it */
   std::string clockJumped(TimeNs from, TimeNs to);
   /** @return what is to be said of it: clauses; most often none */
   std::vector<std::string> frame(const Frame& frame);
@@ -63,7 +63,7 @@ class MissingInput {
   /** Ends what is over by `t`, or everything. */
   void endLacks(TimeNs t, bool all, Said* said);
 
-  double image_rate_hz_;
+  double image_rate_hz_, longest_imu_step_s_;
   TimeNs last_frame_ = 0, last_sample_ = 0;  ///< 0: none yet
   std::array<Lack, 2> blind_;                ///< by camera
   Lack gaps_, saturated_, no_imu_, images_, unlocated_;

@@ -2,6 +2,7 @@
 
 #include <mrpt/obs/CObservation.h>
 
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,6 +22,7 @@
 #include "etalon/pipeline/front_stage.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/live_queue.h"
+#include "etalon/pipeline/lost_pose.h"
 #include "etalon/pipeline/missing_input.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/pipeline_state.h"
@@ -59,7 +61,8 @@ struct FrameTiming {
  * measurement, and the same measurements give the same run, bit for bit. With PipelineOptions::live
  * front end and estimator have a thread each and the call returns at once; of the frames that wait
  * for a stage only the newest is kept, and the others are counted (InputFault::kFrameLate). All
- * other accessors are for between calls and, live, for after finish().
+ * other accessors are for between calls and, live, for after finish(). What one of these threads
+ * throws ends the run: every later process(), add() or finish() throws it.
  */
 class Pipeline {
  public:
@@ -124,6 +127,7 @@ class Pipeline {
   }
   /** What the initializers said (Starter::attempts). */
   const std::vector<InitializationAttempt>& attempts() const { return starter_.attempts(); }
+  size_t attemptCount() const { return starter_.attemptCount(); }
   /** One a processed frame. */
   const std::vector<FrameTiming>& timings() const { return timings_; }
   int keyframesCollected() const { return static_cast<int>(window_.stamps().size()); }
@@ -150,7 +154,9 @@ class Pipeline {
   void runFrontEnd(AdmittedInput input);
   void deliver(EstimatorInput input);
   void startThreads();
+  void runStage(const std::function<void()>& stage);
   void joinThreads();
+  void throwFailure() const;
   void count(InputFault fault, TimeNs t);
   void propagate(const ImuSample& sample);
   void publish(const FrameEstimate& estimate);
@@ -201,6 +207,7 @@ class Pipeline {
   std::thread front_thread_, estimator_thread_;
 
   mutable std::mutex shared_mutex_;  ///< of what both threads and any reader see
+  std::exception_ptr failure_;       ///< what ended a thread
   InputFaultCounts run_faults_;
   ImuPropagator propagator_;
   ImuBias front_bias_;            ///< what the front end believes of the gyro
@@ -214,7 +221,7 @@ class Pipeline {
   std::unique_ptr<Odometry> inertial_;           ///< while kInertial or kDeadReckoning
   std::shared_ptr<ImageViews> views_;            ///< of inertial_; null without a map
   std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
-  bool clock_jumped_ = false;                    ///< since the last frame
+  double clock_step_s_ = 0.0;                    ///< of ClockJumps since the last frame
   FlightRecord record_;
   MissingInput missing_;
   TimeNs clock_shift_ = 0;  ///< stamps less those that inertial_ is given
@@ -227,8 +234,7 @@ class Pipeline {
   std::vector<PipelineEvent> events_;
   std::optional<TimeNs> initialized_at_, handed_over_at_;
   ImuBias bias_;
-  /** Of the last pose of the fixed-lag odometry, when it was lost. */
-  Eigen::Matrix<double, 6, 6> lost_covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
+  LostPose lost_;  ///< while kLost
   std::vector<FrameEstimate> estimates_;
   std::vector<FrameTiming> timings_;
   int frames_not_located_ = 0;

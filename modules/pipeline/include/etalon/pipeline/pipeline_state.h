@@ -24,7 +24,8 @@ const char* toString(PipelineState state);
 struct PoseJump {
   SE3 T_before_after;  ///< the pose after, seen from the pose before
   /** Of the pose after as an error in the world of before: [rotation, position], rad and m, in the
-   * order of state_index. */
+   * order of state_index. It is the odometry's when the platform was lost, and what may have happened
+   * since where no image located it (LostPose). */
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -67,6 +67,10 @@ class Starter {
    * the at-rest initializer are here too, but those of a platform that began to move as it was
    * waited for. */
   const std::vector<InitializationAttempt>& attempts() const { return attempts_; }
+  /** Of a flight without end only the newest attempts are kept, `keep` at least. */
+  void forgetOld(size_t keep);
+  /** How many attempts there were: those that are forgotten, too. */
+  size_t attemptCount() const { return attempts_forgotten_ + attempts_.size(); }
 
  private:
   void keep(InitializationAttempt attempt);
@@ -85,6 +89,7 @@ class Starter {
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();  ///< of the start, rad/s
   double sigma_gyro_bias_ = 0.0;                         ///< of the start, of the worst axis, rad/s
   std::vector<InitializationAttempt> attempts_;
+  size_t attempts_forgotten_ = 0;
 };
 
 }  // namespace etalon

@@ -10,21 +10,17 @@ namespace etalon {
 /** The least value of a quadratic on a sphere, see minimizeOnSphere. */
 struct SphereMinimum {
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
-  double multiplier = 0.0;  ///< mu of (A + mu I) g = b; A + mu I is positive semidefinite
-  double cost = 0.0;        ///< g^T A g - 2 b^T g
-  /** The least value is taken at more than one point (mirrored, or a circle); one of them is `g`.
-   */
-  bool ambiguous = false;
+  double cost = 0.0;  ///< g^T A g - 2 b^T g
 };
 
 /**
  * The global minimum of g^T A g - 2 b^T g over |g| = radius.
  *
- * With the eigenvalues l_i of A and b in its eigenvectors, beta_i, the multiplier is the one root
+ * With the eigenvalues l_i of A and b in its eigenvectors, beta_i, (A + mu I) g = b with the one root
  * mu >= -l_min of the secular equation  sum_i (beta_i / (l_i + mu))^2 = radius^2  (every other
  * stationary point costs more; Gander, Golub and von Matt, Linear Algebra Appl. 114, 1989). In the
  * hard case, b orthogonal to the weakest eigenvector and no root there, mu = -l_min and the length
- * that is missing is laid along that eigenvector.
+ * that is missing is laid along that eigenvector: one of the minima, which are mirrored or a circle.
  *
  * @param A 3x3, symmetric; its lower triangle is read
  * @return nothing if A or b is not finite, or the radius not positive
@@ -37,9 +33,8 @@ struct NormConstrainedSolution {
   /** Singular: the other unknowns are not determined. Costs are (x^T A x) / 2 - b^T x, the initial
    * one at the seed of gravity. */
   SolverSummary summary;
-  bool ambiguous = false;  ///< see SphereMinimum
-  Eigen::VectorXd x;       ///< (y, g)
-  Eigen::Matrix3d A_g;     ///< what A says of g once y is eliminated (Schur complement)
+  Eigen::VectorXd x;    ///< (y, g)
+  Eigen::Matrix3d A_g;  ///< what A says of g once y is eliminated (Schur complement)
 };
 
 /**

@@ -77,12 +77,11 @@ struct MoreObservation {
 };
 
 /**
- * Collects what `keyframes` see, and `more`. A landmark is kept if at least `min_keyframes` keyframes see it,
- * or with one keyframe less if one of them has both cameras.
+ * Collects what `keyframes` see, and `more`. A landmark is kept if two keyframes see it, or one does
+ * with both cameras.
  */
 VisualWindow buildVisualWindow(const StereoInertialCalibration& calibration,
                                const std::vector<const TrackedFrame*>& keyframes, double sigma_px,
-                               int min_keyframes = 2,
                                const std::vector<MoreObservation>& more = {});
 
 /**
