@@ -89,14 +89,12 @@ std::string describe(const BenchmarkProgress& p) {
 
 void printNotes(const BenchmarkOutcome& outcome) {
   for (const std::string& note : outcome.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
-  for (const BenchmarkSequence& sequence : outcome.record.sequences) {
-    for (const std::string& warning : sequence.warnings)
-      std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
-  }
+  printRecordingWarnings(outcome.record);
 }
 
 int bench(const BenchArguments& arguments) {
   arguments.ground_truth.check(arguments.sources);
+  arguments.configuration.requireNotIn(arguments.suite.out);
   const TableFormat format = tableFormatFromName(arguments.suite.format);
   const SuiteConfiguration configuration = configureSafely(arguments);
   const std::string device =

@@ -13,6 +13,7 @@
 #include "etalon/core/process/child_process.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/recorded_source.h"
+#include "etalon/frontend/recording_inspection.h"
 #include "etalon/pipeline/flight_bias.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "noise_table.h"
@@ -248,12 +249,23 @@ class Calibration {
   bool has_noise_ = false;
 };
 
+/** What should not be noticed after minutes of work: a device file that cannot be written, and
+ * recordings that tell nothing. */
+void checkBeforeFlying(const CalibrateDeviceArguments& arguments) {
+  requireDifferentNames(arguments.sources);
+  const OutputFile written_in_time(arguments.out);
+  for (const std::string& source : arguments.sources)
+    for (const std::string& warning : requireSoundRecording(source))
+      std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
+}
+
 int calibrateDevice(const CalibrateDeviceArguments& arguments) {
   if (arguments.sources.empty() && arguments.base.empty())
     throw ConfigError("calibrate-device: expected recordings, or a device file (--base)");
   if (!arguments.without.empty() && arguments.base.empty())
     throw ConfigError("calibrate-device: --without leaves out flights of --base, which is missing");
   const RunEnd end = runSupervised(arguments.time_limit_s, [&arguments](RunState& state) {
+    checkBeforeFlying(arguments);
     Calibration calibration(arguments, &state);
     for (const std::string& source : arguments.sources) calibration.add(source);
     if (!arguments.sources.empty()) calibration.calibrateNoise();

@@ -6,8 +6,8 @@ namespace etalon::app {
 
 /** Exit codes of every subcommand. */
 enum ExitCode : int {
-  kOk = 0,              ///< done; for replay: initialised
-  kNotInitialised = 1,  ///< replay: never initialised (reasons printed)
+  kOk = 0,              ///< done; for replay: initialized
+  kNotInitialized = 1,  ///< replay: never initialized (reasons printed)
   kIncomplete = 1,      ///< compare: of a benchmark that lacks windows or recordings
   kUsageError = 2,      ///< usage or configuration
   kDataErrorExit = 3,   ///< data

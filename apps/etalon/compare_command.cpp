@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -9,8 +10,10 @@
 #include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/benchmark/store.h"
 #include "etalon/benchmark/trial/trajectory_trial.h"
+#include "etalon/benchmark/trial/trial_summary.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/report/benchmark_comparison.h"
 #include "etalon/report/benchmark_overview.h"
@@ -74,6 +77,27 @@ void drawRuns(const CompareArguments& arguments,
   drawTrajectories(arguments.plot, trajectories, truth);
 }
 
+/** Says which runs are of another recording, or of another part of it, than the first. */
+void warnOfOtherRecordings(const std::vector<std::pair<std::string, RunRecord>>& runs) {
+  constexpr double kToleranceS = 0.2;  // a fault may have taken the first or last images
+  const auto& [first_name, first] = runs.front();
+  const std::string recording = recordingName(first.source);
+  for (const auto& [name, run] : runs) {
+    const std::string other = recordingName(run.source);
+    const double later_s = secondsBetween(first.first_image, run.first_image);
+    const double longer_s = run.statistics.duration_s - first.statistics.duration_s;
+    const bool same_part = std::abs(later_s) <= kToleranceS && std::abs(longer_s) <= kToleranceS;
+    if (same_part && other == recording) continue;
+    std::string what = "of another recording (" + other + ", not " + recording + ")";
+    if (other == recording)
+      what = format("of another part of %s (%.2f s, which begin %+.2f s after those %.2f s)",
+                    recording.c_str(), run.statistics.duration_s, later_s,
+                    first.statistics.duration_s);
+    std::fprintf(stderr, "warning: %s is a run %s than %s: their errors cannot be compared\n",
+                 printable(name).c_str(), printable(what).c_str(), printable(first_name).c_str());
+  }
+}
+
 void compareRunFolders(const CompareArguments& arguments, TableFormat format) {
   const std::vector<std::string> names =
       isForPeople(format) ? shortNames(arguments.runs) : arguments.runs;
@@ -81,6 +105,7 @@ void compareRunFolders(const CompareArguments& arguments, TableFormat format) {
   for (size_t i = 0; i < names.size(); ++i)
     runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
   for (auto& [name, record] : runs) requireCoverage(&record, arguments.min_coverage);
+  warnOfOtherRecordings(runs);
   const bool brief = format == TableFormat::kText && !arguments.verbose;
   const Table table = brief ? compareRunsBriefly(runs) : compareRuns(runs);
   std::fputs(table.toString(format).c_str(), stdout);
@@ -242,6 +267,8 @@ void compareTrajectories(const CompareArguments& arguments, TableFormat format) 
   else
     for (const TitledTable& table : trialTables(record))
       std::printf("%s\n", toString(table, format).c_str());
+  for (const std::string& sentence : describeUncounted(record))
+    std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }
 
 int compare(const CompareArguments& arguments) {

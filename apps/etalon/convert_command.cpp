@@ -10,12 +10,18 @@
 #include "etalon/datasets/convert.h"
 #include "options/fault_option.h"
 #include "options/recording_option.h"
+#include "options/suite_options.h"
 #include "support/progress_line.h"
 #include "support/read_summary.h"
 
 namespace etalon::app {
 
 namespace {
+
+/** Thrown where the work was told to stop. */
+struct Interrupted : public Error {
+  Interrupted() : Error("interrupted") {}
+};
 
 struct ConvertArguments {
   std::string source, destination;
@@ -56,7 +62,29 @@ double megabytes(const std::filesystem::path& path) {
   return sum;
 }
 
-void convert(const ConvertArguments& arguments) {
+/** Folders that a conversion makes. Those that are empty at the end are removed. */
+class NewFolders {
+ public:
+  explicit NewFolders(const std::filesystem::path& destination) {
+    std::error_code error;
+    const auto absolute = std::filesystem::absolute(destination).lexically_normal();
+    for (auto folder = absolute / "mav0"; !std::filesystem::exists(folder, error) && !error;
+         folder = folder.parent_path())
+      missing_.push_back(folder);
+  }
+  ~NewFolders() {
+    std::error_code error;
+    for (const std::filesystem::path& folder : missing_)
+      if (std::filesystem::is_directory(folder, error)) std::filesystem::remove(folder, error);
+  }
+  NewFolders(const NewFolders&) = delete;
+  NewFolders& operator=(const NewFolders&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> missing_;  ///< the innermost first
+};
+
+int convert(const ConvertArguments& arguments) {
   const Target target = targetOf(arguments.destination);
   const bool embed = arguments.embed || arguments.fault.given();
   SourceOptions source_options;
@@ -67,11 +95,14 @@ void convert(const ConvertArguments& arguments) {
   const auto source =
       arguments.fault.apply([&] { return openSource(arguments.source, source_options); }, 0.0);
 
+  const NewFolders new_folders(arguments.destination);
+  const std::atomic<bool>* stop = stopOnSignals();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line;
   ConvertOptions options;
   options.embed = embed;
   options.progress = [&](const ConvertProgress& progress) {
+    if (stop->load()) throw Interrupted();
     line.update(progress.frames == progress.frames_total, [&]() -> std::string {
       char text[100];
       std::snprintf(text, sizeof text, "convert: %d of %d stereo frames, %.0f a second",
@@ -80,12 +111,20 @@ void convert(const ConvertArguments& arguments) {
       return text;
     });
   };
-  const ConvertReport report = target.write(*source, arguments.destination, options);
+  ConvertReport report;
+  try {
+    report = target.write(*source, arguments.destination, options);
+  } catch (const Interrupted& e) {
+    line.interrupt();
+    std::fprintf(stderr, "convert: %s; nothing is written\n", e.what());
+    return kInterrupted;
+  }
   printReadProblems(source->statistics().unreadable_images, source->statistics().warnings);
   std::printf("%s: %d stereo frames (%s), %d IMU samples, %d ground-truth poses, %.1f MB\n",
               arguments.destination.c_str(), report.stereo_frames,
               report.embedded ? "embedded" : "external images", report.imu_samples,
               report.ground_truth_poses, megabytes(arguments.destination));
+  return kOk;
 }
 
 }  // namespace
@@ -110,11 +149,9 @@ void addConvertCommand(CLI::App& app, int* exit_code) {
   command->footer(
       "With faults, the pixels are stored in the rawlog; of recordings without image files it "
       "takes "
-      "--embed. Exit codes: 0 done, 2 usage or configuration, 3 data.");
-  command->callback([arguments, exit_code] {
-    convert(*arguments);
-    *exit_code = kOk;
-  });
+      "--embed. Exit codes: 0 done, 2 usage or configuration, 3 data, 130 interrupted (nothing is "
+      "written).");
+  command->callback([arguments, exit_code] { *exit_code = convert(*arguments); });
 }
 
 }  // namespace etalon::app

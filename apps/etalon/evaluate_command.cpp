@@ -135,6 +135,10 @@ void printOffset(const EvaluateArguments& arguments, const Trajectory& estimate,
 void evaluate(const EvaluateArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
   const Trajectory estimate = readTum(arguments.trajectory);
+  if (estimate.size() < kMinCoveredPoses)
+    throw DataError(arguments.trajectory, 0,
+                    "expected at least " + std::to_string(kMinCoveredPoses) + " poses, found " +
+                        std::to_string(estimate.size()) + ": fewer can be aligned with anything");
   const GroundTruth truth = readGroundTruth(arguments.ground_truth);
   const AssociatedTrajectories pair = associated(arguments, estimate, truth);
 
@@ -146,9 +150,16 @@ void evaluate(const EvaluateArguments& arguments) {
   for (const NamedAlignment& alignment : alignments())
     if (arguments.align == "all" || arguments.align == alignment.option)
       addErrors(&table, "ATE", alignment.title, absoluteErrors(pair, alignment.type));
-  for (const RelativeDelta& delta : deltas(arguments))
-    addErrors(&table, "RPE", describe(delta), relativeErrors(pair, delta));
+  std::vector<std::string> too_long;
+  for (const RelativeDelta& delta : deltas(arguments)) {
+    const TrajectoryErrors errors = relativeErrors(pair, delta);
+    if (errors.position_m.count == 0) too_long.push_back(describe(delta));
+    addErrors(&table, "RPE", describe(delta), errors);
+  }
   std::fputs(table.toString(format).c_str(), stdout);
+  for (const std::string& delta : too_long)
+    std::fprintf(stderr, "warning: no two poses are %s apart: there is no RPE over that length\n",
+                 delta.c_str());
   if (arguments.estimate_offset) printOffset(arguments, estimate, truth);
 
   if (arguments.plot.empty()) return;

@@ -26,6 +26,7 @@ int mergeRuns(const MergeArguments& arguments) {
       mergeTrials(arguments.folders, arguments.out, arguments.overwrite, trialReportHtml);
   std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+  printShortfalls(outcome.record);
   return kOk;
 }
 

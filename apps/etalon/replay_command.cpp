@@ -10,6 +10,7 @@
 #include "etalon/core/printable.h"
 #include "etalon/core/process/child_process.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
 #include "etalon/pipeline/flight_bias.h"
@@ -20,6 +21,7 @@
 #include "options/fault_option.h"
 #include "options/ground_truth_option.h"
 #include "options/recording_option.h"
+#include "options/suite_options.h"
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
@@ -54,8 +56,13 @@ class Replay {
         died_(died),
         pipeline_(source->calibration(), configuration.pipeline, configuration.initializers) {}
 
+  /** To the end of the source, or until the run shall stop. */
   void run() {
     while (const auto event = source_.next()) {
+      if (state_.stop) {
+        interrupted_ = true;
+        return;
+      }
       if (const auto* sample = std::get_if<ImuSample>(&*event)) {
         pipeline_.add(*sample);
       } else {
@@ -97,6 +104,12 @@ class Replay {
     return run;
   }
 
+  /** "3.20 s" after the first image, if the run was interrupted; else empty. */
+  std::string interruptedAt() const {
+    if (!interrupted_) return "";
+    return format("%.2f s",
+                  images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t));
+  }
   const Pipeline& pipeline() const { return pipeline_; }
   size_t delivered() const { return images_.size(); }
 
@@ -140,6 +153,7 @@ class Replay {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
   size_t reported_ = 0, events_reported_ = 0;
+  bool interrupted_ = false;
 };
 
 /** Records the attempt that did not come to its end, with a warning. */
@@ -196,6 +210,7 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
       std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
   // A folder that cannot be written should not be noticed after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
+  { const OutputFiles writable(arguments.out); }
   Replay run(source.get(), configuration, state, died);
   if (arguments.imu_states) run.keepImuStates();
   if (arguments.gui && !died) run.openWindow();
@@ -205,20 +220,40 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   } catch (const DataError&) {  // the part before the error is still finished and written
     failure = std::current_exception();
   }
-  if (failure && run.delivered() == 0) {  // an earlier run in the folder stays as it is
+  const std::string interrupted = run.interruptedAt();
+  if (run.delivered() == 0 && (failure || !interrupted.empty())) {
+    // An earlier run in the folder stays as it is.
     std::error_code ignored;
     if (new_folder) std::filesystem::remove(arguments.out, ignored);
-    std::rethrow_exception(failure);
+    if (failure) std::rethrow_exception(failure);
+    std::fprintf(stderr, "replay: interrupted before the first image; nothing is written\n");
+    return kInterrupted;
   }
   run.finish();
   const FinishedRun finished = run.finished(arguments.min_coverage);
   RunRecord record = makeRunRecord(finished);
   if (died) addLostAttempt(*died, &record);
-  printSummary(record, writeRunResults(arguments.out, finished, record));
+  if (!interrupted.empty())
+    record.warnings.push_back("the run was interrupted at " + interrupted + " and ends there");
+  RunFiles files;
+  try {
+    files = writeRunResults(arguments.out, finished, record);
+  } catch (const DataError& e) {  // the summary is printed all the same
+    files.failures.emplace_back(e.what());
+  }
+  const bool part = arguments.from_s > 0.0 || arguments.to_s < 1e18 || !interrupted.empty();
+  printSummary(record, files.written, part);
   if (!failure && !died) offerBiases(arguments, configuration, run.pipeline());
-  run.waitForWindow();
+  if (interrupted.empty()) run.waitForWindow();
+  if (!files.failures.empty())
+    throw DataError("", 0, "not all results could be written: " + joined(files.failures, "; "));
   if (failure) std::rethrow_exception(failure);
-  return run.pipeline().initializedAt() ? kOk : kNotInitialised;
+  if (!interrupted.empty()) {
+    std::fprintf(stderr, "replay: interrupted at %s; what was flown is written\n",
+                 interrupted.c_str());
+    return kInterrupted;
+  }
+  return run.pipeline().initializedAt() ? kOk : kNotInitialized;
 }
 
 /** A crash loses the results of its process, so the run is repeated, bit for bit, up to it. */
@@ -229,10 +264,12 @@ int replay(const ReplayArguments& arguments) {
   // A file that cannot be updated should not be noticed after minutes of work.
   if (std::filesystem::exists(arguments.update_device))
     DeviceFile::fromIni(IniFile::fromFile(arguments.update_device));
-  const auto run = [&arguments](const RunEnd* died) {
-    return runSupervised(arguments.time_limit_s, [&arguments, died](RunState& state) {
-      return replayHere(arguments, &state, died);
-    });
+  arguments.configuration.requireNotIn(arguments.out);
+  const std::atomic<bool>* stop = stopOnSignals();
+  const auto run = [&arguments, stop](const RunEnd* died) {
+    return runSupervised(
+        arguments.time_limit_s,
+        [&arguments, died](RunState& state) { return replayHere(arguments, &state, died); }, stop);
   };
   const RunEnd end = run(nullptr);
   if (end.finished) return end.exit_code;
@@ -252,7 +289,7 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand(
       "replay",
-      "Run the pipeline on a recording: initialise through a plugin, then odometry in the "
+      "Run the pipeline on a recording: initialize through a plugin, then odometry in the "
       "gravity-aligned frame. Writes trajectory, initialization.json, run.rawlog, a picture and "
       "the effective configuration.");
   command->add_option("SRC", arguments->source, kSourceFormats)->required();
@@ -290,9 +327,10 @@ void addReplayCommand(CLI::App& app, int* exit_code) {
       ->check(checkOutputPath())
       ->capture_default_str();
   command->footer(
-      "Exit codes: 0 initialised, 1 never initialised (reasons printed), 2 usage or configuration, "
+      "Exit codes: 0 initialized, 1 never initialized (reasons printed), 2 usage or configuration, "
       "3 data, 4 the initializer crashed, ended the process or used up its time (said when; what "
-      "came before is written).");
+      "came before is written), 130 interrupted (what was flown is written; a second Ctrl-C ends "
+      "at once).");
   command->callback([arguments, exit_code] { *exit_code = replay(*arguments); });
 }
 

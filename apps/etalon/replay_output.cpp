@@ -19,7 +19,7 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
         pipeline.attempts().empty()
             ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
                   std::to_string(options.windowsGrow() ? options.min_keyframes : options.keyframes)
-            : "not yet (" + std::to_string(pipeline.attempts().size()) + " attempts)";
+            : "not yet (" + std::to_string(pipeline.attemptCount()) + " attempts)";
   char text[120];
   std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
                 state.c_str());
@@ -28,7 +28,7 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
 
 void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
                   const std::string& at_rest) {
-  std::string text = attempt.accepted() ? (handover ? "handed over" : "initialised")
+  std::string text = attempt.accepted() ? (handover ? "handed over" : "initialized")
                                         : "not yet, because " + attempt.decision.error().reason;
   if (handover && attempt.initializer == at_rest)
     text = "still waiting for motion, because " + attempt.decision.error().reason;
@@ -75,7 +75,7 @@ void printAutoSummary(const RunRecord& record) {
     std::snprintf(when, sizeof when, " at %.2f s (attempt %zu)",
                   secondsBetween(record.first_image, attempt.t), i + 1);
     text += (accepted.empty() ? "" : "; ") + attempt.initializer +
-            (accepted.empty() ? " initialised" : " took over") + when;
+            (accepted.empty() ? " initialized" : " took over") + when;
     accepted.push_back(&attempt);
   }
   if (accepted.front()->initializer == record.at_rest_initializer && !record.handed_over_at)
@@ -97,21 +97,23 @@ std::string partly(const RunRecord& record) {
 
 }  // namespace
 
-void printSummary(const RunRecord& record, const std::vector<std::string>& files) {
+void printSummary(const RunRecord& record, const std::vector<std::string>& files, bool part) {
+  const std::string too_short = std::string(": the ") + (part ? "part" : "recording") +
+                                " is shorter than the window of keyframes";
   const AttemptRecord* attempt = record.acceptedAttempt();
   if (attempt && !record.at_rest_initializer.empty()) {
     printAutoSummary(record);
   } else if (attempt) {
-    std::printf("\n%s initialised after %zu attempt%s, %.2f s after the first image\n",
+    std::printf("\n%s initialized after %zu attempt%s, %.2f s after the first image\n",
                 record.initializer.c_str(), record.attempts.size(),
                 record.attempts.size() == 1 ? "" : "s",
                 secondsBetween(record.first_image, attempt->t));
     printAccepted(*attempt);
   } else {
-    std::printf("\n%s never initialised in %zu attempts%s%s\n", record.initializer.c_str(),
-                record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",
-                record.attempts.empty() ? ": the recording is shorter than the window of keyframes"
-                                        : record.attempts.back().reason.c_str());
+    std::printf(
+        "\n%s never initialized in %zu attempts%s%s\n", record.initializer.c_str(),
+        record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",
+        record.attempts.empty() ? too_short.c_str() : record.attempts.back().reason.c_str());
   }
   const RunStatistics& s = record.statistics;
   std::printf("%s, %.1f s", counted(static_cast<size_t>(s.stereo_frames), "stereo frame").c_str(),
@@ -128,7 +130,7 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
           stage.stage.c_str(), stage.frames, stage.median_ms, stage.p99_ms, stage.max_ms,
           stage.total_s);
   if (record.smoothed_errors)
-    std::printf("with hindsight: ATE of trajectory_smoothed.tum %.4f m",
+    std::printf("smoothed with later measurements: ATE of trajectory_smoothed.tum %.4f m",
                 record.smoothed_errors->position_m.rmse);
   if (record.final_errors)
     std::printf(", of trajectory_final.tum %.4f m", record.final_errors->position_m.rmse);
@@ -149,7 +151,7 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
         "%s could not be located: %s\n", counted(s.frames_not_located, "frame").c_str(),
         s.frames_not_located == 1 ? "its pose is a prediction" : "their poses are predictions");
   printReadProblems(s.unreadable_images, record.warnings);
-  std::printf("written:\n");
+  if (!files.empty()) std::printf("written:\n");
   for (const std::string& file : files) std::printf("  %s\n", file.c_str());
 }
 

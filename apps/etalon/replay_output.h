@@ -25,8 +25,9 @@ void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool
 /** Prints a change of the pipeline's state and the jump of the pose that came with it. */
 void printEvent(const PipelineEvent& event, TimeNs first_image);
 
-/** Prints what a finished run found, what was wrong with its input, and the files written. */
-void printSummary(const RunRecord& record, const std::vector<std::string>& files);
+/** Prints what a finished run found, what was wrong with its input, and the files written.
+ * @param part whether the run was to be of a part of the recording, or was interrupted */
+void printSummary(const RunRecord& record, const std::vector<std::string>& files, bool part);
 
 /** "misbehaves crashed with signal 11 (Segmentation fault) at 2.25 s of RECORDING, in its attempt
  * number 3". */

@@ -115,6 +115,7 @@ void checkOdometries(const TrialArguments& arguments) {
 
 int trial(const TrialArguments& arguments) {
   arguments.ground_truth.check(arguments.sources);
+  arguments.configuration.requireNotIn(arguments.suite.out);
   const std::vector<TrialSetting> settings = readSettings(arguments);
   checkOdometries(arguments);
   TrialOptions options;
@@ -143,6 +144,7 @@ int trial(const TrialArguments& arguments) {
   options.stop = stopOnSignals();
   const TrialOutcome outcome = runTrial(settings, options);
   line.interrupt();
+  printRecordingWarnings(outcome.record);
   if (outcome.interrupted) {
     std::fprintf(stderr,
                  "trial: interrupted; %zu runs are on disk, %zu are missing; the same command goes "
@@ -155,6 +157,7 @@ int trial(const TrialArguments& arguments) {
                outcome.runs_found + outcome.runs_made, outcome.runs_found,
                clockTime(outcome.wall_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
+  printShortfalls(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   const auto died = [](const TrialRun& run) {
     return run.status == kStatusCrashed || run.status == kStatusTimeLimit;

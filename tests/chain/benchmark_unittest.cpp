@@ -220,7 +220,7 @@ TEST_F(BenchmarkTest, TheDeviceFileOfEurocIsUpToDateAndAConfiguration) {
   EXPECT_EQ(readText(out("same.ini")), readText(device));
   const CommandResult run =
       runEtalon({"replay", kFlight, "-c", device, "--to", "0.2", "--out", out("run")});
-  EXPECT_EQ(run.exit_code, 1) << run.err;  // too brief to initialise
+  EXPECT_EQ(run.exit_code, 1) << run.err;  // too brief to initialize
   EXPECT_THAT(run.out, HasSubstr("device EuRoC MAV, VI-Sensor, 7 flights (" + device + ")"));
 }
 

@@ -81,7 +81,7 @@ INSTANTIATE_TEST_SUITE_P(Initializers, ChainWith,
                          ::testing::Values("eta", "orbslam3_inertial_only"),
                          [](const auto& test) { return std::string(test.param); });
 
-TEST_P(ChainWith, InitialisesInMotionAndWritesItsResults) {
+TEST_P(ChainWith, InitializesInMotionAndWritesItsResults) {
   const std::string run_folder = out("deep/run");
   const std::vector<TumLine> trajectory = replayed(kFlight, GetParam(), run_folder);
   for (const char* name : kFilesOfARun)
@@ -114,7 +114,7 @@ TEST_P(ChainWith, InitialisesInMotionAndWritesItsResults) {
 }
 
 // The same flight in the same room as kFlight, with lenses of 218 degrees; the same bounds.
-TEST_P(ChainWith, InitialisesWithFisheyes) {
+TEST_P(ChainWith, InitializesWithFisheyes) {
   const std::vector<TumLine> trajectory = replayed(kFisheye, GetParam(), out("folder"));
   const json run = readJson(out("folder") + "/initialization.json");
   EXPECT_THAT(run.at("warnings"), IsEmpty());
@@ -183,7 +183,7 @@ TEST_P(ChainWith, ItsConfigurationGivesTheSameRun) {
   EXPECT_EQ(attempt.at("keyframes_ns").size(), 8U);
 }
 
-TEST_P(ChainWith, AtAStandstillItInitialisesOrSaysWhyNot) {
+TEST_P(ChainWith, AtAStandstillItInitializesOrSaysWhyNot) {
   const CommandResult result =
       runEtalon({"replay", kStandstill, "--initializer", GetParam(), "--out", out("run")});
   EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 1)) << result.err;
@@ -238,8 +238,8 @@ TEST(Chain, AutoStartsAtRestAndHandsOverInMotion) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(
       result.out,
-      AllOf(HasSubstr("initialised by static"), HasSubstr("handed over to etalon"),
-            ContainsRegex("static initialised at 0\\.[0-9]+ s \\(attempt 1\\); etalon took over "
+      AllOf(HasSubstr("initialized by static"), HasSubstr("handed over to etalon"),
+            ContainsRegex("static initialized at 0\\.[0-9]+ s \\(attempt 1\\); etalon took over "
                           "at [0-9.]+ s \\(attempt [0-9]+\\)"),
             HasSubstr("\nstatic:\n  init "), HasSubstr("\netalon:\n  init ")));
   const json run = readJson(folder.path() + "/initialization.json");

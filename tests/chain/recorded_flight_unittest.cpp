@@ -60,7 +60,7 @@ struct Errors {
   }
 };
 
-TEST_P(RecordedFlightWith, InitialisesAtOnceAsAccuratelyAsThisFlightAllows) {
+TEST_P(RecordedFlightWith, InitializesAtOnceAsAccuratelyAsThisFlightAllows) {
   const TemporaryFolder folder;
   Errors before, after;
   for (int from = 0; from < 5; ++from) {

@@ -88,6 +88,27 @@ TEST(CompareCommand, RefusesWhatIsNoRun) {
   expectFails({"compare", folder.path(), "--seed", "-1"}, 2, {"--seed", "whole number"});
 }
 
+TEST(CompareCommand, SaysThatRunsOfOtherRecordingsOrPartsCannotBeCompared) {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& name, const std::string& flight, const char* to) {
+    const std::string out = folder.path() + "/" + name;
+    runEtalon({"replay", folder.path() + "/" + flight, "--to", to, "--out", out});
+    return out;
+  };
+  for (const char* flight : {"here", "there"})
+    ASSERT_EQ(runEtalon({"simulate", "--out", folder.path() + "/" + flight, "--duration", "0.6"})
+                  .exit_code,
+              0);
+  const std::string whole = run("whole", "here", "1"), same = run("same", "here", "1"),
+                    part = run("part", "here", "0.2"), other = run("other", "there", "1");
+  EXPECT_THAT(runEtalon({"compare", whole, same}).err, IsEmpty());
+  const CommandResult result = runEtalon({"compare", whole, same, part, other});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning: part is a run of another part of here (0.20 s"));
+  EXPECT_THAT(result.err, HasSubstr("warning: other is a run of another recording (there, not "
+                                    "here) than whole: their errors cannot be compared"));
+}
+
 TEST(SimulateCommand, RefusesWrongValues) {
   const TemporaryFolder folder;
   const std::string out = folder.path() + "/flight";

@@ -108,6 +108,30 @@ TEST(EvaluateCommand, AsksForAMinimumOfGroundTruth) {
   EXPECT_EQ(runEtalon({"evaluate", estimate, truth, "--min-coverage", "2"}).exit_code, 2);
 }
 
+TEST(EvaluateCommand, RefusesTooFewPosesAndAnEmptyGroundTruth) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("truth.tum", circleTum(0.0));
+  const std::string two = folder.write("two.tum", linesOf(circleTum(0.0), 40, 42));
+  const CommandResult few = runEtalon({"evaluate", two, truth, "--min-coverage", "0"});
+  EXPECT_EQ(few.exit_code, 3);
+  EXPECT_THAT(few.err, AllOf(HasSubstr(two), HasSubstr("expected at least 3 poses, found 2")));
+  for (const char* text : {"", "# t x y z qx qy qz qw\n"}) {
+    const std::string empty = folder.write("empty.tum", text);
+    const CommandResult result = runEtalon({"evaluate", truth, empty});
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.err, HasSubstr(empty + ": has no pose"));
+  }
+}
+
+TEST(EvaluateCommand, SaysThatNoTwoPosesAreSoFarApart) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("truth.tum", circleTum(0.0));
+  const CommandResult result =
+      runEtalon({"evaluate", truth, truth, "--delta", "500", "--format", "csv"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("no two poses are 500 frames apart"));
+}
+
 TEST(EvaluateCommand, DrawsAPlot) {
   const TemporaryFolder folder;
   const std::string truth = folder.write("truth.tum", circleTum(0.0));

@@ -42,7 +42,7 @@ TEST(Usage, EveryCommandHasHelpThatNamesItsOptions) {
         "--stamps", "--camera", "--from", "--blur", "--noise-free", "--threads"}},
       {"replay",
        {"SRC", "--config", "--initializer", "--from", "--to", "--set", "--plugin-path", "--out",
-        "1 never initialised"}},
+        "1 never initialized"}},
       {"compare",
        {"RUN", "--format", "csv", "latex", "markdown", "--initializers", "--metric", "--seed"}},
       {"evaluate",
@@ -62,13 +62,13 @@ TEST(Usage, EveryCommandHasItsOwnExitCodes) {
   const std::string common = "Exit codes: 0 done, 2 usage or configuration, 3 data.";
   const std::map<std::string, std::string> codes = {
       {"info", "or no result of it can be right"},
-      {"convert", common},
+      {"convert", "3 data, 130 interrupted"},
       {"simulate", common},
       {"compare", "1 done, but a benchmark is unfinished"},
       {"evaluate", common},
       {"ground-truth", "3 data"},
       {"calibrate-device", "used up its time"},
-      {"replay", "4 the initializer crashed"},
+      {"replay", "130 interrupted (what was flown is written"},
       {"bench", "4 an initializer crashed"},
       {"merge", "2 usage, or parts that do not belong together"},
       {"plugins", "2 usage, or no initializer is there, 3 the one that --describe names"},
@@ -76,7 +76,7 @@ TEST(Usage, EveryCommandHasItsOwnExitCodes) {
   for (const auto& [command, words] : codes) {
     const std::string help = runEtalon({command, "--help"}).out;
     EXPECT_THAT(help, HasSubstr(words)) << command;
-    EXPECT_EQ(help.find("never initialised") != std::string::npos, command == "replay") << command;
+    EXPECT_EQ(help.find("never initialized") != std::string::npos, command == "replay") << command;
   }
 }
 
@@ -84,6 +84,34 @@ TEST(Usage, BenchSaysThatAutoIsForReplay) {
   const CommandResult result = runEtalon({"bench", "/no/such/recording", "--initializers", "auto"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("'auto' is for replay alone"));
+}
+
+TEST(Usage, WhatIsAskedForTwiceIsRefused) {
+  const CommandResult bench =
+      runEtalon({"bench", "/no/such/recording", "--keyframes", "5,5", "--rate", "4,4"});
+  EXPECT_EQ(bench.exit_code, 2);
+  EXPECT_THAT(bench.err, HasSubstr("windows of 5 keyframes at 4 Hz are asked for twice"));
+  const CommandResult trial = runEtalon({"trial", "/no/such/recording", "--from", "3,3"});
+  EXPECT_EQ(trial.exit_code, 2);
+  EXPECT_THAT(trial.err, HasSubstr("two instants (--from) are called '3 s'"));
+  const TemporaryFolder folder;
+  const CommandResult calibrate = runEtalon({"calibrate-device", "/no/such/recording",
+                                             "/no/such/recording/", "--out", folder.path() + "/d"});
+  EXPECT_EQ(calibrate.exit_code, 2);
+  EXPECT_THAT(calibrate.err, HasSubstr("two recordings are called 'recording'"));
+}
+
+TEST(Usage, AToleranceIsInMilliseconds) {
+  const CommandResult result = runEtalon({"info", "/no/such/recording", "--pair-tolerance", "-1"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("expected a number of milliseconds"));
+}
+
+TEST(Usage, CalibrateDeviceChecksItsOutputFirst) {
+  const CommandResult result =
+      runEtalon({"calibrate-device", "/no/such/recording", "--out", "/no/such/folder/device.ini"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("/no/such/folder/device.ini"));
 }
 
 TEST(Usage, OneGroundTruthBelongsToOneRecording) {

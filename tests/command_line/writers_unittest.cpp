@@ -40,22 +40,21 @@ TEST(Writers, OfTwoConvertsToOneFileBothAreWhole) {
     EXPECT_NE(entry.path().extension(), ".part");
 }
 
-TEST(Writers, AFullDiskIsNoticedAndLeavesWhatWasThere) {
+TEST(Writers, AFullDiskIsNoticedAndLosesNothingThatFits) {
   const TemporaryFolder folder;
   const std::string flight = simulated(folder), out = folder.path() + "/run";
-  ASSERT_EQ(runEtalon({"replay", flight, "--out", out}).exit_code, 1);
-  const auto written = fs::last_write_time(out + "/trajectory.tum");
-  const auto files = [&] {
-    return std::distance(fs::directory_iterator(out), fs::directory_iterator());
-  };
-  const auto before = files();
   // No file longer than 16 blocks: trajectory.tum fits in, run.rawlog does not.
   const std::string full = "ulimit -f 16; ";
   const CommandResult replay = runShell(full + "$etalon replay " + flight + " --out " + out);
   EXPECT_EQ(replay.exit_code, 3);
-  EXPECT_THAT(replay.err, AllOf(HasSubstr("cannot be written"), HasSubstr("File too large")));
-  EXPECT_EQ(fs::last_write_time(out + "/trajectory.tum"), written);
-  EXPECT_EQ(files(), before);
+  EXPECT_THAT(replay.err, AllOf(HasSubstr("not all results could be written: "),
+                                HasSubstr(out + "/run.rawlog: cannot be written: File too large")));
+  EXPECT_THAT(replay.out, AllOf(HasSubstr("stereo frames, 0.2 s"), HasSubstr("trajectory.tum")));
+  for (const char* name : {"trajectory.tum", "states.csv"})
+    EXPECT_TRUE(fs::exists(out + "/" + name)) << name;
+  EXPECT_FALSE(fs::exists(out + "/run.rawlog"));
+  for (const auto& entry : fs::directory_iterator(out))
+    EXPECT_NE(entry.path().extension(), ".part");
 
   const CommandResult convert =
       runShell(full + "$etalon convert --embed " + flight + " " + folder.path() + "/b.rawlog");
@@ -68,6 +67,68 @@ TEST(Writers, AFullDiskIsNoticedAndLeavesWhatWasThere) {
   EXPECT_EQ(simulate.exit_code, 3);
   EXPECT_THAT(simulate.err, HasSubstr("cannot be written: File too large"));
   EXPECT_TRUE(fs::is_empty(folder.path() + "/c/mav0"));
+}
+
+TEST(Writers, OnAFullDiskABagIsRefusedAndNothingIsLeft) {
+  const TemporaryFolder folder;
+  const std::string flight = simulated(folder);
+  const CommandResult convert =
+      runShell("ulimit -f 16; $etalon convert " + flight + " " + folder.path() + "/bag/a.bag");
+  EXPECT_EQ(convert.exit_code, 3);
+  EXPECT_THAT(convert.err, HasSubstr("/bag/a.bag: the bag cannot be written: "));
+  EXPECT_FALSE(fs::exists(folder.path() + "/bag"));
+}
+
+TEST(Writers, AFailedConvertLeavesNoFolder) {
+  const TemporaryFolder folder;
+  const std::string flight = simulated(folder), copy = folder.path() + "/new/copy";
+  const CommandResult full = runShell("ulimit -f 1; $etalon convert " + flight + " " + copy);
+  EXPECT_EQ(full.exit_code, 3) << full.err;
+  EXPECT_FALSE(fs::exists(folder.path() + "/new"));
+  const CommandResult there = runEtalon({"convert", flight, folder.path()});
+  EXPECT_EQ(there.exit_code, 2);
+  EXPECT_THAT(there.err, AllOf(HasSubstr("not empty; remove it or choose another"),
+                               ::testing::Not(HasSubstr("--force"))));
+}
+
+/** Runs `line`, to which it sends SIGTERM as soon as `condition` holds. */
+CommandResult interrupted(const std::string& line, const std::string& condition) {
+  return runShell(line + " & pid=$!; until " + condition +
+                  " > /dev/null 2>&1; do sleep 0.02; done; kill -TERM $pid; wait $pid");
+}
+
+TEST(Writers, AnInterruptedConvertLeavesNothing) {
+  const TemporaryFolder folder;
+  const std::string flight = folder.path() + "/flight", log = folder.path() + "/a.rawlog";
+  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "4"}).exit_code, 0);
+  const CommandResult convert =
+      interrupted("$etalon convert --embed " + flight + " " + log, "ls " + log + "*.part");
+  EXPECT_EQ(convert.exit_code, 130) << convert.err;
+  EXPECT_THAT(convert.err, HasSubstr("convert: interrupted; nothing is written"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+}
+
+TEST(Writers, AnInterruptedReplayKeepsWhatWasFlown) {
+  const TemporaryFolder folder;
+  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run";
+  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "6"}).exit_code, 0);
+  const std::string said = folder.path() + "/said";
+  const CommandResult replay = interrupted(
+      "$etalon replay " + flight + " --out " + out + " > " + said, "grep -q initialized " + said);
+  EXPECT_EQ(replay.exit_code, 130) << replay.err;
+  EXPECT_THAT(replay.err, HasSubstr("what was flown is written"));
+  EXPECT_TRUE(fs::exists(out + "/trajectory.tum"));
+}
+
+TEST(Writers, ResultsDoNotReplaceTheConfigurationThatWasGiven) {
+  const TemporaryFolder folder;
+  const std::string config = folder.write("config.ini", "[pipeline]\nkeyframes = 9\n");
+  for (const char* command : {"replay", "bench", "trial"}) {
+    const CommandResult result =
+        runEtalon({command, "/no/such/recording", "-c", config, "--out", folder.path()});
+    EXPECT_EQ(result.exit_code, 2) << command;
+    EXPECT_THAT(result.err, HasSubstr("would replace " + config)) << command;
+  }
 }
 
 TEST(Writers, AFullStandardOutputIsNoticed) {

@@ -1,5 +1,8 @@
 #include "options/configuration_options.h"
 
+#include <filesystem>
+
+#include "etalon/core/errors.h"
 #include "support/read_summary.h"
 
 namespace etalon::app {
@@ -38,6 +41,15 @@ IniFile ConfigurationOptions::ini() const {
   if (initializer) ini.set("pipeline", "initializer", *initializer, "--initializer");
   for (const std::string& argument : set) ini.setFromArgument(argument);
   return ini;
+}
+
+void ConfigurationOptions::requireNotIn(const std::string& out) const {
+  const std::filesystem::path written = std::filesystem::path(out) / "config.ini";
+  std::error_code error;
+  for (const std::string& file : config)
+    if (std::filesystem::equivalent(file, written, error))
+      throw ConfigError("--out: the results in '" + out + "' would replace " + file +
+                        ", which is given with -c; expected another folder");
 }
 
 std::string deviceInWords(const IniFile& ini, const DeviceOptions& device) {

@@ -31,6 +31,9 @@ struct ConfigurationOptions {
 
   /** The INI file after --initializer, then --set were applied. @throws ConfigError */
   IniFile ini() const;
+
+  /** @throws ConfigError if results in the folder would replace a file that was given */
+  void requireNotIn(const std::string& out) const;
 };
 
 /** "device euroc, 7 flights (config/devices/euroc.ini)"; empty where `ini` has no [device], or

@@ -15,7 +15,7 @@ void addRecordingOptions(CLI::App* command, RecordingOptions* options) {
       ->add_option_function<double>(
           "--pair-tolerance", [options](double ms) { options->pair_tolerance_s = 1e-3 * ms; },
           "By how much the stamps of a stereo pair may differ, ms (default 0)")
-      ->check(checkSeconds(true))
+      ->check(checkMilliseconds())
       ->group(group);
   add("--left-topic", &options->left_topic, "Of a bag: images of the left camera");
   add("--right-topic", &options->right_topic, "Of a bag: images of the right camera");

@@ -16,20 +16,24 @@ bool parsesWhole(const std::string& text, T* value) {
   return result.ec == std::errc() && result.ptr == end;
 }
 
-}  // namespace
-
-CLI::Validator checkSeconds(bool not_negative) {
-  return {[not_negative](const std::string& text) {
+CLI::Validator checkNumberOf(const std::string& unit, bool not_negative) {
+  return {[unit, not_negative](const std::string& text) {
             double value = 0.0;
             const bool ok = parsesWhole(text, &value) && std::isfinite(value) &&
                             (!not_negative || value >= 0.0);
             return ok ? std::string()
-                      : "expected a number of seconds" +
+                      : "expected a number of " + unit +
                             std::string(not_negative ? ", at least 0" : "") + ", found '" + text +
                             "'";
           },
           ""};
 }
+
+}  // namespace
+
+CLI::Validator checkSeconds(bool not_negative) { return checkNumberOf("seconds", not_negative); }
+
+CLI::Validator checkMilliseconds() { return checkNumberOf("milliseconds", true); }
 
 CLI::Validator checkShare() {
   return {[](const std::string& text) {

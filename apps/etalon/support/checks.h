@@ -9,6 +9,9 @@ namespace etalon::app {
 /** Accepts any finite number of seconds, at least 0 if `not_negative`. */
 CLI::Validator checkSeconds(bool not_negative);
 
+/** Accepts any finite number of milliseconds, at least 0. */
+CLI::Validator checkMilliseconds();
+
 /** Accepts a share from 0 to 1. */
 CLI::Validator checkShare();
 

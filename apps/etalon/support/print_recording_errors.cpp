@@ -17,4 +17,10 @@ bool printRecordingErrors(const SuiteRecord& record) {
   return any;
 }
 
+void printRecordingWarnings(const SuiteRecord& record) {
+  for (const BenchmarkSequence& sequence : record.sequences)
+    for (const std::string& warning : sequence.warnings)
+      std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
+}
+
 }  // namespace etalon::app

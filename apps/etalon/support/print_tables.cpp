@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "etalon/benchmark/trial/trial_summary.h"
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/benchmark_overview.h"
@@ -80,6 +81,12 @@ void printShortfalls(const BenchmarkRecord& record, double min_coverage) {
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   for (const std::string& sentence : describeCoverage(record, min_coverage))
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
+}
+
+void printShortfalls(const TrialRecord& record) {
+  for (const std::vector<std::string>& sentences : {tooShort(record), describeUncounted(record)})
+    for (const std::string& sentence : sentences)
+      std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }
 
 }  // namespace etalon::app

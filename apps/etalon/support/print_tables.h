@@ -1,6 +1,7 @@
 #pragma once
 
 #include "etalon/benchmark/ground_truth_coverage.h"
+#include "etalon/benchmark/trial/trial_record.h"
 #include "etalon/report/benchmark_tables.h"
 
 namespace etalon::app {
@@ -27,5 +28,8 @@ bool printLostWindows(const BenchmarkRecord& record);
 /** Prints what a benchmark left out to stderr: unreadable images, recordings too short for a
  * window, windows without enough ground truth. */
 void printShortfalls(const BenchmarkRecord& record, double min_coverage);
+
+/** The same of a trial: recordings too short for a run, runs that do not count. */
+void printShortfalls(const TrialRecord& record);
 
 }  // namespace etalon::app

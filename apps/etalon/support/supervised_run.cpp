@@ -80,8 +80,9 @@ class SharedState {
 
 /** Waits for the child's end, and kills it where an initializer's call takes too long. Returns the
  * reason for killing it, if any. `alive` is a pipe that the child holds open. */
-std::string superviseUntilEnd(pid_t child, int alive, double limit_s, const RunState& state,
-                              int* status) {
+std::string superviseUntilEnd(pid_t child, int alive, double limit_s, const std::atomic<bool>* stop,
+                              RunState* shared, int* status) {
+  RunState& state = *shared;
   ProcessWatch watch(child, limit_s);
   std::uint64_t attempt = 0;
   std::string why_killed;
@@ -90,6 +91,7 @@ std::string superviseUntilEnd(pid_t child, int alive, double limit_s, const RunS
     const bool ended = poll(&news, 1, static_cast<int>(1e3 * watch.intervalS())) > 0;
     const pid_t waited = waitpid(child, status, ended ? 0 : WNOHANG);
     if (waited == child || (waited < 0 && errno != EINTR)) return why_killed;
+    if (stop && stop->load()) state.stop = true;
     if (!state.in_attempt || !why_killed.empty()) continue;
     if (attempt != state.attempts) {
       attempt = state.attempts;
@@ -108,7 +110,8 @@ std::shared_ptr<const Initializer> watched(std::shared_ptr<const Initializer> in
   return std::make_shared<WatchedInitializer>(std::move(initializer), name, state);
 }
 
-RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& run) {
+RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& run,
+                     const std::atomic<bool>* stop) {
   const SharedState state;
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) failToStart();
@@ -120,6 +123,10 @@ RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& 
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);
     close(ends[0]);
+    if (stop) {  // a terminal sends Ctrl-C to both processes
+      std::signal(SIGINT, SIG_IGN);
+      std::signal(SIGTERM, SIG_IGN);
+    }
     const int exit_code = guarded([&] { return run(*state); });
     state->finished = true;
     std::exit(exit_code);
@@ -127,7 +134,7 @@ RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& 
   close(ends[1]);
   int status = 0;
   RunEnd end;
-  const std::string why_killed = superviseUntilEnd(child, ends[0], limit_s, *state, &status);
+  const std::string why_killed = superviseUntilEnd(child, ends[0], limit_s, stop, &*state, &status);
   close(ends[0]);
   end.out_of_time = !why_killed.empty();
   end.finished = state->finished && WIFEXITED(status);

@@ -21,6 +21,7 @@ struct RunState {
   std::atomic<TimeNs> attempt_t{0};  ///< last keyframe of the window of the last attempt
   char initializer[64] = "";         ///< of the last attempt
   std::atomic<bool> finished{false};
+  std::atomic<bool> stop{false};  ///< the run shall come to an orderly end
 };
 
 /** How a supervised run ended. */
@@ -44,9 +45,12 @@ struct RunEnd {
  * with the child.
  *
  * To be called while this process has one thread.
+ * @param stop as of stopOnSignals(): becomes RunState::stop, and the child itself leaves SIGINT and
+ *        SIGTERM alone; null: these end it
  * @throws Error if no process can be started
  */
-RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& run);
+RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& run,
+                     const std::atomic<bool>* stop = nullptr);
 
 /** Wraps the initializer so that `state` shows when it is called and when it has returned. */
 std::shared_ptr<const Initializer> watched(std::shared_ptr<const Initializer> initializer,

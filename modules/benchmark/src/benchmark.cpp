@@ -14,6 +14,7 @@
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/core/text.h"
 #include "suite/isolated_work.h"
 #include "suite/open_recordings.h"
 #include "suite/parallel.h"
@@ -69,6 +70,13 @@ class Benchmark {
   bool stopped() const { return options_.stop && options_.stop->load(); }
 
   void describe() {
+    const std::vector<WindowShape> shapes = shapesOf(options_.protocol);
+    for (auto shape = shapes.begin(); shape != shapes.end(); ++shape)
+      if (std::find(shapes.begin(), shape, *shape) != shape)
+        throw ConfigError(
+            format("windows of %d keyframes at %g Hz are asked for twice; expected "
+                   "different values of --keyframes and of --rate",
+                   shape->keyframes, shape->rate_hz));
     record_.protocol = options_.protocol;
     record_.versions = options_.versions;
     record_.binaries = programHash();

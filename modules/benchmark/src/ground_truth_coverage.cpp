@@ -96,7 +96,12 @@ std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, doub
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : benchmark.sequences) {
     const Windows w = windows[sequence.name];
-    if (!sequence.has_ground_truth || w.covered == w.all) continue;
+    if (w.covered == w.all) continue;
+    if (!sequence.has_ground_truth) {
+      sentences.push_back(sequence.name + ": there is no ground truth; the errors of its " +
+                          std::to_string(w.all) + " results are not known");
+      continue;
+    }
     std::string text = sequence.name + ": ground truth covers " + std::to_string(w.covered) +
                        " of " + std::to_string(w.all) + " results, each by " + percent(wanted) +
                        " of its keyframes (--min-coverage); the errors of the others are not known";

@@ -6,6 +6,7 @@
 #include <limits>
 #include <opencv2/core/utility.hpp>
 #include <optional>
+#include <set>
 
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
@@ -49,6 +50,14 @@ std::string recordingName(const std::string& source) {
   if (path.filename() == "mav0") path = path.parent_path();
   const bool file = path.extension() == ".rawlog" || path.extension() == ".bag";
   return (file ? path.stem() : path.filename()).string();
+}
+
+void requireDifferentNames(const std::vector<std::string>& sources) {
+  std::set<std::string> names;
+  for (const std::string& source : sources)
+    if (!names.insert(recordingName(source)).second)
+      throw ConfigError("two recordings are called '" + recordingName(source) +
+                        "'; their folders or files need different names (" + source + ")");
 }
 
 SequenceTracks withoutTracks(const RecordedSource& recording) {

@@ -96,6 +96,9 @@ TEST(Coverage, OfBothTrajectoriesAndOfABenchmarksWindows) {
                             HasSubstr("each by 50 % of its keyframes")));
   for (WindowResult& result : record.results) result.truth.clear();
   EXPECT_THAT(describeCoverage(record, 0.5)[0], HasSubstr("is it on the same clock?"));
+  for (BenchmarkSequence& sequence : record.sequences) sequence.has_ground_truth = false;
+  EXPECT_THAT(describeCoverage(record, 0.5)[0],
+              HasSubstr("V1: there is no ground truth; the errors"));
 }
 
 }  // namespace

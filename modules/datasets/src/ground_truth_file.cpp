@@ -41,9 +41,13 @@ GroundTruth readGroundTruth(const std::string& path) {
   }
   if (fs::is_directory(path))
     throw DataError(path, 0, "expected a EuRoC CSV, a TUM file or a recording, found a folder");
-  if (hasCommas(path)) return readGroundTruthCsv(path, 2);
   GroundTruth truth;
-  for (const StampedPose& pose : readTum(path)) truth.states.emplace_back(pose.t, pose.T_WB);
+  if (hasCommas(path))
+    truth = readGroundTruthCsv(path, 2);
+  else
+    for (const StampedPose& pose : readTum(path)) truth.states.emplace_back(pose.t, pose.T_WB);
+  if (truth.empty())
+    throw DataError(path, 0, "has no pose; expected lines of a TUM file or of EuRoC's CSV");
   return truth;
 }
 

@@ -138,9 +138,11 @@ std::optional<StereoFrame> RecordedSource::nextFrame() {
     ++statistics_.stereo_frames;
     return std::move(result.frame);
   }
-  if (statistics_.stereo_frames == 0)
-    throw DataError(result.file, 0, result.problem + " (first image of the run)");
   ++statistics_.unreadable_images;
+  if (frame_ == frame_end_ && statistics_.stereo_frames == 0)
+    throw DataError(result.file, 0,
+                    result.problem + " (of " + std::to_string(statistics_.unreadable_images) +
+                        " stereo pairs none can be read)");
   warn(result.file + kSkippedMark + result.problem);
   return std::nullopt;
 }

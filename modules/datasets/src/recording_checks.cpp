@@ -6,6 +6,7 @@
 #include "etalon/core/statistics.h"
 #include "etalon/core/text.h"
 #include "etalon/imu/imu_limits.h"
+#include "etalon/imu/imu_noise.h"
 
 namespace etalon {
 
@@ -72,9 +73,9 @@ class NoiseModelCheck {
                  key, density, unit, sigma, measured));
   }
 
-  void walk(const char* key, double density, double most, const char* unit) {
-    if (density <= 0)
-      warn(format("%s is zero; expected a density in %s", key, unit));
+  void walk(const char* key, double density, double least, double most, const char* unit) {
+    if (density < least)
+      warn(format("%s = %.3g %s is implausibly small; %.0e is used", key, density, unit, least));
     else if (density > most)
       warn(format("%s = %.3g %s is implausibly large", key, density, unit));
   }
@@ -127,8 +128,10 @@ RecordingFindings checkCalibration(const RecordedSource& source) {
                 "rad/s/sqrt(Hz)", &ImuSample::gyro);
   check.density("accelerometer_noise_density", noise.accel_noise_density, 1e-5, 2e-2, 2.0e-3,
                 "m/s^2/sqrt(Hz)", &ImuSample::accel);
-  check.walk("gyroscope_random_walk", noise.gyro_random_walk, 1e-2, "rad/s^2/sqrt(Hz)");
-  check.walk("accelerometer_random_walk", noise.accel_random_walk, 1e-1, "m/s^3/sqrt(Hz)");
+  check.walk("gyroscope_random_walk", noise.gyro_random_walk, kLeastGyroRandomWalk, 1e-2,
+             "rad/s^2/sqrt(Hz)");
+  check.walk("accelerometer_random_walk", noise.accel_random_walk, kLeastAccelRandomWalk, 1e-1,
+             "m/s^3/sqrt(Hz)");
   return findings;
 }
 

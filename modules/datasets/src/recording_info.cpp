@@ -33,7 +33,6 @@ class Inspector {
       const auto found = decoded.find(i);
       if (problem.empty() && found != decoded.end()) problem = found->second;
       if (problem.empty()) continue;
-      if (i == 0) first_pair_ = problem;
       std::error_code error;
       if (!header.problem.empty() && !std::filesystem::exists(header.file, error)) {
         ++info_.missing_images;
@@ -69,6 +68,12 @@ class Inspector {
   }
 
   void checkStreams() {
+    if (info_.images.first > info_.imu.last || info_.images.last < info_.imu.first)
+      info_.errors.push_back(
+          format("images: none of the %zu pairs lies within the IMU's time, %.2f to %.2f s after "
+                 "the first image; expected images and IMU on the same clock",
+                 info_.images.count, secondsBetween(info_.images.first, info_.imu.first),
+                 secondsBetween(info_.images.first, info_.imu.last)));
     checkStream(info_.images, info_.calibration.cameras[0].rate_hz, "images");
     checkStream(info_.imu, info_.calibration.imu.rate_hz, "IMU");
     if (info_.ground_truth.count > 0 && (info_.ground_truth.last < info_.images.first ||
@@ -77,19 +82,21 @@ class Inspector {
   }
 
   void checkImageFiles() {
+    // With no pair at all no run can start.
+    const size_t bad = static_cast<size_t>(info_.missing_images + info_.unusable_images);
+    std::vector<std::string>& found = bad == info_.images.count ? info_.errors : info_.warnings;
     if (info_.missing_images > 0)
-      warn(format("images: the files of %d of %zu pairs do not exist", info_.missing_images,
-                  info_.images.count));
+      found.push_back(format("images: the files of %d of %zu pairs do not exist",
+                             info_.missing_images, info_.images.count));
     if (info_.unusable_images > 0)
-      warn(format("images: %d of %zu pairs cannot be used, the first because of ",
-                  info_.unusable_images, info_.images.count) +
-           first_unusable_);
-    if (!first_pair_.empty()) warn("images: no run can start at the first pair: " + first_pair_);
+      found.push_back(format("images: %d of %zu pairs cannot be used, the first because of ",
+                             info_.unusable_images, info_.images.count) +
+                      first_unusable_);
   }
 
   const RecordedSource& source_;
   RecordingInfo& info_;
-  std::string first_unusable_, first_pair_;  ///< what is wrong with them; empty if nothing
+  std::string first_unusable_;  ///< what is wrong with it; empty if nothing
 };
 
 }  // namespace

@@ -54,7 +54,8 @@ std::string adviseTolerance(const std::vector<TimeNs>& left, const std::vector<T
     needed_s = std::max(needed_s, std::abs(secondsBetween(left[l], right[r])));
   return format(
       "; the nearest right stamp is %.4g ms after the left one (median): --pair-tolerance %.3f "
-      "(ms) would pair %zu of them",
+      "(ms) would pair %zu of them (info, replay and convert have it; the other commands take what "
+      "convert has written)",
       1e3 * nearest.offset_s, 1e-3 * std::ceil(1e6 * needed_s), nearest.pairs.size());
 }
 

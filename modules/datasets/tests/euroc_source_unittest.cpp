@@ -11,6 +11,7 @@ namespace etalon::testing {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
@@ -235,7 +236,7 @@ TEST_F(EurocSource, HeadersShowUnusableImagesWithoutDecoding) {
   EXPECT_THAT(warnings[3], HasSubstr("truncated"));
   EXPECT_THAT(warnings[4], HasSubstr("truncated"));
   fs::remove(leftImage(0));
-  EXPECT_THAT(dataErrorOf([&] { readAll(*open(options)); }), HasSubstr("first image"));
+  EXPECT_THAT(dataErrorOf([&] { readAll(*open(options)); }), HasSubstr("none can be read"));
 }
 
 TEST_F(EurocSource, CountsTheImagesOutsideTheImusTime) {
@@ -256,12 +257,21 @@ TEST_F(EurocSource, CountsTheImagesOutsideTheImusTime) {
   EXPECT_EQ(open(options)->statistics().outside_imu, 0);
 }
 
-TEST_F(EurocSource, AnUnreadableFirstImageIsAnError) {
+TEST_F(EurocSource, AnUnreadableFirstImageIsSkippedAsAnyOther) {
   writeText(leftImage(0), "");
   const auto source = open();
-  EXPECT_THAT(
-      dataErrorOf([&] { readAll(*source); }),
-      AllOf(HasSubstr(leftImage(0).string()), HasSubstr("empty"), HasSubstr("first image")));
+  EXPECT_EQ(framesOf(readAll(*source)).size(), static_cast<size_t>(kFrames - 1));
+  EXPECT_EQ(source->statistics().unreadable_images, 1);
+  EXPECT_THAT(source->statistics().warnings,
+              ElementsAre(AllOf(HasSubstr(leftImage(0).string()), HasSubstr("empty"))));
+}
+
+TEST_F(EurocSource, NoReadableImageIsAnError) {
+  for (int i = 0; i < kFrames; ++i) writeText(leftImage(i), "");
+  const auto source = open();
+  EXPECT_THAT(dataErrorOf([&] { readAll(*source); }),
+              AllOf(HasSubstr(leftImage(kFrames - 1).string()), HasSubstr("empty"),
+                    HasSubstr("of 6 stereo pairs none can be read")));
 }
 
 TEST_F(EurocSource, OpenSourceSaysWhatItExpected) {

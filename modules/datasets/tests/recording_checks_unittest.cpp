@@ -90,7 +90,8 @@ TEST(RecordingChecks, DensitiesAreThoseOfContinuousTime) {
   EXPECT_THAT(with(accel, 8e-3).warnings, IsEmpty());
   EXPECT_THAT(with(accel, 1.9e-2).warnings, ElementsAre(HasSubstr("quietest half second")));
   EXPECT_THAT(with(&ImuNoiseDensities::gyro_random_walk, 0.0).warnings,
-              ElementsAre(HasSubstr("gyroscope_random_walk is zero")));
+              ElementsAre(HasSubstr("gyroscope_random_walk = 0 rad/s^2/sqrt(Hz) is implausibly "
+                                    "small; 1e-07 is used")));
   EXPECT_THAT(with(&ImuNoiseDensities::accel_random_walk, 0.11).warnings,
               ElementsAre(HasSubstr("accelerometer_random_walk = 0.11 m/s^3/sqrt(Hz) is")));
   EXPECT_THAT(with(&ImuNoiseDensities::accel_random_walk, 0.09).warnings, IsEmpty());

@@ -94,17 +94,18 @@ TEST(RecordedSourceOf, AnyRangeIsInOrderAndInsideTheImusTime) {
     }
 }
 
-TEST(RecordedSourceOf, BrokenPairsAreSkippedAndCountedButNotTheFirst) {
+TEST(RecordedSourceOf, BrokenPairsAreSkippedAndCounted) {
   auto reader = std::make_unique<FakeReader>();
-  reader->broken = {3, 4, 9};
+  reader->broken = {0, 4, 9};
   RecordedSource source = sourceOf(std::move(reader));
   EXPECT_EQ(framesOf(readAll(source)).size(), 7u);
   EXPECT_EQ(source.statistics().unreadable_images, 3);
   EXPECT_THAT(source.statistics().warnings.back(), AllOf(HasSubstr("fake"), HasSubstr("broken")));
-  auto first = std::make_unique<FakeReader>();
-  first->broken = {0};
-  RecordedSource refused = sourceOf(std::move(first));
-  EXPECT_THAT(dataErrorOf([&] { readAll(refused); }), HasSubstr("is broken (first image"));
+  auto all = std::make_unique<FakeReader>();
+  all->broken = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  RecordedSource refused = sourceOf(std::move(all));
+  EXPECT_THAT(dataErrorOf([&] { readAll(refused); }),
+              HasSubstr("is broken (of 10 stereo pairs none can be read)"));
 }
 
 TEST(RecordedSourceOf, NothingToReadIsAnError) {

@@ -5,7 +5,7 @@
 namespace etalon {
 
 void KeyframeSelectorOptions::declare(ParameterSet& parameters) {
-  parameters.add("rate_hz", &rate_hz, {0.1, 1000.0}, "Keyframes a second.");
+  parameters.add("rate_hz", &rate_hz, {0.1, 1000.0}, "Keyframes per second.");
 }
 
 bool KeyframeSelector::isKeyframe(TimeNs t) {

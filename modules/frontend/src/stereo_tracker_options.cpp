@@ -9,7 +9,8 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
                  "max_features.");
   parameters.add("klt_window_px", &klt_window_px, {5, 63}, "Side of the KLT patch, px (odd).");
   parameters.add("klt_levels", &klt_levels, {1, 8}, "Pyramid levels above the full image.");
-  parameters.add("klt_iterations", &klt_iterations, {1, 1000}, "KLT iterations a level, at most.");
+  parameters.add("klt_iterations", &klt_iterations, {1, 1000},
+                 "KLT iterations per level, at most.");
   parameters.add("klt_epsilon_px", &klt_epsilon_px, {1e-6, 1.0},
                  "A KLT iteration that moves less ends the level, px.");
   parameters.add("epipolar_px", &epipolar_px, {0.01, 100.0},

@@ -11,20 +11,21 @@ void MapOptions::declare(ParameterSet& parameters) {
   parameters.add("landmarks", &landmarks, {1, 5000},
                  "Landmarks that are looked for in an old keyframe, at most.");
   parameters.add("min_landmarks", &min_landmarks, {3, 5000},
-                 "So many of them must be found, and agree on where the old keyframe is.");
+                 "Least number of landmarks that must be found in an old keyframe and agree on its "
+                 "pose.");
   parameters.add("spread_m", &spread_m, {0.01, 1000.0},
-                 "The keyframes that are kept are as different as can be: this far apart counts as "
-                 "much, m, ...");
+                 "The kept keyframes are chosen to differ as much as possible: two that are this "
+                 "far apart, m, differ as much as two that are turned by spread_deg.");
   parameters.add("spread_deg", &spread_deg, {0.1, 360.0},
-                 "... as a view that is turned by this, deg.");
+                 "Angle between two kept keyframes that counts as much as the distance spread_m, "
+                 "deg.");
   parameters.add("sigma_factor", &sigma_factor, {0.1, 100.0},
-                 "Standard deviation of a pixel that is found again over that of a track's, in the "
-                 "running odometry.");
-  parameters.add(
-      "chi2_gate", &chi2_gate, {0.1, 1e9},
-      "A pixel whose squared distance from its prediction, in its standard deviations, is "
-      "larger was found wrongly; so was one that is as far from where the others have "
-      "it.");
+                 "Ratio of the standard deviation of a pixel found in an old keyframe to that of a "
+                 "tracked pixel, in the running odometry.");
+  parameters.add("chi2_gate", &chi2_gate, {0.1, 1e9},
+                 "A pixel found in an old keyframe is rejected if its squared distance, in its "
+                 "standard deviations, from its prediction or from the position that the other "
+                 "landmarks give is larger.");
 }
 
 }  // namespace etalon

@@ -18,7 +18,7 @@ function trajectoryOption(width, height) {
   if (hasTruth) series.push(line("ground truth", truth, cssColour("--text"), { width: 1.2, type: [4, 3] }));
   const start = rows.find((r) => data.initialized_at_s !== null && r[COLUMN.t] >= data.initialized_at_s);
   if (start)
-    series.push({ type: "scatter", name: "initialised", data: [[start[COLUMN.x], start[COLUMN.y]]], symbol: STAR, symbolSize: 15, itemStyle: { color: colourOf(1) } });
+    series.push({ type: "scatter", name: "initialized", data: [[start[COLUMN.x], start[COLUMN.y]]], symbol: STAR, symbolSize: 15, itemStyle: { color: colourOf(1) } });
   return {
     legend: { top: 0, textStyle: { color: cssColour("--text") }, selectedMode: false },
     grid: { left: 60, right: 16, top: 34, bottom: 48, outerBoundsMode: "none" },

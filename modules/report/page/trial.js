@@ -3,7 +3,7 @@
 // A run: part, variant, fault, status, causal ATE, reason, event, [[t, x, y, error], ...] or null.
 const runs = data.runs.map(([part, variant, fault, status, ate, reason, event, path]) => ({ part, variant, fault, status, ate, reason, event, path }));
 const partName = (p) => `${data.parts[p].recording} from ${number(data.parts[p].from_s, 4)} s`;
-const isGood = (run) => run.status === "survived";
+const isGood = (run) => ["survived", "not judged", "fault not met"].includes(run.status);
 
 const selected = { part: 0, fault: 0 };
 
@@ -29,7 +29,7 @@ function faultsOption() {
         if (!d || d.run === undefined) return "";
         const run = runs[d.run];
         return `<b>${esc(partName(run.part))}</b>, ${esc(data.variants[run.variant])}, ${esc(data.faults[run.fault])}<br>ATE ${number(run.ate)} m` +
-          (run.reason ? `<br>failed: ${esc(run.reason)}` : "") + (run.event ? `<br>said: ${esc(run.event)}` : "");
+          (run.reason ? `<br>${esc(run.status)}: ${esc(run.reason)}` : "") + (run.event ? `<br>reported: ${esc(run.event)}` : "");
       },
     }),
     series: [

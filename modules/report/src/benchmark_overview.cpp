@@ -62,11 +62,12 @@ double valueOf(const SummaryRow& row, const std::string& figure) {
 
 /** Below the table: what the columns are, what VI-BA takes, and who accepted what is not good. */
 std::string noteOn(const std::vector<const SummaryRow*>& rows, const std::string& last_stage) {
-  int windows = 0, worst = 0, false_accepts = 0;
+  int windows = 0, judged = 0, worst = 0, false_accepts = 0;
   std::string who;
   std::vector<double> vi_ba_ms;
   for (const SummaryRow* row : rows) {
     windows = row->count;
+    judged = std::max(judged, row->judged);
     if (row->stage == kStageViBa && row->runtime_ms.count > 0)
       vi_ba_ms.push_back(row->runtime_ms.median);
     if (row->stage != last_stage || row->false_accepts == 0) continue;
@@ -76,7 +77,10 @@ std::string noteOn(const std::vector<const SummaryRow*>& rows, const std::string
     who = row->initializer;
   }
   std::string note = std::to_string(windows) + " windows. ";
-  if (false_accepts == 0) note += "No false accept. ";
+  if (judged == 0)
+    note += "None can be judged without ground truth. ";
+  else if (false_accepts == 0)
+    note += "No false accept. ";
   if (false_accepts > 0)
     note += "False accepts: " + std::to_string(false_accepts) + ", " + std::to_string(worst) +
             " of them by " + who + ". ";
@@ -193,7 +197,7 @@ TitledTable comparisonOverview(const std::vector<PairedComparison>& comparisons,
 
 std::string glossary() {
   return "Terms:\n"
-         "  window       keyframes of one attempt to initialise, e.g. 10 at 4 Hz: 2.25 s\n"
+         "  window       keyframes of one attempt to initialize, e.g. 10 at 4 Hz: 2.25 s\n"
          "  VI-BA        visual-inertial bundle adjustment, the same after every initializer\n"
          "  success      gravity off by less than 2 deg and velocity by less than 0.1 m/s, of all "
          "windows;\n"
@@ -206,10 +210,10 @@ std::string glossary() {
          "  gravity, v   angle of gravity's direction; norm of the velocity error, in the body's "
          "frame\n"
          "  b_g, b_a     bias of gyroscope, rad/s, and accelerometer, m/s^2\n"
-         "  NEES         squared error over predicted covariance, a degree of freedom: 1 is "
-         "honest\n"
+         "  NEES         squared error over predicted covariance, per degree of freedom: 1 where "
+         "that is right\n"
          "  coverage     share of frames with a pose; a missing pose is not a good pose\n"
-         "  causal       as known at the frame itself; smoothed: with hindsight; final: bundle "
+         "  causal       as known at the frame itself; smoothed: as known later; final: bundle "
          "adjusted\n"
          "The definitions: docs/evaluation.md.\n";
 }

@@ -217,7 +217,7 @@ TitledTable neesTable(const BenchmarkRecord& record, const std::vector<SummaryRo
       [index](const SummaryRow& row) { return row.nees[index].mean; }, nothingMore);
   return described(
       {metric.key + "_mean" + shapeId(shape), metric.title + ", mean, " + shapeText(shape),
-       "Squared error over the covariance that the estimate claims, a degree of freedom: 1 where "
+       "Squared error over the covariance that the estimate claims, per degree of freedom: 1 where "
        "errors are as large as predicted, 4 where they are twice as large. Over the windows with a "
        "covariance; the ground truth's own error counts as the estimate's.",
        std::move(table), false, ""},

@@ -142,7 +142,7 @@ std::vector<std::string> refusalsOf(const std::vector<std::pair<std::string, Run
   std::vector<std::string> sentences;
   for (const auto& [name, record] : runs) {
     if (record.acceptedAttempt()) continue;
-    std::string sentence = name + ": never initialised; ";
+    std::string sentence = name + ": never initialized; ";
     if (record.attempts.empty()) {
       sentence += "the window of keyframes was never full";
     } else {

@@ -66,7 +66,7 @@ class TrajectoryPlot {
   double secondsAt(TimeNs t) const { return secondsBetween(estimate_.front().t, t); }
   double duration() const { return std::max(1e-3, secondsAt(estimate_.back().t)); }
 
-  /** The pose nearest to the instant of initialisation, if that lies in the trajectory. */
+  /** The pose nearest to the instant of initialization, if that lies in the trajectory. */
   const StampedPose* initialPose() const {
     const auto t = options_.initialized_at;
     if (!t || *t < estimate_.front().t || *t > estimate_.back().t) return nullptr;
@@ -123,7 +123,7 @@ class TrajectoryPlot {
       entry("ground truth", [&] { canvas_.line({x, middle}, {x + 30, middle}, kTruth, 4.0); });
     entry("start", [&] { canvas_.disc({x + 20, middle}, 5.5, kStart); });
     if (initialized)
-      entry("initialised", [&] { canvas_.diamond({x + 20, middle}, 8.0, kInitialized); });
+      entry("initialized", [&] { canvas_.diamond({x + 20, middle}, 8.0, kInitialized); });
   }
 
   void drawSeries(const cv::Rect2d& box, const Series& series) {
@@ -134,7 +134,7 @@ class TrajectoryPlot {
       high = *greatest;
     }
     const double margin = std::max(0.08 * (high - low), 1e-6);
-    // The margin above is doubled for the initialisation's label.
+    // The margin above is doubled for the initialization's label.
     const PlotArea area(box, 0.0, duration(), series.from_zero ? 0.0 : low - margin,
                         high + 2.0 * margin);
     area.drawAxes(&canvas_, "time since the first pose [s]", series.label, 10, 7);
@@ -148,7 +148,7 @@ class TrajectoryPlot {
     const double x = area.at(t_s, 0.0).x;
     canvas_.dashedLine({x, box.y}, {x, box.y + box.height}, kInitialized, 1.4);
     char label[64];
-    std::snprintf(label, sizeof label, "initialised, %.2f s", t_s);
+    std::snprintf(label, sizeof label, "initialized, %.2f s", t_s);
     const bool left = x + 160 > box.x + box.width;
     canvas_.text({x + (left ? -7 : 7), box.y + 17}, label, 9.0, kInitialized,
                  left ? TextAlign::kRight : TextAlign::kLeft);

@@ -51,6 +51,13 @@ TEST(BenchmarkOverview, NamesWhoAcceptedFalsely) {
   EXPECT_THAT(overviewOf(record), AllOf(HasSubstr("No false accept."), Not(HasSubstr("bad"))));
 }
 
+TEST(BenchmarkOverview, FindsNoFalseAcceptWhereNothingIsJudged) {
+  BenchmarkRecord record = testing::exampleBenchmark();
+  for (WindowResult& result : record.results) result.truth.clear();
+  EXPECT_THAT(overviewOf(record), AllOf(HasSubstr("None can be judged without ground truth."),
+                                        Not(HasSubstr("alse accept"))));
+}
+
 TEST(BenchmarkOverview, ComparesWithTheFirst) {
   BenchmarkRecord record;
   for (int window = 10; window < 50; ++window)

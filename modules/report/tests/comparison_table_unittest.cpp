@@ -31,7 +31,7 @@ TEST(Comparison, OneRowAStage) {
   EXPECT_EQ(table.numberAt(1, "trajectory_ate_m"), 0.01);
 }
 
-TEST(Comparison, RunsThatNeverInitialisedSayWhy) {
+TEST(Comparison, RunsThatNeverInitializedSayWhy) {
   RunRecord refused = exampleRecord();
   refused.attempts.resize(1);
   refused.initialized_at.reset();
@@ -50,7 +50,7 @@ TEST(Comparison, RunsThatNeverInitialisedSayWhy) {
   EXPECT_THAT(text, Not(HasSubstr("source")));  // the same for all of them
   const std::vector<std::string> sentences = refusalsOf(runs);
   ASSERT_EQ(sentences.size(), 2u);
-  EXPECT_THAT(sentences[0], HasSubstr("b: never initialised; 1 attempt, the last one: "
+  EXPECT_THAT(sentences[0], HasSubstr("b: never initialized; 1 attempt, the last one: "
                                       "too_few_tracks, 12 landmarks, at least 30"));
   EXPECT_THAT(sentences[1], HasSubstr("the window of keyframes was never full"));
 }
@@ -68,7 +68,7 @@ TEST(Comparison, SourcesStandInTheTextWhereTheyDiffer) {
   EXPECT_THAT(csv, HasSubstr("run,source,initializer,"));
 }
 
-TEST(Comparison, OfARunThatNeverInitialisedTheLastAttemptWithAStageIsShown) {
+TEST(Comparison, OfARunThatNeverInitializedTheLastAttemptWithAStageIsShown) {
   RunRecord run = exampleRecord();
   AttemptRecord implausible = run.attempts[1];
   implausible.status = "implausible";

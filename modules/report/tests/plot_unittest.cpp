@@ -66,7 +66,7 @@ class Plot : public ::testing::Test {
   DrawnFlight flight_;
 };
 
-TEST_F(Plot, WithGroundTruthShowsBothCurvesTheErrorsAndTheInitialisation) {
+TEST_F(Plot, WithGroundTruthShowsBothCurvesTheErrorsAndTheInitialization) {
   TrajectoryPlotOptions options;
   options.title = "eta on a figure of eight";
   options.initialized_at = flight_.estimate[50].t;
@@ -86,7 +86,7 @@ TEST_F(Plot, OfPositionsBeyondAllBoundsThereIsAnEmptyPicture) {
   }
 }
 
-TEST_F(Plot, WithoutGroundTruthAndInitialisation) {
+TEST_F(Plot, WithoutGroundTruthAndInitialization) {
   const cv::Mat image = draw(flight_.estimate, {}, {});
   for (const cv::Rect& region : {kLeft, kUpper, kLower}) {
     EXPECT_GT(share(image, region, kBlue), 1.0);

@@ -104,7 +104,7 @@ TEST(RunReport, WithoutGroundTruthOrAttempts) {
   run.record.initialized_at.reset();
   const std::string html = runReportHtml(run.record, {}, {});
   EXPECT_TRUE(dataOf(html).at("rows").empty());
-  EXPECT_THAT(html, HasSubstr("<dt>Initialised</dt><dd>never</dd>"));
+  EXPECT_THAT(html, HasSubstr("<dt>Initialized</dt><dd>never</dd>"));
 }
 
 TEST(RunReport, TruthWithoutVelocitiesOrBiasesJudgesNone) {

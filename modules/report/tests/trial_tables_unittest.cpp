@@ -75,10 +75,10 @@ TEST(TrialTables, SayWhatEachFaultDoes) {
   const Table& table = tableOf(tables, "faults");
   ASSERT_EQ(table.rowCount(), 2U);
   EXPECT_EQ(table.textAt(0, "fault"), kNoFault);
-  EXPECT_EQ(table.textAt(0, "said"), "");
+  EXPECT_EQ(table.textAt(0, "reported"), "");
   EXPECT_EQ(table.textAt(1, "survived_0"), "4/4");
   EXPECT_EQ(table.textAt(1, "survived_1"), "3/4");
-  EXPECT_EQ(table.textAt(1, "said"), "7/8");
+  EXPECT_EQ(table.textAt(1, "reported"), "7/8");
   EXPECT_NEAR(table.numberAt(1, "added_m"), 0.0035, 1e-12);
   EXPECT_NEAR(table.numberAt(1, "largest_added_m"), 0.004, 1e-12);
 }
@@ -99,7 +99,7 @@ TEST(TrialTables, EveryFailureHasItsReason) {
   EXPECT_THAT(table.textAt(0, "reason"), HasSubstr("silent: off by 0.62 m"));
   TrialRecord good = exampleTrial();
   good.results.pop_back();
-  EXPECT_EQ(trialTables(good).back().note, "Every run survived.");
+  EXPECT_EQ(trialTables(good).back().note, "No run that was judged failed.");
 }
 
 TEST(TrialTables, DifferencesAreRunByRun) {
@@ -136,7 +136,7 @@ TrialRecord withASystem() {
       theirs.reason =
           "there is no trajectory '" + trajectoryName(run.recording, run.from_s, run.fault) + "'";
       theirs.poses = 0;
-      theirs.causal = theirs.final = TrialErrors();
+      theirs.causal = theirs.smoothed = TrialErrors();
       theirs.started_s = WindowErrors::kNone;
       theirs.after_start.clear();
     }
@@ -258,7 +258,7 @@ TEST(TrialTables, EveryColumnHasAKeyOfItsOwn) {
 TEST(TrialTables, WhatIsNotKnownIsADash) {
   TrialRecord record = exampleTrial();
   for (TrialRun& run : record.results) {
-    run.causal = run.final = TrialErrors();  // no ground truth
+    run.causal = run.smoothed = TrialErrors();  // no ground truth
     run.after_start.clear();
   }
   const std::vector<TitledTable> tables = trialTables(record);
@@ -302,7 +302,7 @@ TrialRecord systemsAlone() {
     for (const NamedText& system : record.systems) {
       TrialRun run = testing::exampleRun(sequence.name, 0.0, {system.name, "", "", ""}, kNoFault,
                                          system.name == "theirs" ? 20.0 : 35.0);
-      run.final = TrialErrors();
+      run.smoothed = TrialErrors();
       run.end_state.clear();
       record.results.push_back(run);
     }
@@ -317,7 +317,7 @@ TEST(TrialTables, OfTrajectoriesAlone) {
   ASSERT_EQ(table.rowCount(), 2U);
   EXPECT_EQ(table.textAt(0, "variant"), "theirs");
   EXPECT_NEAR(table.numberAt(1, "causal_ate_m"), 0.035, 1e-12);
-  EXPECT_TRUE(std::isnan(table.numberAt(1, "final_ate_m")));
+  EXPECT_TRUE(std::isnan(table.numberAt(1, "smoothed_ate_m")));
   EXPECT_NEAR(tableOf(tables, "differences").numberAt(0, "difference_m"), 0.015, 1e-12);
   EXPECT_TRUE(failuresOf(record).empty());
   EXPECT_THAT(trialPage(record, {}), AllOf(HasSubstr("others"), Not(HasSubstr("failed"))));

@@ -109,7 +109,7 @@ TEST(RunLog, GivesTheRecordBackFromFolderAndFile) {
   }
 }
 
-TEST(RunLog, ARunThatNeverInitialisedCanBeLoggedToo) {
+TEST(RunLog, ARunThatNeverInitializedCanBeLoggedToo) {
   const testing::TemporaryFolder folder;
   RunLog log = exampleLog();
   log.record.attempts.resize(1);

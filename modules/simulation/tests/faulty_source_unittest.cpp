@@ -303,6 +303,15 @@ TEST(FaultySource, SaysWhatWasDone) {
   EXPECT_EQ(source->statistics().warnings, std::vector<std::string>{said});
 }
 
+TEST(FaultySource, SaysWhatLiesOutsideOfWhatWasRead) {
+  const auto source = faulted("covered from=50 for=0.1, lost percent=20", 0.0, 7);
+  deliveredBy(*source);
+  const std::vector<std::string> said = source->statistics().warnings;
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_EQ(said[0].find("memory: faults were made: lost percent=20 ("), 0u) << said[0];
+  EXPECT_NE(said[1].find("were not made: covered from=50 for=0.1 ("), std::string::npos) << said[1];
+}
+
 TEST(FaultySource, DoesNothingToImagesThatAreNotDecoded) {
   class WithoutImages : public MemorySource {
    public:

@@ -243,7 +243,7 @@ NoiseCalibration calibrateNoise(const std::vector<NoiseWindow>& windows,
     const NoiseIteration& last = out.iterations.back();
     if (last.windows == 0) {
       out.message = "no window could be used: " + std::to_string(out.at_rest) + " at rest, " +
-                    std::to_string(out.failed) + " not initialised";
+                    std::to_string(out.failed) + " not initialized";
       return out;
     }
     // A factor that hardly shows beside the others' swings about its value with full steps.

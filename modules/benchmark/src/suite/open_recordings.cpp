@@ -1,7 +1,6 @@
 #include "suite/open_recordings.h"
 
 #include <filesystem>
-#include <set>
 #include <utility>
 
 #include "etalon/benchmark/content_hash.h"
@@ -58,14 +57,11 @@ std::string contentOf(const RecordedSource& recording) {
 std::vector<std::unique_ptr<RecordedSource>> openRecordings(
     const std::vector<std::string>& sources, const std::string& ground_truth,
     std::vector<BenchmarkSequence>* sequences) {
-  std::set<std::string> names;
+  requireDifferentNames(sources);
   std::vector<std::unique_ptr<RecordedSource>> recordings;
   for (const std::string& source : sources) {
     BenchmarkSequence sequence;
     sequence.name = recordingName(source);
-    if (!names.insert(sequence.name).second)
-      throw ConfigError("two recordings are called '" + sequence.name +
-                        "'; their folders or files need different names (" + source + ")");
     sequence.source = std::filesystem::absolute(source).lexically_normal().string();
     std::unique_ptr<RecordedSource> recording;
     try {

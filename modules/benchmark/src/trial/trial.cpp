@@ -10,6 +10,7 @@
 #include "etalon/core/folder_lock.h"
 #include "etalon/core/output_file.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/core/text.h"
 #include "suite/merger.h"
 #include "suite/open_recordings.h"
 #include "suite/parallel.h"
@@ -29,6 +30,12 @@ void requireUnique(const std::vector<NamedText>& named, const std::string& what)
       throw ConfigError("two " + what + " are called '" + one.name + "'; expected different names");
 }
 
+std::vector<NamedText> named(const std::vector<std::string>& names) {
+  std::vector<NamedText> all;
+  for (const std::string& name : names) all.push_back({name, ""});
+  return all;
+}
+
 class Trial {
  public:
   Trial(const std::vector<TrialSetting>& settings, TrialOptions options)
@@ -37,6 +44,7 @@ class Trial {
   TrialOutcome run() {
     describe();
     recordings_ = openRecordings(options_.sources, options_.ground_truth, &record_.sequences);
+    requireRuns();
     makeFolder(options_.out);
     const FolderLock lock(options_.out);
     adoptFormerRun();
@@ -84,6 +92,30 @@ class Trial {
     requireUnique(record_.settings, "settings");
     requireUnique(record_.faults, "faults");
     requireUnique(record_.systems, "systems");
+    requireUnique(named(record_.odometries), "odometries");
+    std::vector<std::string> instants;
+    for (const double from_s : record_.protocol.from_s) instants.push_back(format("%g s", from_s));
+    requireUnique(named(instants), "instants (--from)");
+    for (const NamedText& system : record_.systems)
+      for (const BenchmarkInitializer& initializer : record_.initializers)
+        if (initializer.name == system.name)
+          throw ConfigError("the system '" + system.name +
+                            "' is called like an initializer; expected another name, e.g. "
+                            "--system their_" +
+                            system.name + "=" + system.text);
+  }
+
+  /** @throws ConfigError if there are recordings, and none is long enough */
+  void requireRuns() const {
+    bool any_opened = false;
+    for (const BenchmarkSequence& sequence : record_.sequences) {
+      if (!sequence.error.empty()) continue;
+      any_opened = true;
+      if (!startsOf(record_.protocol, sequence).empty()) return;
+    }
+    if (any_opened)
+      throw ConfigError("no run is left: " + joined(tooShort(record_), "; ") +
+                        "; expected longer recordings, or a smaller --seconds or --from");
   }
 
   /** The scenario without a fault comes first, given or not. */

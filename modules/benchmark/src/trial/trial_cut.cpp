@@ -107,7 +107,10 @@ FaultyCut faultyCut(const TrialCut& cut, const FaultScenario& scenario, int seed
     const auto event = plain->next();
     faulty.first = faulty.source->next();
     if (!event && !faulty.first) return faulty;
-    if (!same_rig || !event || !faulty.first || !same(*event, *faulty.first)) return faulty;
+    if (!same_rig || !event || !faulty.first || !same(*event, *faulty.first)) {
+      faulty.changed_at = stampOf(faulty.first ? *faulty.first : *event);
+      return faulty;
+    }
     ++faulty.same;
   }
 }

@@ -42,7 +42,8 @@ class TrialCut {
 struct FaultyCut {
   std::unique_ptr<SensorSource> source;
   size_t same = 0;                   ///< events before that one
-  std::optional<SensorEvent> first;  ///< that one; nothing: the fault changed nothing
+  std::optional<SensorEvent> first;  ///< that one; nothing: the fault left none from there on
+  std::optional<TimeNs> changed_at;  ///< its stamp, or that of what is missing; nothing: no change
 };
 
 /** The cut with a scenario that begins with it. The same seed gives the same measurements. */

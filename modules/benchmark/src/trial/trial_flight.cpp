@@ -39,7 +39,7 @@ Flown TrialFlight::finish() {
   flown.images = images_;
   flown.started = pipeline_.initializedAt();
   flown.causal = pipeline_.trajectory();
-  flown.final = pipeline_.smoothedTrajectory();
+  flown.smoothed = pipeline_.smoothedTrajectory();
   flown.estimates = pipeline_.estimates();
   flown.events = pipeline_.events();
   flown.end_state = toString(pipeline_.state());
@@ -70,7 +70,11 @@ Flown flownBySystem(const Trajectory& trajectory, const std::vector<TimeNs>& ima
     flown.causal.push_back(*nearest);
     pose = nearest + 1;
   }
-  if (!flown.causal.empty()) flown.started = flown.causal.front().t;
+  if (!flown.causal.empty())
+    flown.started = flown.causal.front().t;
+  else if (!trajectory.empty())
+    flown.refusal = "none of its " + std::to_string(trajectory.size()) +
+                    " poses lies within half a frame of an image; is it on the same clock?";
   return flown;
 }
 

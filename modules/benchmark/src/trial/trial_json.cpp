@@ -8,7 +8,7 @@ namespace etalon {
 
 constexpr const char* kTrialFormat = "etalon trial";
 /** Raised when the meaning of a key changes. */
-constexpr int kTrialFormatVersion = 1;
+constexpr int kTrialFormatVersion = 2;
 
 template <typename Archive>
 void members(Archive& json, Member<Archive, TrialProtocol>& protocol) {
@@ -76,7 +76,7 @@ void members(Archive& json, Member<Archive, TrialRun>& run) {
   json("lost_s", run.lost_s);
   json("event", run.event);
   json("causal", run.causal);
-  json("final", run.final);
+  json("smoothed", run.smoothed);
   json("error_over_predicted", run.error_over_predicted);
   json("after_start", run.after_start);
   json("frame_ms", run.frame_ms);

@@ -39,7 +39,7 @@ class Judgement {
     count();
     times();
     run_.causal = errorsOf(flown_.causal);
-    run_.final = errorsOf(flown_.final);
+    run_.smoothed = errorsOf(flown_.smoothed);
     errors_ = flightErrors(flown_.estimates, truth_);
     compareWithPredicted();
     run_.after_start.clear();
@@ -48,6 +48,12 @@ class Judgement {
     findFailures();
     run_.status = reasons_.empty() ? kStatusSurvived : kStatusFailed;
     run_.reason = joined(reasons_, "; ");
+    if (!reasons_.empty() || std::isfinite(run_.causal.ate_m)) return;
+    run_.status = kStatusNotJudged;
+    run_.reason = truth_.empty()
+                      ? "there is no ground truth"
+                      : format("ground truth covers %zu of %zu poses",
+                               coveredPoses(flown_.causal, truth_), flown_.causal.size());
   }
 
  private:
@@ -148,8 +154,11 @@ class Judgement {
 
   void findFailures() {
     if (!flown_.started) {
-      reasons_.push_back("never started" +
-                         (flown_.refusal.empty() ? "" : ", the last attempt: " + flown_.refusal));
+      if (flown_.end_state.empty() && !flown_.refusal.empty())  // of a system
+        reasons_.push_back(flown_.refusal);
+      else
+        reasons_.push_back("never started" +
+                           (flown_.refusal.empty() ? "" : ", the last attempt: " + flown_.refusal));
       if (flown_.causal.empty()) return;
     }
     findMissingPoses();
@@ -217,6 +226,13 @@ class Judgement {
 void judge(const Flown& flown, const GroundTruth& ground_truth, const TrialProtocol& protocol,
            TrialRun* run) {
   Judgement(flown, ground_truth, protocol, run).pass();
+}
+
+void setFaultNotMet(TrialRun* run) {
+  if (run->status == kStatusCrashed || run->status == kStatusTimeLimit) return;
+  run->status = kStatusFaultNotMet;
+  run->reason = "the fault changes no measurement of the run";
+  run->silent = false;
 }
 
 }  // namespace etalon

@@ -25,6 +25,14 @@ std::string joinedFilled(const std::vector<std::string>& words, const std::strin
   return joined(filled, between);
 }
 
+/** A run of `seconds` may end between the last image and where the next one would be, s. */
+constexpr double kTolerance = 0.1;
+
+/** Whether a recording whose last image comes after `last_s` holds a run from `from_s`. */
+bool fits(const TrialProtocol& protocol, double from_s, double last_s) {
+  return from_s <= std::min(last_s - protocol.seconds + kTolerance, last_s - kTolerance);
+}
+
 void appendErrors(const TrialErrors& e, std::string* line) {
   for (const double value : {e.ate_m, e.ate_yaw_m, e.rotation_deg, e.rpe_m, e.rpe_deg})
     *line += "," + csvNumber(value);
@@ -60,13 +68,11 @@ std::string labelOf(const TrialVariant& variant, const TrialRecord& record) {
 
 std::vector<double> startsOf(const TrialProtocol& protocol, const BenchmarkSequence& sequence) {
   const double last_s = secondsBetween(sequence.first_image, sequence.last_image);
-  // A run of `seconds` may end between the last image and where the next one would be.
-  constexpr double kTolerance = 0.1;
   const double room_s = last_s - protocol.seconds + kTolerance;
   std::vector<double> starts;
   if (!protocol.from_s.empty()) {
     for (const double from_s : protocol.from_s)
-      if (from_s <= std::min(room_s, last_s - kTolerance)) starts.push_back(from_s);
+      if (fits(protocol, from_s, last_s)) starts.push_back(from_s);
     return starts;
   }
   if (room_s < 0.0) return starts;
@@ -77,6 +83,30 @@ std::vector<double> startsOf(const TrialProtocol& protocol, const BenchmarkSeque
     if (starts.empty() || from_s > starts.back()) starts.push_back(from_s);
   }
   return starts;
+}
+
+std::vector<std::string> tooShort(const TrialRecord& record) {
+  const TrialProtocol& protocol = record.protocol;
+  const std::string runs = protocol.seconds > 0.0
+                               ? format(": too short for runs of %g s", protocol.seconds)
+                               : std::string(": too short for runs to its end");
+  std::vector<std::string> sentences;
+  for (const BenchmarkSequence& sequence : record.sequences) {
+    if (!sequence.error.empty()) continue;
+    const double last_s = secondsBetween(sequence.first_image, sequence.last_image);
+    const auto add = [&](const std::string& from, double needs_s) {
+      sentences.push_back(sequence.name + runs + from +
+                          format(" (needs %.2f s, has %.2f s): ", needs_s, last_s) +
+                          (startsOf(protocol, sequence).empty() ? "0 runs" : "none from there"));
+    };
+    if (protocol.from_s.empty() && startsOf(protocol, sequence).empty())
+      add("", protocol.seconds - kTolerance);
+    for (const double from_s : protocol.from_s)
+      if (!fits(protocol, from_s, last_s))
+        add(format(" from %g s", from_s),
+            from_s + std::max(protocol.seconds - kTolerance, kTolerance));
+  }
+  return sentences;
 }
 
 std::string resultKey(const TrialRun& run) {
@@ -99,7 +129,7 @@ std::string runsCsv(const std::vector<TrialRun>& runs) {
   std::string text =
       "recording,from_s,system,setting,odometry,initializer,fault,status,silent,reason,seconds,"
       "images,frames,poses,coverage,fault_at_s,started_s,end_state,dead_reckoning_s,lost_s,event";
-  for (const char* which : {"causal", "final"})
+  for (const char* which : {"causal", "smoothed"})
     for (const char* error : {"ate_m", "ate_yaw_m", "rotation_deg", "rpe_m", "rpe_deg"})
       text += std::string(",") + which + "_" + error;
   text += ",error_over_predicted";
@@ -121,7 +151,7 @@ std::string runsCsv(const std::vector<TrialRun>& runs) {
     line += "," + csvField(run.end_state) + "," + csvNumber(run.dead_reckoning_s) + "," +
             csvNumber(run.lost_s) + "," + csvField(run.event);
     appendErrors(run.causal, &line);
-    appendErrors(run.final, &line);
+    appendErrors(run.smoothed, &line);
     line += "," + csvNumber(run.error_over_predicted);
     for (size_t i = 0; i < timesAfterStart().size(); ++i) {
       const ErrorsAfterStart after =

@@ -15,11 +15,6 @@ void feedAll(SensorSource* source, TrialFlight* flight) {
   while (const auto event = source->next()) flight->feed(*event);
 }
 
-std::optional<TimeNs> beginOf(const FaultyCut& cut) {
-  if (!cut.first) return std::nullopt;
-  return stampOf(*cut.first);
-}
-
 TrialRun brokenOff(TrialRun run, const IsolatedOutcome& outcome) {
   run.status = outcome.out_of_time ? kStatusTimeLimit : kStatusCrashed;
   run.reason = outcome.failure;
@@ -159,8 +154,9 @@ TrialRun TrialWorker::isolated(TrialRun run,
 TrialRun TrialWorker::end(TrialRun run, TrialFlight* flight, const FaultyRun& faulty,
                           const SensorSource& source) const {
   Flown flown = flight->finish();
-  flown.fault_at = beginOf(faulty.cut);
+  flown.fault_at = faulty.cut.changed_at;
   judge(flown, source.groundTruth(), options_.protocol, &run);
+  if (faulty.fault > 0 && !faulty.cut.changed_at) setFaultNotMet(&run);
   writeTum(trajectoryPath(options_.out, record_, run), flown.causal);
   if (faulty.fault == 0) writeTruth(run, flown.images, source.groundTruth());
   return run;
@@ -188,12 +184,16 @@ TrialRun TrialWorker::judgeSystem(const TrialTask& task, const TrialCut& cut,
   const std::string file = trajectoryPath(options_.out, record_, run);
   run.status = kStatusFailed;
   run.frames = static_cast<int>(images.size());
+  if (faulty->fault > 0 && !faulty->cut.changed_at) {
+    setFaultNotMet(&run);
+    return run;
+  }
   if (!std::filesystem::exists(file)) {
     run.reason = "there is no trajectory '" + std::filesystem::path(file).filename().string() + "'";
     return run;
   }
   try {
-    const Flown flown = flownBySystem(readTum(file), images, beginOf(faulty->cut));
+    const Flown flown = flownBySystem(readTum(file), images, faulty->cut.changed_at);
     judge(flown, source->groundTruth(), options_.protocol, &run);
   } catch (const DataError& e) {
     run.reason = e.what();

@@ -73,7 +73,16 @@ TEST_F(TrialCutTest, AFaultAfterTheEndChangesNothing) {
   const TrialCut cut(folder_->path(), 0.0, 0.0);
   const FaultyCut late = faulty(cut, "covered from=5");
   EXPECT_FALSE(late.first);
+  EXPECT_FALSE(late.changed_at);
   EXPECT_EQ(late.same, readAll(*cut.open()).size());
+}
+
+TEST_F(TrialCutTest, AFaultThatLeavesNothingToTheEndIsAChange) {
+  const TrialCut cut(folder_->path(), 0.0, 0.0);
+  const FaultyCut ended = faulty(cut, "dropped from=0.2, imu_gap from=0.2");
+  EXPECT_FALSE(ended.first);
+  ASSERT_TRUE(ended.changed_at);
+  EXPECT_GE(*ended.changed_at, testing::frameStamp(4) - 1'000'000);
 }
 
 TEST_F(TrialCutTest, AnUnreadableRecordingIsADataError) {

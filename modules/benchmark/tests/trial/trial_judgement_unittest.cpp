@@ -61,7 +61,7 @@ class TrialJudgement : public ::testing::Test {
 
   TrialRun judged() {
     flown_.causal = trajectoryOf(flown_.estimates);
-    if (flown_.final.empty()) flown_.final = flown_.causal;
+    if (flown_.smoothed.empty()) flown_.smoothed = flown_.causal;
     TrialRun run;
     judge(flown_, truth_, protocol_, &run);
     return run;
@@ -181,9 +181,32 @@ TEST_F(TrialJudgement, AFlightThatNeverStartedSaysWhy) {
 TEST_F(TrialJudgement, WithoutGroundTruthTheRestIsJudged) {
   truth_ = GroundTruth();
   moveFrom(6.0, 5.0);
-  const TrialRun run = judged();
-  EXPECT_TRUE(run.survived());
+  TrialRun run = judged();
+  EXPECT_EQ(run.status, kStatusNotJudged);
+  EXPECT_EQ(run.reason, "there is no ground truth");
+  EXPECT_FALSE(run.survived() || run.judged());
   EXPECT_TRUE(std::isnan(run.causal.ate_m));
+  flown_.end_state = "lost";
+  run = judged();
+  EXPECT_EQ(run.status, kStatusFailed);
+  EXPECT_EQ(run.reason, "lost");
+}
+
+TEST_F(TrialJudgement, GroundTruthOnAnotherClockJudgesNothing) {
+  for (StampedState& state : truth_.states) state.t += durationNs(1000.0);
+  const TrialRun run = judged();
+  EXPECT_EQ(run.status, kStatusNotJudged);
+  EXPECT_EQ(run.reason, "ground truth covers 0 of 241 poses");
+}
+
+TEST_F(TrialJudgement, AFaultThatWasNotMetDoesNotCount) {
+  TrialRun run = judged();
+  setFaultNotMet(&run);
+  EXPECT_EQ(run.status, kStatusFaultNotMet);
+  EXPECT_FALSE(run.judged());
+  run.status = kStatusCrashed;
+  setFaultNotMet(&run);
+  EXPECT_EQ(run.status, kStatusCrashed);
 }
 
 TEST_F(TrialJudgement, PosesOfASystemBelongToTheNearestFrame) {
@@ -203,6 +226,16 @@ TEST_F(TrialJudgement, PosesOfASystemBelongToTheNearestFrame) {
   EXPECT_EQ(run.end_state, "");
   EXPECT_TRUE(std::isnan(run.lost_s));
   EXPECT_LT(run.causal.ate_m, 0.01);
+}
+
+TEST_F(TrialJudgement, ASystemOnAnotherClockIsToldSo) {
+  Trajectory trajectory = {{durationNs(1000.0), SE3()}, {durationNs(1001.0), SE3()}};
+  TrialRun run;
+  judge(flownBySystem(trajectory, flown_.images, std::nullopt), truth_, protocol_, &run);
+  EXPECT_EQ(run.status, kStatusFailed);
+  EXPECT_EQ(run.reason,
+            "none of its 2 poses lies within half a frame of an image; is it on the "
+            "same clock?");
 }
 
 TEST_F(TrialJudgement, ASystemWithoutPosesNeverStarted) {

@@ -45,6 +45,27 @@ TEST(TrialStarts, ThatAreGivenAreUsedWhereARunFits) {
   EXPECT_THAT(startsOf(protocol, ofLength(22.0)), ElementsAre(5.0, 20.0));
 }
 
+TEST(TrialStarts, WhatIsLeftOutIsNamed) {
+  TrialRecord record;
+  record.protocol.seconds = 12.0;
+  record.sequences = {ofLength(6.95), ofLength(32.0)};
+  record.sequences[0].name = "short";
+  record.sequences[1].name = "long";
+  EXPECT_THAT(tooShort(record),
+              ElementsAre("short: too short for runs of 12 s (needs 11.90 s, has 6.95 s): 0 runs"));
+  record.protocol.from_s = {5.0, 25.0};
+  EXPECT_THAT(
+      tooShort(record),
+      ElementsAre(
+          "short: too short for runs of 12 s from 5 s (needs 16.90 s, has 6.95 s): 0 runs",
+          "short: too short for runs of 12 s from 25 s (needs 36.90 s, has 6.95 s): 0 runs",
+          "long: too short for runs of 12 s from 25 s (needs 36.90 s, has 32.00 s): none from "
+          "there"));
+  record.sequences.pop_back();
+  record.sequences[0].error = "unreadable";
+  EXPECT_TRUE(tooShort(record).empty());
+}
+
 TEST(TrialVariant, IsNamedByWhatTellsItFromTheOthers) {
   TrialRecord record = testing::exampleTrial();
   const TrialVariant variant = variantsOf(record).front();

@@ -18,16 +18,44 @@ TEST(TrialSummary, CountsAndTakesMedians) {
   EXPECT_EQ(all.survived, 15);
   EXPECT_EQ(all.silent, 1);
   EXPECT_EQ(all.faulty, 8);
-  EXPECT_EQ(all.said, 7);
+  EXPECT_EQ(all.reported, 7);
   EXPECT_DOUBLE_EQ(all.coverage, (15 * 200 + 150) / (16 * 200.0));
   const TrialSummary one = summaryOf(record, [](const TrialRun& run) {
     return run.variant.initializer == "one" && run.fault == kNoFault;
   });
   EXPECT_EQ(one.runs, 4);
   EXPECT_NEAR(one.causal_ate_m.median, 0.0025, 1e-12);  // 2, 2, 3, 3 mm
-  EXPECT_NEAR(one.final_ate_m.median, 0.00125, 1e-12);
+  EXPECT_NEAR(one.smoothed_ate_m.median, 0.00125, 1e-12);
   EXPECT_EQ(one.faulty, 0);
   EXPECT_TRUE(std::isnan(one.added_ate_m.median));
+}
+
+TEST(TrialSummary, RunsThatAreNotJudgedDoNotCount) {
+  TrialRecord record = exampleTrial();
+  for (TrialRun& run : record.results) {
+    if (run.fault == "dark") {
+      run.status = kStatusFaultNotMet;
+    } else if (run.recording == "a") {
+      run.status = kStatusNotJudged;
+      run.causal.ate_m = WindowErrors::kNone;
+    }
+  }
+  const TrialSummary all = summaryOf(record, [](const TrialRun&) { return true; });
+  EXPECT_EQ(all.survived, 4);
+  EXPECT_EQ(all.runs, 4);
+  EXPECT_EQ(all.not_judged, 4);
+  EXPECT_EQ(all.not_met, 8);
+  EXPECT_TRUE(failuresOf(record).empty());
+  record.sequences[1].has_ground_truth = true;
+  EXPECT_EQ(describeUncounted(record)[0],
+            "a: there is no ground truth; 4 of 4 runs are not judged");
+  record.sequences[0].has_ground_truth = true;
+  EXPECT_EQ(describeUncounted(record)[0],
+            "a: ground truth covers 0 of 4 runs, each by 50 % of its poses; 4 of 4 runs are not "
+            "judged; is it on the same clock?");
+  EXPECT_EQ(describeUncounted(record)[1],
+            "fault 'dark': it changes no measurement in 8 of 8 runs, which do not count; does it "
+            "lie within them (covered from=5 for=1)?");
 }
 
 TEST(TrialSummary, WhatAFaultAddsIsAgainstTheSameRunWithoutIt) {

@@ -204,6 +204,23 @@ TEST_F(TrialTest, RefusesNamesThatAreThereTwice) {
   twice = options("x");
   twice.systems = {{"theirs", out("nothing")}};
   EXPECT_THAT(whyNot(twice), HasSubstr("no folder"));
+  twice = options("x");
+  twice.protocol.from_s = {0.0, 0.05, 0.05};
+  EXPECT_THAT(whyNot(twice), HasSubstr("two instants (--from) are called '0.05 s'"));
+  twice = options("x");
+  twice.odometries = {"fixed_lag", "fixed_lag"};
+  EXPECT_THAT(whyNot(twice), HasSubstr("two odometries are called 'fixed_lag'"));
+  twice = options("x");
+  twice.systems = {{"two", folder_.path()}};
+  EXPECT_THAT(whyNot(twice), HasSubstr("the system 'two' is called like an initializer"));
+}
+
+TEST_F(TrialTest, RefusesToRunNothing) {
+  TrialOptions long_runs = options("x");
+  long_runs.protocol.from_s.clear();
+  long_runs.protocol.seconds = 12.0;
+  EXPECT_THAT(whyNot(long_runs), HasSubstr("no run is left: a: too short for runs of 12 s"));
+  EXPECT_FALSE(fs::exists(out("x")));
 }
 
 TEST_F(TrialTest, ARecordingThatCannotBeReadIsNamed) {

@@ -109,6 +109,7 @@ TEST_F(TrialWorkerTest, AFaultThatComesTooLateIsNone) {
   const std::vector<TrialRun> runs = run();
   EXPECT_EQ(runs[3].fault, "never");
   EXPECT_TRUE(std::isnan(runs[3].fault_at_s));
+  EXPECT_EQ(runs[3].status, kStatusFaultNotMet);
   const auto texts = trajectories(runs);
   EXPECT_EQ(texts.at("never"), texts.at(kNoFault));
   EXPECT_NE(texts.at("late"), "");

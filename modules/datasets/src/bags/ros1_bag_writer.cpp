@@ -42,8 +42,19 @@ void assign(const Eigen::Vector3d& from, Vector* to) {
 class Ros1BagWriter : public BagWriter {
  public:
   explicit Ros1BagWriter(const std::string& path) : path_(path) {
-    bag_.open(path, rosbag::bagmode::Write);
+    bag_->open(path, rosbag::bagmode::Write);
   }
+  /** rosbag::Bag closes itself in its destructor, where an exception ends the process: on a full
+   * disk it is never destroyed. */
+  ~Ros1BagWriter() override {
+    try {
+      bag_->close();
+    } catch (const std::exception&) {
+      bag_.release();  // NOLINT(bugprone-unused-return-value)
+    }
+  }
+  Ros1BagWriter(const Ros1BagWriter&) = delete;
+  Ros1BagWriter& operator=(const Ros1BagWriter&) = delete;
 
   void write(const ImuSample& sample) override {
     sensor_msgs::Imu imu;
@@ -71,7 +82,7 @@ class Ros1BagWriter : public BagWriter {
     put(kTruthTopic, pose);
   }
 
-  void close() override { bag_.close(); }
+  void close() override { bag_->close(); }
 
  private:
   /** Recorded at the instant of its stamp. */
@@ -79,11 +90,11 @@ class Ros1BagWriter : public BagWriter {
   void put(const std::string& topic, const Message& message) {
     if (message.header.stamp.isZero())
       throw DataError(path_, 0, "a ROS 1 bag cannot hold the stamp 0");
-    bag_.write(topic, message.header.stamp, message);
+    bag_->write(topic, message.header.stamp, message);
   }
 
   std::string path_;
-  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::Bag> bag_ = std::make_unique<rosbag::Bag>();
 };
 
 }  // namespace

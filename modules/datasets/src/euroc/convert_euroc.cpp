@@ -8,7 +8,8 @@ namespace {
 
 class EurocWriter : public EventWriter {
  public:
-  explicit EurocWriter(const std::string& dst) : folder_(dst, false) {}
+  explicit EurocWriter(const std::string& dst)
+      : folder_(dst, false, "remove it or choose another") {}
 
   void write(const ImuSample& sample) override { imu_.push_back(sample); }
 

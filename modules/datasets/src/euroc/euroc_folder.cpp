@@ -33,15 +33,14 @@ void copyFile(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-EurocFolder::EurocFolder(const std::string& path, bool overwrite) {
+EurocFolder::EurocFolder(const std::string& path, bool overwrite, const std::string& advice) {
   std::error_code error;
   if (fs::exists(path, error)) {
     if (!fs::is_directory(path, error)) throw ConfigError(path + ": exists and is not a folder");
     const bool empty = fs::is_empty(path, error);
     if (error) throw DataError(path, 0, "cannot be read: " + error.message());
     if (!empty && !overwrite) {
-      throw ConfigError(path +
-                        ": the folder is not empty; choose another or overwrite it with --force");
+      throw ConfigError(path + ": the folder is not empty; " + advice);
     }
   }
   output_ = std::make_unique<OutputFiles>((fs::path(path) / "mav0").string());

@@ -194,7 +194,7 @@ std::string summaryOf(const RunRecord& record, const std::string& name, bool has
   return term("Recording", recording) + term("Source", escaped(record.source)) +
          term("Initializer",
               "<b>" + escaped(record.initializer) + "</b> " + escaped(record.initializer_version)) +
-         term("Initialised", started) +
+         term("Initialized", started) +
          term("ATE in SE(3)", joined(errors, ", ", [](const std::string& t) { return t; })) +
          (warnings.empty() ? "" : term("Warnings", "<span class=\"bad\">" + warnings + "</span>")) +
          term("Versions", versionsText(record.versions));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
@@ -23,9 +24,12 @@ namespace etalon {
 
 namespace {
 
-constexpr char kTumFramesNeverInitialised[] =
-    "T_VB, never initialised: V is the body's frame at the first image, not aligned with gravity";
+namespace fs = std::filesystem;
 
+constexpr char kTumFramesNeverInitialized[] =
+    "T_VB, never initialized: V is the body's frame at the first image, not aligned with gravity";
+
+constexpr char kJsonName[] = "initialization.json";
 // Files that not every run has.
 constexpr char kFinalTrajectory[] = "trajectory_final.tum";
 constexpr char kImuStates[] = "states_imu.csv";
@@ -126,7 +130,7 @@ FinalBaRecord recordOf(const TrajectoryBaResult& ba, double wall_s) {
   return record;
 }
 
-/** Before initialisation the odometry's frame is not aligned with gravity, so yaw alone cannot
+/** Before initialization the odometry's frame is not aligned with gravity, so yaw alone cannot
  * align it. */
 AlignmentType rotationAlignment(const RunRecord& record) {
   return record.initialized_at ? AlignmentType::kYawPosition : AlignmentType::kSE3;
@@ -141,6 +145,80 @@ TrajectoryErrors trajectoryErrorsOf(const RunRecord& record, const Trajectory& t
   if (record.initialized_at)
     errors.rotation_deg = absoluteErrors(both, rotationAlignment(record)).rotation_deg;
   return errors;
+}
+
+/** Writes the files of a run, each for itself, and puts them in place together. */
+class ResultWriter {
+ public:
+  explicit ResultWriter(const std::string& folder)
+      : folder_(folder), after_a_run_(fs::exists(folder_ / kJsonName)), output_(folder) {}
+
+  /** @param content writes the file to a path */
+  void write(const std::string& name, const std::function<void(const std::string&)>& content) {
+    const std::string path = output_.path(name);
+    try {
+      if (fs::is_directory(folder_ / name))
+        throw DataError((folder_ / name).string(), 0, "cannot be written: a folder has this name");
+      content(path);
+      files_.written.push_back((folder_ / name).string());
+    } catch (const DataError& e) {
+      std::error_code ignored;
+      fs::remove(path, ignored);
+      std::string reason = e.what();  // names the file where it is written until it is whole
+      if (reason.compare(0, path.size(), path) == 0)
+        reason.replace(0, path.size(), (folder_ / name).string());
+      files_.failures.push_back(reason);
+    }
+  }
+
+  RunFiles finish() {
+    output_.putInPlace();
+    if (after_a_run_) removeFormer();
+    return std::move(files_);
+  }
+
+ private:
+  /** Of an earlier run in the folder those files that this one has not, or could not write. */
+  void removeFormer() const {
+    for (const std::string name :
+         {"trajectory.tum", "trajectory_smoothed.tum", kFinalTrajectory, "states.csv", kJsonName,
+          "trajectory.png", "report.html", "flight.3Dscene", kImuStates, kProposedCalibration[0],
+          kProposedCalibration[1], "config.ini", kRunLogName}) {
+      const std::string file = (folder_ / name).string();
+      std::error_code ignored;
+      if (fs::is_regular_file(file, ignored) &&
+          std::find(files_.written.begin(), files_.written.end(), file) == files_.written.end())
+        fs::remove(file, ignored);
+    }
+  }
+
+  fs::path folder_;
+  bool after_a_run_;  ///< whether the folder holds an earlier run
+  OutputFiles output_;
+  RunFiles files_;
+};
+
+RunLog runLogOf(const FinishedRun& run, const RunRecord& record) {
+  RunLog log;
+  log.record = record;
+  log.calibration = run.source.calibration();
+  log.images = run.images;
+  log.estimates = run.pipeline.estimates();
+  log.ground_truth = run.source.groundTruth();
+  return log;
+}
+
+FlightScene sceneOf(const FinishedRun& run, const Trajectory& smoothed) {
+  FlightScene scene;
+  scene.keyframes = run.pipeline.record().smoothed();
+  scene.landmarks = run.pipeline.record().landmarks();
+  scene.trajectory = smoothed;
+  if (!run.final_flight) return scene;
+  scene.keyframes = run.final_flight->keyframes;
+  scene.trajectory = carriedAlong(smoothed, scene.keyframes);
+  for (const auto& [id, p_W] : run.final_flight->ba.bundle.validLandmarks())
+    scene.landmarks[id] = p_W;
+  return scene;
 }
 
 }  // namespace
@@ -188,62 +266,50 @@ RunRecord makeRunRecord(const FinishedRun& run) {
   return record;
 }
 
-std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
-                                         const RunRecord& record) {
-  namespace fs = std::filesystem;
-  OutputFiles output(folder);
-  std::vector<std::string> files;
-  const auto file = [&](const std::string& name) {
-    files.push_back((fs::path(folder) / name).string());
-    return output.path(name);
-  };
+RunFiles writeRunResults(const std::string& folder, const FinishedRun& run,
+                         const RunRecord& record) {
+  ResultWriter results(folder);
   const Trajectory trajectory = run.pipeline.trajectory();
-  const std::string frames = record.initialized_at ? "T_WB" : kTumFramesNeverInitialised;
-  writeTum(file("trajectory.tum"), trajectory, frames);
+  const std::string frames = record.initialized_at ? "T_WB" : kTumFramesNeverInitialized;
   const Trajectory smoothed = run.pipeline.smoothedTrajectory();
-  writeTum(file("trajectory_smoothed.tum"), smoothed, frames);
+  const auto write = [&](const char* name, const auto& content) { results.write(name, content); };
+  write("trajectory.tum", [&](const std::string& path) { writeTum(path, trajectory, frames); });
+  write("trajectory_smoothed.tum",
+        [&](const std::string& path) { writeTum(path, smoothed, frames); });
   if (run.final_flight)
-    writeTum(file(kFinalTrajectory), carriedAlong(smoothed, run.final_flight->keyframes), frames);
-  writeFile(file("states.csv"), statesCsv(run.pipeline.estimates()));
-  writeInitializationJson(file("initialization.json"), record);
-  RunLog log;
-  log.record = record;
-  log.calibration = run.source.calibration();
-  log.images = run.images;
-  log.estimates = run.pipeline.estimates();
-  log.ground_truth = run.source.groundTruth();
-  writeRunLog(file(kRunLogName), log);
-  TrajectoryPlotOptions plot;
-  plot.title = fs::path(record.source).filename().string() + ", " + record.initializer;
-  plot.initialized_at = record.initialized_at;
-  plot.alignment = rotationAlignment(record);
-  drawTrajectoryPlot(file("trajectory.png"), trajectory, run.source.groundTruth(), plot);
-  writeFile(file("report.html"),
-            runReportHtml(record, run.pipeline.estimates(), run.source.groundTruth()));
-  FlightScene scene;
-  scene.keyframes = run.pipeline.record().smoothed();
-  scene.landmarks = run.pipeline.record().landmarks();
-  scene.trajectory = smoothed;
-  if (run.final_flight) {
-    scene.keyframes = run.final_flight->keyframes;
-    scene.trajectory = carriedAlong(smoothed, scene.keyframes);
-    for (const auto& [id, p_W] : run.final_flight->ba.bundle.validLandmarks())
-      scene.landmarks[id] = p_W;
-  }
-  writeScene(file("flight.3Dscene"), scene);
-  if (!run.imu_states.empty()) writeFile(file(kImuStates), imuStatesCsv(run.imu_states));
+    write(kFinalTrajectory, [&](const std::string& path) {
+      writeTum(path, carriedAlong(smoothed, run.final_flight->keyframes), frames);
+    });
+  write("states.csv",
+        [&](const std::string& path) { writeFile(path, statesCsv(run.pipeline.estimates())); });
+  write(kJsonName, [&](const std::string& path) { writeInitializationJson(path, record); });
+  write("trajectory.png", [&](const std::string& path) {
+    TrajectoryPlotOptions plot;
+    plot.title =
+        std::filesystem::path(record.source).filename().string() + ", " + record.initializer;
+    plot.initialized_at = record.initialized_at;
+    plot.alignment = rotationAlignment(record);
+    drawTrajectoryPlot(path, trajectory, run.source.groundTruth(), plot);
+  });
+  write("report.html", [&](const std::string& path) {
+    writeFile(path, runReportHtml(record, run.pipeline.estimates(), run.source.groundTruth()));
+  });
+  write("flight.3Dscene",
+        [&](const std::string& path) { writeScene(path, sceneOf(run, smoothed)); });
+  if (!run.imu_states.empty())
+    write(kImuStates,
+          [&](const std::string& path) { writeFile(path, imuStatesCsv(run.imu_states)); });
   const bool proposal = hasProposal(run);
   for (size_t c = 0; proposal && c < 2; ++c)
-    writeFile(file(kProposedCalibration[c]), cameraYaml(run.pipeline.calibrationInUse().cameras[c],
-                                                        "as the odometry corrected it"));
-  writeFile(file("config.ini"), run.configuration.effective_ini);
-  output.putInPlace();
-  // The file may be left from an earlier run in the folder.
-  if (!run.final_flight) fs::remove(fs::path(folder) / kFinalTrajectory);
-  if (run.imu_states.empty()) fs::remove(fs::path(folder) / kImuStates);
-  for (const char* name : kProposedCalibration)
-    if (!proposal) fs::remove(fs::path(folder) / name);
-  return files;
+    write(kProposedCalibration[c], [&](const std::string& path) {
+      writeFile(path, cameraYaml(run.pipeline.calibrationInUse().cameras[c],
+                                 "as the odometry corrected it"));
+    });
+  write("config.ini",
+        [&](const std::string& path) { writeFile(path, run.configuration.effective_ini); });
+  // The largest comes last: it takes no room from the others.
+  write(kRunLogName, [&](const std::string& path) { writeRunLog(path, runLogOf(run, record)); });
+  return results.finish();
 }
 
 }  // namespace etalon

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "etalon/benchmark/trial/trial_store.h"
+#include "etalon/benchmark/trial/trial_summary.h"
 #include "etalon/core/text.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/report.h"
@@ -113,6 +114,9 @@ json dataOf(const TrialRecord& record, const std::string& folder) {
 
 std::string summaryOf(const TrialRecord& record) {
   const TrialSummary all = summaryOf(record, [](const TrialRun&) { return true; });
+  std::string uncounted;
+  for (const std::string& sentence : describeUncounted(record))
+    uncounted += "<br><span class=\"bad\">" + escaped(sentence) + "</span>";
   const std::string recordings =
       joined(record.sequences, "<br>", [](const BenchmarkSequence& sequence) {
         return "<b>" + escaped(sequence.name) + "</b> " + escaped(sequence.source) +
@@ -128,7 +132,8 @@ std::string summaryOf(const TrialRecord& record) {
   });
   return term("Recordings", recordings) +
          term("Runs", std::to_string(all.survived) + " of " + std::to_string(all.runs) +
-                          " survived, " + std::to_string(all.silent) + " wrong without a word") +
+                          " survived, " + std::to_string(all.silent) + " wrong without a word" +
+                          uncounted) +
          term("Survived", format("a pose for every frame since the fault, causal ATE at most %g m, "
                                  "not lost at the end",
                                  record.protocol.ate_limit_m)) +

@@ -46,7 +46,10 @@ size_t longestLine(const std::string& text) {
   return longest;
 }
 
-std::string ofAll(int part, int all) { return std::to_string(part) + "/" + std::to_string(all); }
+/** "7/8"; "-" of none. */
+std::string ofAll(int part, int all) {
+  return all == 0 ? "-" : std::to_string(part) + "/" + std::to_string(all);
+}
 
 WhichRuns runsOf(const TrialVariant& variant) {
   return [variant](const TrialRun& run) { return run.variant == variant; };
@@ -56,12 +59,12 @@ TitledTable variantTable(const TrialRecord& record, const Variants& variants) {
   Table table({{"variant", "what flew"},
                {"survived", "survived"},
                {"silent", "silent", true, 0},
-               {"coverage", "cover [%]", true, 1, 100.0},
-               {"started_s", "start [s]", true, 2},
+               {"coverage", "[%]", true, 1, 100.0, false, "cover"},
+               {"started_s", "[s]", true, 2, 1.0, false, "start"},
                {"causal_ate_m", "causal", true, 1, 1e3, false, "ATE [mm]"},
-               {"final_ate_m", "final", true, 1, 1e3, false, "ATE [mm]"},
+               {"smoothed_ate_m", "smoothed", true, 1, 1e3, false, "ATE [mm]"},
                {"causal_rpe_m", "causal", true, 1, 1e3, false, "RPE 1 s [mm]"},
-               {"final_rpe_m", "final", true, 1, 1e3, false, "RPE 1 s [mm]"},
+               {"smoothed_rpe_m", "smoothed", true, 1, 1e3, false, "RPE 1 s [mm]"},
                {"error_over_predicted", "err/pred", true, 1},
                {"frame_ms", "[ms]", true, 1}});
   for (size_t v = 0; v < variants.all.size(); ++v) {
@@ -77,9 +80,9 @@ TitledTable variantTable(const TrialRecord& record, const Variants& variants) {
     table.setNumber("coverage", all.coverage);
     table.setNumber("started_s", plain.started_s.median);
     table.setNumber("causal_ate_m", plain.causal_ate_m.median);
-    table.setNumber("final_ate_m", plain.final_ate_m.median);
+    table.setNumber("smoothed_ate_m", plain.smoothed_ate_m.median);
     table.setNumber("causal_rpe_m", plain.causal_rpe_m.median);
-    table.setNumber("final_rpe_m", plain.final_rpe_m.median);
+    table.setNumber("smoothed_rpe_m", plain.smoothed_rpe_m.median);
     table.setNumber("error_over_predicted", plain.error_over_predicted.median);
     table.setNumber("frame_ms", all.frame_ms.median);
   }
@@ -139,7 +142,7 @@ TitledTable faultTable(const TrialRecord& record, const Variants& variants, size
   else
     columns.push_back({"survived", "survived"});
   for (const Table::Column& column :
-       {Table::Column{"said", "said"}, Table::Column{"silent", "silent", true, 0},
+       {Table::Column{"reported", "reported"}, Table::Column{"silent", "silent", true, 0},
         Table::Column{"ate_m", "median", true, 1, 1e3, false, "ATE [mm]"},
         Table::Column{"added_m", "added", true, 1, 1e3, false, "ATE [mm]"},
         Table::Column{"largest_added_m", "largest", true, 1, 1e3, false, "ATE [mm]"}})
@@ -157,13 +160,13 @@ TitledTable faultTable(const TrialRecord& record, const Variants& variants, size
       });
       table.setText("survived_" + std::to_string(i), ofAll(one.survived, one.runs));
     }
-    if (row.fault != kNoFault) table.setText("said", ofAll(all.said, all.faulty));
+    if (row.fault != kNoFault) table.setText("reported", ofAll(all.reported, all.faulty));
     table.setNumber("silent", all.silent);
     table.setNumber("ate_m", all.causal_ate_m.median);
     table.setNumber("added_m", all.added_ate_m.median);
     table.setNumber("largest_added_m", all.largest_added_ate_m);
   }
-  std::string note = "said: an event since the fault; silent: wrong without one";
+  std::string note = "reported: an event since the fault; silent: wrong without one";
   if (rows.size() < record.faults.size())
     note += "; " + counted(record.faults.size() - rows.size(), "milder fault") + " in report.html";
   TitledTable titled{"faults", "What each fault does to the causal trajectory", note, table};
@@ -210,7 +213,7 @@ TitledTable recordingTable(const TrialRecord& record, const Variants& variants) 
                {"survived", "survived"},
                {"coverage", "cover [%]", true, 1, 100.0},
                {"causal_ate_m", "causal", true, 1, 1e3, false, "ATE [mm]"},
-               {"final_ate_m", "final", true, 1, 1e3, false, "ATE [mm]"},
+               {"smoothed_ate_m", "smoothed", true, 1, 1e3, false, "ATE [mm]"},
                {"added_m", "added by faults", true, 1, 1e3, false, "ATE [mm]"},
                {"largest_added_m", "largest", true, 1, 1e3, false, "ATE [mm]"},
                {"error_over_predicted", "err/pred", true, 1}});
@@ -221,7 +224,7 @@ TitledTable recordingTable(const TrialRecord& record, const Variants& variants) 
         return run.recording == sequence.name && run.variant == variant;
       };
       const TrialSummary all = summaryOf(record, which);
-      if (all.runs == 0) continue;
+      if (all.runs + all.not_judged == 0) continue;
       const TrialSummary plain = summaryOf(
           record, [&](const TrialRun& run) { return which(run) && run.fault == kNoFault; });
       table.addRow();
@@ -230,7 +233,7 @@ TitledTable recordingTable(const TrialRecord& record, const Variants& variants) 
       table.setText("survived", ofAll(all.survived, all.runs));
       table.setNumber("coverage", all.coverage);
       table.setNumber("causal_ate_m", plain.causal_ate_m.median);
-      table.setNumber("final_ate_m", plain.final_ate_m.median);
+      table.setNumber("smoothed_ate_m", plain.smoothed_ate_m.median);
       table.setNumber("added_m", all.added_ate_m.median);
       table.setNumber("largest_added_m", all.largest_added_ate_m);
       table.setNumber("error_over_predicted", plain.error_over_predicted.median);
@@ -268,9 +271,9 @@ TitledTable failureTable(const TrialRecord& record) {
                {"fault", "fault"},
                {"ate_m", "ATE [mm]", true, 1, 1e3},
                {"reason", "why it failed"},
-               {"event", "what was said"}});
+               {"event", "what was reported"}});
   for (const TrialRun& run : record.results) {
-    if (run.survived()) continue;
+    if (run.survived() || !run.judged()) continue;
     table.addRow();
     table.setText("recording", run.recording);
     table.setNumber("from_s", run.from_s);
@@ -280,7 +283,8 @@ TitledTable failureTable(const TrialRecord& record) {
     table.setText("reason", run.reason);
     table.setText("event", run.event);
   }
-  return {"failures", "Failures", table.rowCount() > 0 ? "" : "Every run survived.", table};
+  return {"failures", "Failures", table.rowCount() > 0 ? "" : "No run that was judged failed.",
+          table};
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "etalon/simulation/faults/faulty_source.h"
 
 #include <map>
+#include <sstream>
+#include <type_traits>
 #include <utility>
 
 #include "calibration_faults.h"
@@ -14,6 +16,35 @@
 namespace etalon {
 
 namespace {
+
+/** What is written of each fault of a scenario (parseFaultScenario()). */
+std::vector<std::string> faultTexts(const std::string& scenario) {
+  std::vector<std::string> texts;
+  std::istringstream in(scenario);
+  for (std::string text; std::getline(in, text, ',');) {
+    const size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
+    texts.push_back(first == std::string::npos ? "" : text.substr(first, last + 1 - first));
+  }
+  return texts;
+}
+
+template <typename T, typename = void>
+struct HasInterval : std::false_type {};
+template <typename T>
+struct HasInterval<T, std::void_t<decltype(T::during)>> : std::true_type {};
+
+/** Whether the fault lasts at any instant of those from `read.first` to `read.second`, s. */
+bool lasts(const Fault& fault, const std::pair<double, double>& read) {
+  if (const auto* jump = std::get_if<faults::ClockJump>(&fault)) return jump->from_s <= read.second;
+  return std::visit(
+      [&read](const auto& f) {
+        if constexpr (HasInterval<std::decay_t<decltype(f)>>::value)
+          return f.during.from_s <= read.second && read.first < f.during.from_s + f.during.length_s;
+        else
+          return true;
+      },
+      fault);
+}
 
 /** Changes events on their way and brings them into the order of their new stamps. */
 class FaultySource : public SensorSource {
@@ -29,11 +60,11 @@ class FaultySource : public SensorSource {
     if (timeline_.imageStamps().empty())
       throw ConfigError(source_->name() + ": expected faults that leave an image, found '" +
                         scenario.text + "'");
-    if (!faults_.empty())
-      said_ = source_->name() + ": faults were made: " + scenario.text +
-              format(" (%.2f s after the first image is their zero, the seed %llu)",
-                     secondsBetween(source_->imageStamps().front(), zero),
-                     static_cast<unsigned long long>(seed));
+    texts_ = faultTexts(scenario.text);
+    texts_.resize(faults_.size());
+    zero_and_seed_ = format(" (%.2f s after the first image is their zero, the seed %llu)",
+                            secondsBetween(source_->imageStamps().front(), zero),
+                            static_cast<unsigned long long>(seed));
   }
 
   const std::string& name() const override { return source_->name(); }
@@ -45,7 +76,16 @@ class FaultySource : public SensorSource {
     statistics_ = source_->statistics();
     statistics_.stereo_frames = frames_;
     statistics_.imu_samples = imu_samples_;
-    if (!said_.empty()) statistics_.warnings.insert(statistics_.warnings.begin(), said_);
+    std::vector<std::string> made, outside;
+    for (size_t i = 0; i < faults_.size(); ++i)
+      (!read_ || lasts(faults_[i], *read_) ? made : outside).push_back(texts_[i]);
+    std::vector<std::string>& warnings = statistics_.warnings;
+    if (!outside.empty())
+      warnings.insert(warnings.begin(), name() + ": faults lie outside of what was read and were " +
+                                            "not made: " + joined(outside) + zero_and_seed_);
+    if (!made.empty())
+      warnings.insert(warnings.begin(),
+                      name() + ": faults were made: " + joined(made) + zero_and_seed_);
     return statistics_;
   }
 
@@ -65,6 +105,8 @@ class FaultySource : public SensorSource {
       ended_ = true;
       return;
     }
+    const double s = timeline_.seconds(stampOf(*event));
+    read_ = {read_ ? read_->first : s, s};
     reached_ = timeline_.jumped(stampOf(*event)) - timeline_.mostEarly();
     std::visit([this](auto& e) { take(std::move(e)); }, *event);
   }
@@ -98,7 +140,9 @@ class FaultySource : public SensorSource {
   StereoInertialCalibration calibration_;
   GroundTruth truth_;
   mutable ReadStatistics statistics_;
-  std::string said_;  ///< what was done, in words
+  std::vector<std::string> texts_;                 ///< of each fault, as written
+  std::string zero_and_seed_;                      ///< in words
+  std::optional<std::pair<double, double>> read_;  ///< of what was read: first and last instant, s
   int frames_ = 0, imu_samples_ = 0;
 
   /** By stamp, at equal stamps the IMU first. */

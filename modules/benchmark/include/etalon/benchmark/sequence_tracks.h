@@ -43,6 +43,9 @@ struct Interrupted : public std::exception {
 /** A recording's own name: its folder's, without "mav0"; its file's, without extension. */
 std::string recordingName(const std::string& source);
 
+/** @throws ConfigError if two recordings have the same name, a recording given twice for instance */
+void requireDifferentNames(const std::vector<std::string>& sources);
+
 /** Everything of the recording but its tracks. */
 SequenceTracks withoutTracks(const RecordedSource& recording);
 

@@ -22,8 +22,10 @@ class EurocFolder {
    * Makes the folders of cam0, cam1, imu0 and state_groundtruth_estimate0, which take their places
    * in `path`/mav0 at complete(). If `path` exists and is not empty: ConfigError, unless
    * `overwrite`, by which those four folders are replaced then and nothing else.
+   * @param advice what to do about a folder that is not empty, as the end of a sentence
    */
-  EurocFolder(const std::string& path, bool overwrite);
+  EurocFolder(const std::string& path, bool overwrite,
+              const std::string& advice = "choose another or overwrite it with --force");
 
   /** All sensor.yaml files; `comment` goes into each. */
   void writeCalibration(const StereoInertialCalibration& calibration,

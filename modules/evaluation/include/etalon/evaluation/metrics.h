@@ -22,7 +22,7 @@ constexpr double kSuccessVelocityMps = 0.1;
 constexpr double kMinPathForScale = 0.05;
 
 /**
- * Errors of one initialised window against ground truth. A metric that the ground truth does not
+ * Errors of one initialized window against ground truth. A metric that the ground truth does not
  * allow is NaN. W is the estimate's gravity-aligned world, G the ground truth's.
  */
 struct WindowErrors {

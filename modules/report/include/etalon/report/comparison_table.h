@@ -23,7 +23,7 @@ Table compareRuns(const std::vector<std::pair<std::string, RunRecord>>& runs);
  * name. */
 Table compareRunsBriefly(const std::vector<std::pair<std::string, RunRecord>>& runs);
 
-/** A sentence for each run that never initialised: how many attempts, and why the last failed. */
+/** A sentence for each run that never initialized: how many attempts, and why the last failed. */
 std::vector<std::string> refusalsOf(const std::vector<std::pair<std::string, RunRecord>>& runs);
 
 }  // namespace etalon

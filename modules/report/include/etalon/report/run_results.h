@@ -28,15 +28,22 @@ struct FinishedRun {
 /** The record in initialization.json and run.rawlog, including errors against ground truth. */
 RunRecord makeRunRecord(const FinishedRun& run);
 
+/** What writeRunResults() has written, and what it could not write. */
+struct RunFiles {
+  std::vector<std::string> written;   ///< paths
+  std::vector<std::string> failures;  ///< a sentence a file
+};
+
 /**
- * Writes trajectory.tum, trajectory_smoothed.tum, states.csv, initialization.json, run.rawlog,
- * trajectory.png, report.html, flight.3Dscene, config.ini and, where there is a final flight or
+ * Writes trajectory.tum, trajectory_smoothed.tum, states.csv, initialization.json,
+ * trajectory.png, report.html, flight.3Dscene, config.ini, run.rawlog and, where there is a final flight or
  * there are states at IMU rate, trajectory_final.tum and states_imu.csv
- * into `folder`, which is made if need be. The files appear together, when all are complete.
- * @return their paths, in this order
- * @throws DataError naming the file that cannot be written
+ * into `folder`, which is made if need be. The files appear together, when all are complete; one
+ * that cannot be written, because the disk is full for instance, loses none of the others. Of an
+ * earlier run in the folder no file is left.
+ * @throws DataError if nothing can be written there
  */
-std::vector<std::string> writeRunResults(const std::string& folder, const FinishedRun& run,
-                                         const RunRecord& record);
+RunFiles writeRunResults(const std::string& folder, const FinishedRun& run,
+                         const RunRecord& record);
 
 }  // namespace etalon

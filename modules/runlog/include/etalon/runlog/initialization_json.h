@@ -44,7 +44,7 @@ struct StageRecord {
                                 const ImuBias& bias, double gravity_mps2);
 };
 
-/** One attempt at initialising. */
+/** One attempt at initializing. */
 struct AttemptRecord {
   TimeNs t = 0;                   ///< stamp of the last keyframe
   std::string initializer;        ///< its name where a run has several; else empty

@@ -6,7 +6,7 @@
 
 namespace etalon::testing {
 
-/** A run that survived, with an ATE of `ate_mm`, and half of that with hindsight. */
+/** A run that survived, with an ATE of `ate_mm`, and half of that for the smoothed trajectory. */
 inline TrialRun exampleRun(const std::string& recording, double from_s, const TrialVariant& variant,
                            const std::string& fault, double ate_mm) {
   TrialRun run;
@@ -20,7 +20,7 @@ inline TrialRun exampleRun(const std::string& recording, double from_s, const Tr
   run.started_s = 0.75;
   run.end_state = "inertial";
   run.causal.ate_m = 1e-3 * ate_mm;
-  run.final.ate_m = 0.5e-3 * ate_mm;
+  run.smoothed.ate_m = 0.5e-3 * ate_mm;
   if (fault != kNoFault) {
     run.fault_at_s = 5.0;
     run.event = "at 5.00 s dead_reckoning: the images show no landmark, a comma";

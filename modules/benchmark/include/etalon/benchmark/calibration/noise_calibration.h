@@ -86,7 +86,7 @@ struct NoiseCalibration {
 
 /**
  * Estimates the noise from residuals alone: variance components, iterated. Every window is
- * initialised once and then refitted by VI-BA from its last result, with the factors of the last
+ * initialized once and then refitted by VI-BA from its last result, with the factors of the last
  * iteration; the chi-squares of all windows together give the next factors. Ground truth is not
  * used. A window takes part if VI-BA's result passes `options.window.acceptance`, without the tests
  * of the residuals, which would select the windows by the quantity to be measured.

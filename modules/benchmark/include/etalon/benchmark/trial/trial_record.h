@@ -22,6 +22,10 @@ constexpr const char* kNoFault = "none";
 /** TrialRun::status. Or kStatusCrashed, kStatusTimeLimit. */
 constexpr const char* kStatusSurvived = "survived";
 constexpr const char* kStatusFailed = "failed";
+/** It did not fail, but ground truth does not tell its ATE. */
+constexpr const char* kStatusNotJudged = "not judged";
+/** The fault changed no measurement of the run: it is the run without the fault once more. */
+constexpr const char* kStatusFaultNotMet = "fault not met";
 
 /** A name with the text that it stands for: a setting with its configuration, a fault with its
  * line, a system with its folder. */
@@ -65,19 +69,19 @@ struct TrialRun {
   TrialVariant variant;
   std::string fault;  ///< kNoFault or the scenario's name
 
-  std::string status;                       ///< kStatusSurvived, ...
-  std::string reason;                       ///< why it failed, in words; empty if it survived
-  bool silent = false;                      ///< it was wrong, and no event said so
-  double seconds = 0.0;                     ///< from the first image to the last
-  int images = 0;                           ///< pairs of images in the part of the recording
-  int frames = 0;                           ///< of these, delivered: what a fault left over
-  int poses = 0;                            ///< frames that have a causal pose
+  std::string status;    ///< kStatusSurvived, ...
+  std::string reason;    ///< why it failed or does not count; empty if it survived
+  bool silent = false;   ///< it was wrong, and no event said so
+  double seconds = 0.0;  ///< from the first image to the last
+  int images = 0;        ///< pairs of images in the part of the recording
+  int frames = 0;        ///< of these, delivered: what a fault left over
+  int poses = 0;         ///< frames that have a causal pose
   double fault_at_s = WindowErrors::kNone;  ///< first measurement that the fault changed
   double started_s = WindowErrors::kNone;   ///< odometry with the IMU began; a system: first pose
   std::string end_state;                    ///< of the pipeline; empty: a system
   double dead_reckoning_s = WindowErrors::kNone, lost_s = WindowErrors::kNone;
-  std::string event;          ///< the first one since the fault, in words; empty: nothing was said
-  TrialErrors causal, final;  ///< final: with hindsight
+  std::string event;  ///< the first one since the fault, in words; empty: nothing was reported
+  TrialErrors causal, smoothed;
   /** RMS of the position's error since the start over that of its predicted standard deviation. */
   double error_over_predicted = WindowErrors::kNone;
   std::vector<ErrorsAfterStart> after_start;
@@ -85,6 +89,8 @@ struct TrialRun {
 
   double coverage() const { return frames > 0 ? static_cast<double>(poses) / frames : 0.0; }
   bool survived() const { return status == kStatusSurvived; }
+  /** Whether it counts: it survived, or it did not. */
+  bool judged() const { return status != kStatusNotJudged && status != kStatusFaultNotMet; }
 };
 
 /** After which times ErrorsAfterStart are given, s; 0: at the end. */
@@ -109,6 +115,10 @@ std::string labelOf(const TrialVariant& variant, const TrialRecord& record);
 
 /** The instants of a recording, s after its first image. Nothing where it is too short. */
 std::vector<double> startsOf(const TrialProtocol& protocol, const BenchmarkSequence& sequence);
+
+/** Which runs are left out because recordings that could be used are too short, a sentence each:
+ * "NAME: too short for runs of 12 s (needs 11.90 s, has 6.95 s): 0 runs". */
+std::vector<std::string> tooShort(const TrialRecord& record);
 
 /** The unique key of a run, in words. */
 std::string resultKey(const TrialRun& run);

@@ -12,11 +12,12 @@ namespace etalon {
 
 /** What some runs of a trial were worth. Figures are over the runs that have them. */
 struct TrialSummary {
-  int runs = 0, survived = 0, silent = 0;
-  int faulty = 0;                         ///< runs in which a fault changed something
-  int said = 0;                           ///< of these, with an event since the fault
-  double coverage = WindowErrors::kNone;  ///< poses of all runs over their frames
-  FigureSummary causal_ate_m, final_ate_m, causal_rpe_m, final_rpe_m;
+  int runs = 0, survived = 0, silent = 0;  ///< of those TrialRun::judged()
+  int not_judged = 0, not_met = 0;         ///< the others, by status
+  int faulty = 0;                          ///< runs in which a fault changed something
+  int reported = 0;                        ///< of these, with an event since the fault
+  double coverage = WindowErrors::kNone;   ///< poses of all runs over their frames
+  FigureSummary causal_ate_m, smoothed_ate_m, causal_rpe_m, smoothed_rpe_m;
   FigureSummary error_over_predicted, started_s, frame_ms;
   /** Of faulty runs: causal ATE less that of the same run without the fault. */
   FigureSummary added_ate_m;
@@ -26,6 +27,10 @@ struct TrialSummary {
 using WhichRuns = std::function<bool(const TrialRun&)>;
 
 TrialSummary summaryOf(const TrialRecord& record, const WhichRuns& which);
+
+/** Why runs do not count, a sentence a recording without ground truth enough and a fault that was
+ * not met. */
+std::vector<std::string> describeUncounted(const TrialRecord& record);
 
 /** A figure of ErrorsAfterStart over the runs without a fault of a variant. */
 FigureSummary afterStart(const TrialRecord& record, const TrialVariant& variant, double after_s,
