@@ -74,7 +74,7 @@ else
   run "$etalon" convert "$flight" "$log"
 fi
 
-# Replays the rawlog; exit code 1, never initialised, is a result, too, that the comparison shows.
+# Replays the rawlog; exit code 1, never initialized, is a result, too, that the comparison shows.
 replay() {
   local initializer=$1 status=0
   if is_done "$out/$initializer/config.ini" "$log"; then  # the last file that a replay writes

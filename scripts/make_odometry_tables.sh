@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures the tables of docs/odometry.md and docs/trial.md: OUT/TABLE.md each. About an hour on two cores for all of them; an
+# Measures the tables of docs/odometry_results.md and docs/trial.md: OUT/TABLE.md each. About an hour on two cores for all of them; an
 # interrupted call goes on.
 #
 #   scripts/make_odometry_tables.sh RECORDINGS OUT [TABLE]...
@@ -7,7 +7,7 @@
 # TABLE: whole (runs by default, with the final adjustment), faults (a grid of them), starts (twelve, to the end, and by every initializer for 30 s),
 # first_seconds (what a better start buys), survival (the shipped faults over the seven recordings); without: all of them.
 # RECORDINGS has, made by render_sequence, MH_01_easy, MH_03_medium, MH_04_difficult, V1_01_easy, V1_02_medium, V2_01_easy and
-# V2_02_medium with seed 1, those of docs/odometry.md ("Whole recordings"), and MH_01_easy_real.
+# V2_02_medium with seed 1, those of docs/odometry_results.md ("Whole recordings"), and MH_01_easy_real.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 [[ $# -ge 2 && $1 != -* ]] || { sed -n '2,11p' "$0"; exit 2; }

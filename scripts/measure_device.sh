@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Prints what a device file is worth, recording by recording left out of it: windows of one second by `etalon`, without VI-BA,
 # cold and with the flights of all other recordings. A recording NAME_real is a part of NAME. Errors are medians / 90th percentiles
-# (worst), NEES a degree of freedom means, "beyond" the windows whose tilt or b_a is outside of 3.5 sigma. Then how far the flights'
+# (worst), NEES per degree of freedom means, "beyond" the windows whose tilt or b_a is outside of 3.5 sigma. Then how far the flights'
 # biases are from the means of the recordings' ground truth.
 #
 #   scripts/measure_device.sh OUT DEVICE.ini SRC...    -- OUT keeps tracks, device files and results

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Prints, for several beliefs about the noise, how often and how well eta initialises after VI-BA, whether its covariances are
-# as large as its errors (medians of the NEES a degree of freedom), and chi2/dof of gyro, accelerometer and pixels.
+# Prints, for several beliefs about the noise, how often and how well eta initializes after VI-BA, whether its covariances are
+# as large as its errors (medians of the NEES per degree of freedom), and chi2/dof of gyro, accelerometer and pixels.
 #
 #   scripts/measure_noise_factors.sh OUT SRC...        -- OUT keeps tracks and results; EVERY=1 for a window a second
 #   BELIEFS="0.025,0.05,0.29,2.2,6,1,3 0.001,0.0001,0.5,1.5,6"    -- sigma_shared_deg,sigma_turn_deg,sigma_px,gyro factor,accelerometer

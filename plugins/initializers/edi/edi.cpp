@@ -19,7 +19,7 @@ class Edi : public Initializer {
     parameters.add("filter_passes", &filter_passes_, {1, 20},
                    "Runs of the filter, at most, each around what the last one has found.");
     parameters.add("rotation_sigma_deg", &rotation_sigma_deg_, {1e-6, 10.0},
-                   "Standard deviation of an attitude an axis where stereo odometry gives none, "
+                   "Standard deviation of an attitude per axis where stereo odometry gives none, "
                    "deg.");
     parameters.add("min_landmarks", &min_landmarks_, {3, 100000},
                    "Refuse if stereo odometry has fewer landmarks in the window.");

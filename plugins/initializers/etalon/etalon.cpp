@@ -14,10 +14,10 @@ class EtalonInitializer : public Initializer {
     map_.declare(parameters);
     parameters.add("sigma_shared_deg", &sigma_shared_deg_, {0.0, 10.0},
                    "Standard deviation of the error that all pixels of a keyframe share, as a "
-                   "rotation an axis, deg (calibration).");
+                   "rotation per axis, deg (calibration).");
     parameters.add("sigma_turn_deg", &sigma_turn_deg_, {0.0, 10.0},
                    "Standard deviation of the turn of the cameras in the body against the "
-                   "calibration, an axis, deg.");
+                   "calibration, per axis, deg.");
     parameters.add(
         "least_pixel_share", &least_pixel_share_, {1e-3, 1.0},
         "Least share of sigma_px that counts as the pixels' noise where the window's own "
