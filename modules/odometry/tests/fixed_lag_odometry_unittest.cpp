@@ -62,14 +62,14 @@ SimulatedFlight flight12s(std::uint64_t seed) {
   return simulateFlight(options);
 }
 
-/** Frames t0 to t1 (s after the first) see nothing; afterwards the tracks have new ids. */
-void coverLenses(double t0, double t1, SimulatedFlight* flight) {
+/** Frames t0 to t1 (s after the first) see nothing; afterwards the tracks have new ids, or the same. */
+void coverLenses(double t0, double t1, SimulatedFlight* flight, bool new_ids = true) {
   for (TrackedFrame& frame : flight->frames) {
     const double t = secondsBetween(flight->frames[0].t, frame.t);
     if (t < t0) continue;
     if (t < t1)
       frame.observations.clear();
-    else
+    else if (new_ids)
       for (Observation& o : frame.observations) o.id += 100'000;
   }
 }
@@ -152,6 +152,22 @@ TEST(FixedLagOdometry, WhatWasSeenBeforeTheLensesWereCoveredTiesWhatFollows) {
   const double t = secondsBetween(flight.frames[seen].t, flight.frames[later].t);
   EXPECT_LT(std::sqrt(variance(later, 3)),
             std::sqrt(variance(seen, 3)) + 2.0 * t * std::sqrt(variance(seen, 6)));
+}
+
+TEST(FixedLagOdometry, WhatIsSeenAgainAfterTheLensesWereCoveredIsNotGated) {
+  size_t gated = 0, used = 0;
+  for (const double gap : {0.5, 1.0, 1.5}) {
+    SimulatedFlight flight = flight12s(2);
+    coverLenses(5.0, 5.0 + gap, &flight, false);
+    for (const OdometryOutput& out : fly(flight)) {
+      const double after = secondsBetween(flight.frames[0].t, out.t) - 5.0 - gap;
+      if (after < 0.0 || after > 0.25) continue;
+      gated += out.gated;
+      used += out.used;
+    }
+  }
+  EXPECT_GT(used, 1000U);
+  EXPECT_LT(gated, 5U);
 }
 
 TEST(FixedLagOdometry, DroppedFramesAddLittle) {
