@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the whole test suite.
 #
-#   scripts/test.sh [--lint] [--fuzz]      --lint: also formatter, benchmarks, and linter on what the last 8 commits changed
+#   scripts/test.sh [--lint] [--fuzz]      --lint: also formatter, benchmarks, and linter on what the last 2 commits changed
 #                                          --fuzz: also ten seconds of every fuzzer
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -25,7 +25,7 @@ scripts/install_dependencies.sh "${dependencies[@]}"
 if $lint; then cmake --preset release -DETALON_BUILD_BENCHMARKS=ON >/dev/null; fi
 scripts/build.sh
 # What changed lately; all of it takes as long as a third of the build, and is for before a commit.
-if $lint; then scripts/lint.sh --since HEAD~8; fi
+if $lint; then scripts/lint.sh --since HEAD~2; fi
 if $fuzz; then scripts/fuzz.sh --quick --seed 1 10; fi
 
 jobs=$(nproc)

@@ -88,7 +88,8 @@ void warnOfOtherRecordings(const std::vector<std::pair<std::string, RunRecord>>&
     const double longer_s = run.statistics.duration_s - first.statistics.duration_s;
     const bool same_part = std::abs(later_s) <= kToleranceS && std::abs(longer_s) <= kToleranceS;
     if (same_part && other == recording) continue;
-    std::string what = "of another recording (" + other + ", not " + recording + ")";
+    std::string what =
+        format("of another recording (%s, not %s)", other.c_str(), recording.c_str());
     if (other == recording)
       what = format("of another part of %s (%.2f s, which begin %+.2f s after those %.2f s)",
                     recording.c_str(), run.statistics.duration_s, later_s,

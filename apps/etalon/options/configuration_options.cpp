@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "support/read_summary.h"
 
 namespace etalon::app {
@@ -48,8 +49,10 @@ void ConfigurationOptions::requireNotIn(const std::string& out) const {
   std::error_code error;
   for (const std::string& file : config)
     if (std::filesystem::equivalent(file, written, error))
-      throw ConfigError("--out: the results in '" + out + "' would replace " + file +
-                        ", which is given with -c; expected another folder");
+      throw ConfigError(
+          format("--out: the results in '%s' would replace %s, which is given with -c; expected "
+                 "another folder",
+                 out.c_str(), file.c_str()));
 }
 
 std::string deviceInWords(const IniFile& ini, const DeviceOptions& device) {

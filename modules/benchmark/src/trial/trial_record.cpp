@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include "etalon/core/text.h"
 
@@ -95,9 +96,11 @@ std::vector<std::string> tooShort(const TrialRecord& record) {
     if (!sequence.error.empty()) continue;
     const double last_s = secondsBetween(sequence.first_image, sequence.last_image);
     const auto add = [&](const std::string& from, double needs_s) {
-      sentences.push_back(sequence.name + runs + from +
-                          format(" (needs %.2f s, has %.2f s): ", needs_s, last_s) +
-                          (startsOf(protocol, sequence).empty() ? "0 runs" : "none from there"));
+      std::string sentence = sequence.name + runs;
+      sentence += from;
+      sentence += format(" (needs %.2f s, has %.2f s): ", needs_s, last_s);
+      sentence += startsOf(protocol, sequence).empty() ? "0 runs" : "none from there";
+      sentences.push_back(std::move(sentence));
     };
     if (protocol.from_s.empty() && startsOf(protocol, sequence).empty())
       add("", protocol.seconds - kTolerance);
