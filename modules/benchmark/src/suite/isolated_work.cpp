@@ -16,6 +16,7 @@
 #include <cstring>
 #include <list>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
 #include <vector>
@@ -335,6 +336,8 @@ class Workers {
 }  // namespace
 
 void runIsolatedWork(int jobs, double limit_s, const IsolatedWork& work) {
+  // A forked process has none of the threads that OpenCV may have here, and would wait for them.
+  cv::setNumThreads(1);
   Workers(jobs, limit_s, work).run();
 }
 
