@@ -32,6 +32,19 @@ class StereoOdometryState : public ::testing::Test {
   void begin(StereoOdometry* odometry) const {
     odometry->begin(window_.frames[0], truth(0), window_.truth[0].v_WB);
   }
+  /** After frames 0 and 1; it keeps the last velocity for so long. */
+  StereoOdometry inMotion(double max_prediction_s) const {
+    StereoOdometryOptions options;
+    options.max_prediction_s = max_prediction_s;
+    StereoOdometry odometry = this->odometry(options);
+    begin(&odometry);
+    odometry.track(window_.frames[1], turn(1), true);
+    return odometry;
+  }
+  /** The mean velocity from frame 0 to frame k, m/s. */
+  Vector3d velocityTo(size_t k) const {
+    return (truth(k).t - truth(0).t) / secondsBetween(window_.frames[0].t, window_.frames[k].t);
+  }
   /** The window's poses: a bundle adjustment of no rounds leaves them as they are. */
   static std::vector<SE3> keyframePoses(StereoOdometry odometry) {
     StereoBaOptions none;
@@ -98,13 +111,9 @@ TEST_F(StereoOdometryState, TheWindowIsAsLongAsConfigured) {
 }
 
 TEST_F(StereoOdometryState, BelievesTheLastVelocityForAWhileOnly) {
-  StereoOdometryOptions options;
-  options.max_prediction_s = 0.3;
-  StereoOdometry odometry = this->odometry(options);
-  begin(&odometry);
-  odometry.track(window_.frames[1], turn(1), true);
+  StereoOdometry odometry = inMotion(0.3);
   const TimeNs t = window_.frames[1].t;
-  const Vector3d v = (truth(1).t - truth(0).t) / secondsBetween(window_.frames[0].t, t);
+  const Vector3d v = velocityTo(1);
   const auto moved = [&](double s) {
     return Vector3d(odometry.predict(t + durationNs(s), Matrix3d::Identity()).t - truth(1).t);
   };
@@ -116,13 +125,9 @@ TEST_F(StereoOdometryState, BelievesTheLastVelocityForAWhileOnly) {
 }
 
 TEST_F(StereoOdometryState, UnderCoveredLensesTheVelocityIsBelievedNoLonger) {
-  StereoOdometryOptions options;
-  options.max_prediction_s = 0.3;
-  StereoOdometry odometry = this->odometry(options);
-  begin(&odometry);
-  odometry.track(window_.frames[1], turn(1), true);
+  StereoOdometry odometry = inMotion(0.3);
   const TimeNs t = window_.frames[1].t;
-  const Vector3d v = (truth(1).t - truth(0).t) / secondsBetween(window_.frames[0].t, t);
+  const Vector3d v = velocityTo(1);
   for (int k = 1; k <= 1200; ++k) {  // a minute
     TrackedFrame covered;
     covered.t = t + durationNs(0.05 * k);
@@ -144,7 +149,7 @@ TEST_F(StereoOdometryState, TheVelocityIsFromFrameToFrameThatWasLocated) {
   EXPECT_FALSE(odometry.track(covered, turn(1), false).located);
   ASSERT_TRUE(odometry.track(window_.frames[2], turn(2), false).located);
   const TimeNs t = window_.frames[2].t;
-  const Vector3d v = (truth(2).t - truth(0).t) / secondsBetween(window_.frames[0].t, t);
+  const Vector3d v = velocityTo(2);
   const SE3 ahead = odometry.predict(t + durationNs(0.1), Matrix3d::Identity());
   EXPECT_LT((ahead.t - truth(2).t - 0.1 * v).norm(), 1e-4);
 }
