@@ -1,7 +1,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/utility.hpp>
 #include <sstream>
 
 #include "commands.h"
@@ -19,6 +18,7 @@
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
 #include "support/progress_line.h"
+#include "support/stop_on_signals.h"
 #include "support/versions.h"
 
 namespace etalon::app {
@@ -128,7 +128,6 @@ int bench(const BenchArguments& arguments) {
     line.interrupt();
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
-  cv::setNumThreads(1);  // the jobs are the threads
   options.stop = stopOnSignals();
 
   options.report = benchmarkReportHtml;

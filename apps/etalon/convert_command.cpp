@@ -10,9 +10,9 @@
 #include "etalon/datasets/convert.h"
 #include "options/fault_option.h"
 #include "options/recording_option.h"
-#include "options/suite_options.h"
 #include "support/progress_line.h"
 #include "support/read_summary.h"
+#include "support/stop_on_signals.h"
 
 namespace etalon::app {
 

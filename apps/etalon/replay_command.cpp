@@ -21,10 +21,10 @@
 #include "options/fault_option.h"
 #include "options/ground_truth_option.h"
 #include "options/recording_option.h"
-#include "options/suite_options.h"
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
+#include "support/stop_on_signals.h"
 #include "support/supervised_run.h"
 #include "support/versions.h"
 

@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/utility.hpp>
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
@@ -18,6 +17,7 @@
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
 #include "support/progress_line.h"
+#include "support/stop_on_signals.h"
 #include "support/versions.h"
 
 namespace etalon::app {
@@ -140,7 +140,6 @@ int trial(const TrialArguments& arguments) {
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
   };
   options.report = trialReportHtml;
-  cv::setNumThreads(1);  // the jobs are the threads
   options.stop = stopOnSignals();
   const TrialOutcome outcome = runTrial(settings, options);
   line.interrupt();

@@ -1,6 +1,5 @@
 #include "options/suite_options.h"
 
-#include <csignal>
 #include <cstdio>
 
 #include "etalon/core/errors.h"
@@ -8,24 +7,6 @@
 #include "support/checks.h"
 
 namespace etalon::app {
-
-namespace {
-
-std::atomic<bool> stop_requested{false};
-
-/** The first Ctrl-C ends the work in an orderly way, the second one at once. */
-extern "C" void requestStop(int signal_number) {
-  stop_requested = true;
-  std::signal(signal_number, SIG_DFL);
-}
-
-}  // namespace
-
-const std::atomic<bool>* stopOnSignals() {
-  std::signal(SIGINT, requestStop);
-  std::signal(SIGTERM, requestStop);
-  return &stop_requested;
-}
 
 void SuiteOptions::add(CLI::App* command, const Texts& texts) {
   command->add_option("--jobs", jobs, texts.jobs)

@@ -2,16 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <string>
 #include <thread>
 
 namespace etalon::app {
 
 // What `bench` and `trial` share.
-
-/** Lets the first Ctrl-C (or SIGTERM) set what is returned, and the second one end the program. */
-const std::atomic<bool>* stopOnSignals();
 
 /** How the runs are made and where their results go. The object must live until the command has
  * run. */

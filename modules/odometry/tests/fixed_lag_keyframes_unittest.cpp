@@ -104,7 +104,7 @@ TEST(DropOutliers, WhatFitsStaysAndWhatDoesNotLosesItsObservation) {
   frame.observations[6].left.y() += 4.1 * PointScene::kSigmaPx;
   pair.tracks.associate(pair.measured(frame), 1e-2 * Eigen::Matrix<double, 6, 6>::Identity(),
                         &pair.window);
-  pair.tracks.dropOutliers(&pair.window);
+  pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window);
   EXPECT_EQ(pair.window.landmarks.size(), 40U);
   EXPECT_EQ(pair.window.landmarks.at(5).observations.size(), 3U);
   EXPECT_EQ(pair.window.landmarks.at(6).observations.size(), 2U);
@@ -121,7 +121,7 @@ TEST(DropOutliers, TwiceInARowEndsALandmarkAndOnceIsForgotten) {
       if (k == 4 || k == (in_a_row ? 5 : 6)) frame.observations[6].left.y() += 3.0;
       pair.tracks.associate(pair.measured(frame), 1e-2 * Eigen::Matrix<double, 6, 6>::Identity(),
                             &pair.window);
-      pair.tracks.dropOutliers(&pair.window);
+      pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window);
     }
     EXPECT_EQ(pair.window.landmarks.count(6), in_a_row ? 0U : 1U);
     // A track that was no landmark does not become one again while it lasts.
@@ -141,7 +141,7 @@ TEST(DropOutliers, ALandmarkOfWhichMostDoesNotFitIsNone) {
   for (const LandmarkId id : {10, 11})
     for (size_t o = 1; o < (id == 10 ? 4U : 3U); ++o)
       pair.window.landmarks.at(id).observations[o].measurements[1].xy.y() += 0.05;
-  pair.tracks.dropOutliers(&pair.window);
+  pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window);
   EXPECT_EQ(pair.window.landmarks.count(10), 0U);
   ASSERT_EQ(pair.window.landmarks.count(11), 1U);
   EXPECT_EQ(pair.window.landmarks.at(11).observations.size(), 3U);
@@ -157,14 +157,14 @@ TEST(DropMisfittingImage, ARepeatedImageLeavesLandmarksAndTracksAsTheyWere) {
     pair.window.states.back().keyframe = true;
     const MeasuredFrame frame = pair.measured(repeated);
     EXPECT_EQ(pair.tracks.associate(frame, wide, &pair.window).used, 40);
-    EXPECT_TRUE(pair.tracks.dropMisfittingImage(&pair.window));
+    EXPECT_TRUE(pair.tracks.dropMisfittingImage(RelativeViews(pair.window), &pair.window));
     EXPECT_FALSE(pair.window.states.back().keyframe);
-    EXPECT_EQ(pair.tracks.dropOutliers(&pair.window).used, 0);
+    EXPECT_EQ(pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window).used, 0);
   }
   pair.append(movedTo(0.0, 0.5, 0.0));
   pair.tracks.associate(pair.measured(pair.seeFromNewest()), wide, &pair.window);
-  EXPECT_FALSE(pair.tracks.dropMisfittingImage(&pair.window));
-  EXPECT_EQ(pair.tracks.dropOutliers(&pair.window).used, 40);
+  EXPECT_FALSE(pair.tracks.dropMisfittingImage(RelativeViews(pair.window), &pair.window));
+  EXPECT_EQ(pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window).used, 40);
 }
 
 TEST(DropMisfittingImage, AQuarterThatFitsIsBelieved) {
@@ -174,7 +174,8 @@ TEST(DropMisfittingImage, AQuarterThatFitsIsBelieved) {
     TrackedFrame frame = pair.seeFromNewest();
     for (size_t i = right; i < 40; ++i) frame.observations[i].left.y() += 7.0;
     pair.tracks.associate(pair.measured(frame), 1e-2 * Matrix6d::Identity(), &pair.window);
-    EXPECT_EQ(pair.tracks.dropMisfittingImage(&pair.window), right == 9);
+    EXPECT_EQ(pair.tracks.dropMisfittingImage(RelativeViews(pair.window), &pair.window),
+              right == 9);
   }
 }
 
@@ -205,7 +206,8 @@ double varianceAfter(int frames, double factor, TrackOptions options = {}, size_
                                  PointScene::kSigmaPx);
         }
     Window judged = pair.window;
-    pair.tracks.followNoise(pair.tracks.dropOutliers(&judged).squares, &pair.window);
+    pair.tracks.followNoise(pair.tracks.dropOutliers(RelativeViews(judged), &judged).squares,
+                            &pair.window);
   }
   return pair.window.pixel_variance;
 }

@@ -244,7 +244,7 @@ TEST(FixedLagWindow, PriorCostsNothingAlongPositionAndYaw) {
   for (size_t i = 1; i < flight.frames.size(); ++i) {
     addFrame(flight, i - 1, i, i % 6 == 0, &tracks, &window);
     solver.solve(&window);
-    tracks.dropOutliers(&window);
+    tracks.dropOutliers(RelativeViews(window), &window);
     slide({}, &window);
   }
   ASSERT_GE(window.prior.unknowns(), 7 * 6 + 15);

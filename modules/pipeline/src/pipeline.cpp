@@ -124,7 +124,10 @@ void Pipeline::forgetOld() {
   const std::ptrdiff_t old = estimates_.size() - keep;
   estimates_.erase(estimates_.begin(), estimates_.begin() + old);
   timings_.erase(timings_.begin(), timings_.begin() + old);
-  record_.forgetBefore(estimates_.front().t);
+  const TimeNs first = estimates_.front().t;
+  record_.forgetBefore(first);
+  const auto is_kept = [first](const PipelineEvent& event) { return event.t >= first; };
+  events_.erase(events_.begin(), std::find_if(events_.begin(), events_.end(), is_kept));
 }
 
 /** Stereo odometry. */

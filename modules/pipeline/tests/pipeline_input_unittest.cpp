@@ -241,7 +241,7 @@ TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
   }
 }
 
-TEST_F(PipelineInput, OfAFlightWithoutEndTheNewestRefusalsAreKeptAndAllAreCounted) {
+TEST_F(PipelineInput, OfAFlightWithoutEndTheNewestEventsAndRefusalsAreKept) {
   const Script refusing = [](const InitializationProblem&) {
     return refuse(RefusalStatus::kNotConverged, "as it always does");
   };
@@ -253,6 +253,9 @@ TEST_F(PipelineInput, OfAFlightWithoutEndTheNewestRefusalsAreKeptAndAllAreCounte
   EXPECT_GE(forgetting.attempts().size(), 10U);
   EXPECT_LT(forgetting.attempts().size(), 20U);
   EXPECT_EQ(forgetting.attempts().back().t, remembering.attempts().back().t);
+  EXPECT_EQ(remembering.events().front().t, flight().frames.front().t);
+  for (const PipelineEvent& event : forgetting.events())
+    EXPECT_GE(event.t, forgetting.estimates().front().t);
 }
 
 TEST(InitializationAttempt, WithoutItsEstimatesItStillSaysWhatHappened) {

@@ -25,7 +25,7 @@ class TrialWorkerTest : public ::testing::Test {
     openRecordings({folder_ / "tiny"}, "", &record_.sequences);
     options_.out = folder_ / "out";
     options_.protocol.seconds = 0.0;
-    options_.faults = {FaultScenario{kNoFault, "", {}},
+    options_.faults = {parseFaultScenario(kNoFault, ""),
                        parseFaultScenario("late", "covered from=0.2"),
                        parseFaultScenario("early", "dropped from=0.05 for=0.05"),
                        parseFaultScenario("wrong", "calibration baseline_percent=1"),

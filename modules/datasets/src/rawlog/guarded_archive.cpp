@@ -153,7 +153,9 @@ void GuardedArchive::checkVersion(std::uint8_t version) {
 
 void GuardedArchive::checkArea() {
   const std::int64_t sign = has_color_ ? -1 : 1, channels = has_color_ ? 3 : 1;
-  if (sign * width_ < 0 || sign * height_ < 0 || channels * width_ * height_ > most_bytes_)
+  const std::int64_t width = sign * width_, height = sign * height_;
+  // Divided, because the product of both and three channels can exceed 64 bits.
+  if (width < 0 || height < 0 || (height > 0 && channels * width > most_bytes_ / height))
     refuse("a size of " + std::to_string(width_) + " x " + std::to_string(height_) +
            ", more than the log can hold");
 }

@@ -71,6 +71,10 @@ TEST_F(DamagedRawlog, SizesOfImagesThatItCannotHoldAreRefused) {
   // Raw, with colour: 64 x 48 pixels of three bytes are behind the sizes in neither case.
   EXPECT_THAT(errorWith(image, 2, "\x01" + std::string(3, '\x80') + "\xff" + many),
               HasSubstr("more than the log can hold"));
+  // The product of the greatest sizes and three channels is beyond 64 bits.
+  const std::string least = std::string("\x01\x00\x00\x80", 4);  // -(2^31 - 1)
+  EXPECT_THAT(errorWith(image, 2, "\x01" + least + least),
+              HasSubstr("-2147483647 x -2147483647, more than the log can hold"));
 }
 
 /** An observation of two images with colour of 64 x 48 pixels, which MRPT writes as JPEG if it is told to. */

@@ -143,11 +143,13 @@ class FixedLagOdometry::Impl {
           "images and IMU contradicted each other: the IMU's biases have jumped, and are estimated "
           "anew");
     updateImageTimes(&window_);
-    if (tracks_.dropMisfittingImage(&window_)) {
+    relative_views_.place(window_);
+    if (tracks_.dropMisfittingImage(relative_views_, &window_)) {
       solved = solver_.solve(&window_, options_.iterations, true);
       updateImageTimes(&window_);
+      relative_views_.place(window_);
     }
-    fixed_lag::Tracks::Fit fit = tracks_.dropOutliers(&window_);
+    fixed_lag::Tracks::Fit fit = tracks_.dropOutliers(relative_views_, &window_);
     if (options_.least_sigma_px < options_.sigma_px)
       tracks_.followNoise(std::move(fit.squares), &window_);
     covariance_ = solved.covariance;
@@ -273,6 +275,7 @@ class FixedLagOdometry::Impl {
   fixed_lag::BiasJumpDetector bias_jumps_;
   fixed_lag::CalibrationWatch calibration_watch_;
   fixed_lag::Window window_;
+  fixed_lag::RelativeViews relative_views_;  ///< at the estimates of the last optimisation
   TimeNs located_at_ = 0;
   Matrix15d covariance_ = Matrix15d::Zero();
 };

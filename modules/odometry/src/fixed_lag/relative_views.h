@@ -26,6 +26,9 @@ class RelativeViews {
     double rho;
   };
 
+  RelativeViews() = default;
+  explicit RelativeViews(const Window& window) { place(window); }
+
   /** At the estimates of the window. */
   void place(const Window& window);
 

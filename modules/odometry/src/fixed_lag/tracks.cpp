@@ -209,10 +209,8 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   pending_ = std::move(pending);
 }
 
-bool Tracks::dropMisfittingImage(Window* window) {
+bool Tracks::dropMisfittingImage(const RelativeViews& views, Window* window) {
   const WindowState& newest = window->states.back();
-  RelativeViews views;
-  views.place(*window);
   const auto known = [&](const Landmark& landmark) {
     return landmark.seenIn(newest.serial) && landmark.host_serial != newest.serial;
   };
@@ -243,10 +241,8 @@ bool Tracks::fits(const RelativeViews& views, const RelativeViews::Ray& ray, int
   return true;
 }
 
-Tracks::Fit Tracks::dropOutliers(Window* window) {
+Tracks::Fit Tracks::dropOutliers(const RelativeViews& views, Window* window) {
   const int newest = window->states.back().serial;
-  RelativeViews views;
-  views.place(*window);
   Fit fit;
   std::vector<double>& squares = fit.squares;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {

@@ -66,8 +66,9 @@ class Tracks {
    * Drops all that the newest image shows if after the optimisation less than a quarter of it fits:
    * the image is wrong, as one that a camera repeats, and its tracks may be right again in the next.
    * Returns whether it did.
+   * @param views at the estimates of the window
    */
-  bool dropMisfittingImage(Window* window);
+  bool dropMisfittingImage(const RelativeViews& views, Window* window);
 
   struct Fit {
     int used = 0;  ///< landmarks of earlier states that the newest one sees where they are
@@ -75,8 +76,9 @@ class Tracks {
      * raised by the share that fitting the landmark has taken off. */
     std::vector<double> squares;
   };
-  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing. */
-  Fit dropOutliers(Window* window);
+  /** Drops observations that do not fit after the optimisation, and landmarks that keep failing.
+   * @param views at the estimates of the window */
+  Fit dropOutliers(const RelativeViews& views, Window* window);
 
   /** Tracks without a distance begin anew: their measurements are of another calibration. */
   void forgetPending() { pending_.clear(); }

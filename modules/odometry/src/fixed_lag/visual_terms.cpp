@@ -305,8 +305,7 @@ void VisualTerms::solveLandmarks(const Window& window, const Eigen::VectorXd& st
 }
 
 double VisualTerms::cost(const Window& window, const std::vector<Landmark*>& landmarks) const {
-  RelativeViews views;
-  views.place(window);
+  const RelativeViews views(window);
   RobustCost cost;
   for (const Landmark* landmark : landmarks) {
     const RelativeViews::Ray ray = views.ray(*landmark);

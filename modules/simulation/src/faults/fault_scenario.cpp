@@ -30,7 +30,8 @@ std::vector<FaultKind> kindsOf(const std::variant<Ts...>*) {
 /** The text of one fault: its kind and `key=value`s. */
 struct FaultText {
   std::string kind, section;
-  IniFile values;  ///< in `section`
+  std::string whole;  ///< single blanks between its words
+  IniFile values;     ///< in `section`
 };
 
 template <typename T>
@@ -68,7 +69,9 @@ FaultText readWords(const std::string& name, const std::string& piece, const std
              (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
   }
   text.section = (name.empty() ? "" : name + ".") + text.kind;
+  text.whole = text.kind;
   for (std::string word; words >> word;) {
+    text.whole += ' ' + word;
     const size_t equals = word.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == word.size())
       fail(origin, name,
@@ -101,13 +104,14 @@ std::vector<FaultKind> faultKinds() { return kindsOf(static_cast<const Fault*>(n
 
 FaultScenario parseFaultScenario(const std::string& name, const std::string& text,
                                  const std::string& origin) {
-  FaultScenario scenario{name, text, {}};
+  FaultScenario scenario{name, text, {}, {}};
   if (text.find_first_not_of(" \t") == std::string::npos) return scenario;
   std::istringstream pieces(text + ',');
   for (std::string piece; std::getline(pieces, piece, ',');) {
     const FaultText fault = readWords(name, piece, origin);
     readAsAny(fault, &scenario.faults, static_cast<const Fault*>(nullptr));
     checkNeeds(fault, name, origin);
+    scenario.fault_texts.push_back(fault.whole);
   }
   return scenario;
 }

@@ -1,7 +1,6 @@
 #include "etalon/simulation/faults/faulty_source.h"
 
 #include <map>
-#include <sstream>
 #include <type_traits>
 #include <utility>
 
@@ -16,17 +15,6 @@
 namespace etalon {
 
 namespace {
-
-/** What is written of each fault of a scenario (parseFaultScenario()). */
-std::vector<std::string> faultTexts(const std::string& scenario) {
-  std::vector<std::string> texts;
-  std::istringstream in(scenario);
-  for (std::string text; std::getline(in, text, ',');) {
-    const size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-    texts.push_back(first == std::string::npos ? "" : text.substr(first, last + 1 - first));
-  }
-  return texts;
-}
 
 template <typename T, typename = void>
 struct HasInterval : std::false_type {};
@@ -53,6 +41,7 @@ class FaultySource : public SensorSource {
                std::uint64_t seed)
       : source_(std::move(source)),
         faults_(scenario.faults),
+        texts_(scenario.fault_texts),
         seed_(seed),
         timeline_(faults_, source_->imageStamps(), zero, seed),
         calibration_(faultyCalibration(source_->calibration(), faults_, seed)),
@@ -60,8 +49,6 @@ class FaultySource : public SensorSource {
     if (timeline_.imageStamps().empty())
       throw ConfigError(source_->name() + ": expected faults that leave an image, found '" +
                         scenario.text + "'");
-    texts_ = faultTexts(scenario.text);
-    texts_.resize(faults_.size());
     zero_and_seed_ = format(" (%.2f s after the first image is their zero, the seed %llu)",
                             secondsBetween(source_->imageStamps().front(), zero),
                             static_cast<unsigned long long>(seed));
@@ -135,12 +122,12 @@ class FaultySource : public SensorSource {
 
   std::unique_ptr<SensorSource> source_;
   std::vector<Fault> faults_;
+  std::vector<std::string> texts_;  ///< of each fault, as written
   std::uint64_t seed_;
   FaultTimeline timeline_;
   StereoInertialCalibration calibration_;
   GroundTruth truth_;
   mutable ReadStatistics statistics_;
-  std::vector<std::string> texts_;                 ///< of each fault, as written
   std::string zero_and_seed_;                      ///< in words
   std::optional<std::pair<double, double>> read_;  ///< of what was read: first and last instant, s
   int frames_ = 0, imu_samples_ = 0;

@@ -29,8 +29,8 @@ struct PipelineOptions {
   double max_dead_reckoning_s = 5.0;
   /** Front end and estimator on a thread each: what is late is dropped. Not a key. */
   bool live = false;
-  /** Frames whose poses, estimates and timings are kept, at least, and as many attempts at starting;
-   * 0: all. Not a key. */
+  /** Frames whose poses, estimates, events and timings are kept, at least, and as many attempts at
+   * starting; 0: all. Not a key. */
   size_t history_frames = 0;
   bool final_ba = false;          ///< keep what Pipeline::finalBa() needs; not a key
   int final_ba_keyframes = 4000;  ///< of a longer flight, the newest

@@ -13,6 +13,7 @@ struct FaultScenario {
   std::string name;
   std::string text;  ///< as written; empty: nothing happens
   std::vector<Fault> faults;
+  std::vector<std::string> fault_texts;  ///< of each fault, as written
 };
 
 /**
