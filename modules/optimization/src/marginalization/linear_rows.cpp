@@ -97,19 +97,25 @@ LinearRows squareRoot(const Eigen::MatrixXd& H, const Eigen::VectorXd& g) {
   for (Eigen::Index i = 0; i < n; ++i) scale[i] = H(i, i) > 0.0 ? 1.0 / std::sqrt(H(i, i)) : 0.0;
   Eigen::MatrixXd left = scale.asDiagonal() * H * scale.asDiagonal();
   Eigen::VectorXd left_g = scale.cwiseProduct(g);
+  std::vector<Eigen::Index> unknown(n);  // of each column of `left`, whose first `rank` are done
+  std::iota(unknown.begin(), unknown.end(), 0);
   LinearRows rows(n, n);
   Eigen::Index rank = 0;
   for (; rank < n; ++rank) {
     Eigen::Index pivot = 0;
-    const double largest = left.diagonal().maxCoeff(&pivot);
+    const double largest = left.diagonal().tail(n - rank).maxCoeff(&pivot);
     if (!(largest > 1e-13)) break;
-    const Eigen::VectorXd row = left.col(pivot) / std::sqrt(largest);
-    const double b = left_g[pivot] / std::sqrt(largest);
-    left.noalias() -= row * row.transpose();
-    left_g -= b * row;
-    left.col(pivot).setZero();  // exactly
-    left.row(pivot).setZero();
-    rows.A.row(rank) = row;
+    pivot += rank;
+    left.row(rank).swap(left.row(pivot));
+    left.col(rank).swap(left.col(pivot));
+    std::swap(left_g[rank], left_g[pivot]);
+    std::swap(unknown[rank], unknown[pivot]);
+    const Eigen::VectorXd row = left.col(rank).tail(n - rank) / std::sqrt(largest);
+    const double b = left_g[rank] / std::sqrt(largest);
+    const Eigen::Index after = n - rank - 1;
+    left.bottomRightCorner(after, after).noalias() -= row.tail(after) * row.tail(after).transpose();
+    left_g.tail(after) -= b * row.tail(after);
+    for (Eigen::Index i = rank; i < n; ++i) rows.A(rank, unknown[i]) = row[i - rank];
     rows.b[rank] = b;
   }
   for (Eigen::Index i = 0; i < n; ++i)
