@@ -50,8 +50,13 @@ scripts/install_dependencies.sh --fuzz
 echo "fuzz: building"
 if [[ $preset == fuzz-quick ]]; then scripts/build.sh etalon_benchmark etalon_simulation etalon_initializer_etalon >/dev/null; fi
 cmake --preset "$preset" >/dev/null
-cmake --build --preset "$preset" -j "$(nproc)" | grep -E "error|FAILED|warning" || true
 folder=build/$preset
+cmake --build --preset "$preset" -j "$(nproc)" >"$folder/build.log" 2>&1 || {
+  echo "fuzz: the build failed, $folder/build.log:" >&2
+  grep -E "error|FAILED" "$folder/build.log" >&2 || tail -n 40 "$folder/build.log" >&2
+  exit 1
+}
+grep "warning" "$folder/build.log" || true
 
 # Libraries without sanitizers fill containers that ours read: no check of their bounds.
 export ASAN_OPTIONS=detect_container_overflow=0:allocator_may_return_null=1 UBSAN_OPTIONS=print_stacktrace=1
@@ -77,7 +82,11 @@ if $keep; then
     mkdir -p "tests/fuzz/corpus/$name" "$found/$name"
     find build/fuzz*/corpus/"$name" -type f -size -3 -exec grep -LaF -e "$PWD" -e /dev/shm -e "$(hostname)" {} + |
       xargs -r -I {} cp {} "$found/$name" || true
-    "$folder/bin/etalon_fuzz" --target="$name" -merge=1 -use_counters=0 "tests/fuzz/corpus/$name" "$found/$name" >"$folder/$name.log" 2>&1
+    "$folder/bin/etalon_fuzz" --target="$name" -merge=1 -use_counters=0 "tests/fuzz/corpus/$name" "$found/$name" >"$folder/$name.log" 2>&1 || {
+      echo "fuzz: $name: FAILED, $folder/$name.log:" >&2
+      tail -n 40 "$folder/$name.log" >&2
+      exit 1
+    }
     echo "fuzz: $name: $(find "tests/fuzz/corpus/$name" -type f | wc -l) inputs kept"
   done
   exit 0
