@@ -9,7 +9,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
-[[ $# -ge 7 ]] || { sed -n '2,7p' "$0"; exit 2; }
+[[ $# -ge 7 ]] || { sed -n '2,8p' "$0"; exit 2; }
 out=$1 tracks=$2 initializer=$3 gravity=$4 velocity=$5 confidences=$6
 shift 6
 sources=()

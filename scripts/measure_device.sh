@@ -8,7 +8,7 @@
 #   INITIALIZER=etalon KEYFRAMES=5 EVERY=2.5           -- 5 keyframes at 4 Hz are a second
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 3 ]] || { sed -n '2,9p' "$0"; exit 2; }
+[[ $# -ge 3 ]] || { sed -n '2,8p' "$0"; exit 2; }
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
 out=$1 device=$2
 shift 2
@@ -63,8 +63,8 @@ done | awk -F, '
       sum[key, field] += of(field)
     }
     if (of("gravity_deg") < 2 && of("velocity_mps") < 0.1) success[key]++
-    # Chi-squares of 2 and 3 degrees of freedom that are as improbable as 3.5 sigma of one.
-    if (2 * of("tilt_nees") > 15.35 || 3 * of("accel_bias_nees") > 17.73) beyond[key]++
+    # Chi-squares of 2 and 3 degrees of freedom at 4.65e-4, as improbable as 3.5 sigma of one.
+    if (2 * of("tilt_nees") > 15.35 || 3 * of("accel_bias_nees") > 17.89) beyond[key]++
   }
   BEGIN {
     split("gravity_deg velocity_mps accel_bias_mps2 tilt_nees velocity_nees accel_bias_nees", fields, " ")

@@ -7,7 +7,7 @@
 #                                                                    factor[,least of the gyro,of the accelerometer]
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 2 ]] || { sed -n '2,6p' "$0"; exit 2; }
+[[ $# -ge 2 ]] || { sed -n '2,7p' "$0"; exit 2; }
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
 out=$1
 shift
