@@ -5,9 +5,12 @@
 #   scripts/measure_map.sh TRACKS SRC...
 #
 # odometry_accuracy is built with -DETALON_BUILD_BENCHMARKS=ON. A recording of less than 10 s is flown from its beginning.
+# Exit code 1 if a flight failed; its message is on standard error.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 2 ]] || { sed -n '2,7p' "$0"; exit 2; }
+[[ $# -ge 2 ]] || { sed -n '2,8p' "$0"; exit 2; }
+program=$here/build/release/bin/odometry_accuracy
+[[ -x $program ]] || { echo "measure_map.sh: $program is missing; build with -DETALON_BUILD_BENCHMARKS=ON" >&2; exit 2; }
 tracks=$1
 shift
 
@@ -19,14 +22,17 @@ row() {
 
 printf '| recording | stereo odometry: ATE, m | in yaw and position | without the map: ATE, m | in yaw and position | with it: ATE, m | in yaw and position | roll and pitch, deg | velocity, m/s | scale, %% | NEES of the position |\n'
 printf '|---|---|---|---|---|---|---|---|---|---|---|\n'
+status=0
 for source in "$@"; do
   from=5
   [[ $(wc -l <"$source/mav0/cam0/data.csv") -gt 201 ]] || from=0
-  fly() { "$here/build/release/bin/odometry_accuracy" "$source" --tracks "$tracks" --from "$from" "$@" 2>&1; }
-  plain=$(fly)
+  fly() { "$program" "$source" --tracks "$tracks" --from "$from" "$@"; }
+  plain=$(fly) || status=1
+  mapped=$(fly --stereo no --map yes) || status=1
   IFS='|' read -r stereo stereo_yaw _ <<<"$(row stereo <<<"$plain")"
   IFS='|' read -r without without_yaw _ <<<"$(row 'fixed lag' <<<"$plain")"
-  IFS='|' read -r with with_yaw tilt velocity scale nees <<<"$(fly --stereo no --map yes | row 'fixed lag')"
+  IFS='|' read -r with with_yaw tilt velocity scale nees <<<"$(row 'fixed lag' <<<"$mapped")"
   printf '| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n' "$(basename "$source")" "$stereo" "$stereo_yaw" "$without" "$without_yaw" \
     "$with" "$with_yaw" "${tilt//-nan/–}" "$velocity" "$scale" "$nees"
 done
+exit "$status"
