@@ -48,7 +48,8 @@ for file in plugins/initializers/*/CMakeLists.txt; do
   plugins+=("etalon_initializer_$(basename "$(dirname "$file")")")
 done
 scripts/build.sh etalon "${plugins[@]}"
-mapfile -t initializers < <("$etalon" plugins --ini | sed -nE 's/^\[(.+)\]$/\1/p')
+sections=$("$etalon" plugins --ini)
+mapfile -t initializers < <(sed -nE 's/^\[(.+)\]$/\1/p' <<<"$sections")
 
 announce "Simulate a flight of 8 s: stereo images, IMU, ground truth"
 simulate=("$etalon" simulate --out "$flight" --force --seed 1 --duration 8 --profile aggressive)
