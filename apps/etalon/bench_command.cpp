@@ -114,7 +114,7 @@ int bench(const BenchArguments& arguments) {
     options.protocol.rates_hz = {configuration.pipeline.keyframe_rate_hz};
   options.protocol.vi_ba = arguments.vi_ba == "both";
   if (arguments.grow) options.protocol.min_keyframes = configuration.pipeline.min_keyframes;
-  options.min_coverage = arguments.min_coverage;
+  options.protocol.min_coverage = arguments.min_coverage;
   options.jobs = arguments.suite.jobs;
   options.time_limit_s = arguments.suite.time_limit_s;
   options.overwrite = arguments.suite.overwrite;
@@ -147,7 +147,7 @@ int bench(const BenchArguments& arguments) {
                outcome.results_found + outcome.results_tried, outcome.results_found,
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.windows_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record, arguments.min_coverage);
+  printShortfalls(outcome.record);
   const bool lost = printLostWindows(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;

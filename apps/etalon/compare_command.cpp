@@ -68,9 +68,9 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
   command
       ->add_option("--min-coverage", arguments->min_coverage,
                    "Share of the frames of a run, or of a window's keyframes, that must have "
-                   "ground truth; with less, errors are not given")
-      ->check(checkShare())
-      ->capture_default_str();
+                   "ground truth; with less, errors are not given (default: a benchmark's own, of "
+                   "runs 0.5)")
+      ->check(checkShare());
   command->add_flag(
       "-v,--verbose", arguments->verbose,
       "Benchmarks, as text: a table for each figure with a row for each recording, and "

@@ -41,7 +41,7 @@ int merge(const MergeArguments& arguments) {
   std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.results_found, parts,
                parts == 1 ? "part" : "parts");
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record, kMinCoverage);
+  printShortfalls(outcome.record);
   const bool lost = printLostWindows(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;

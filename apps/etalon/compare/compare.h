@@ -3,6 +3,7 @@
 // What `etalon compare` compares, by kind. Private to the command.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct CompareArguments {
   std::vector<std::string> runs, initializers, metrics, recordings;
   std::string format = "text", plot;
   std::uint64_t seed = BootstrapOptions().seed;
-  double min_coverage = kMinCoverage;
+  std::optional<double> min_coverage;  ///< without: a benchmark's own, of runs kMinCoverage
   bool bold = false, all = false, verbose = false;
 };
 

@@ -99,8 +99,9 @@ bool compareBenchmarkFolders(const CompareArguments& arguments, TableFormat form
   const bool complete = !printIncompleteness(benchmarks, format);
   BenchmarkRecord record = combineBenchmarks(benchmarks);
   if (!arguments.initializers.empty()) record = selectInitializers(record, arguments.initializers);
-  requireCoverage(&record, arguments.min_coverage);
-  for (const std::string& sentence : describeCoverage(record, arguments.min_coverage))
+  if (arguments.min_coverage) record.protocol.min_coverage = *arguments.min_coverage;
+  requireCoverage(&record);
+  for (const std::string& sentence : describeCoverage(record))
     std::fprintf(stderr, "warning: %s\n", sentence.c_str());
   const bool several = initializersOf(record).size() > 1;
   if (!several && !isForPeople(format))

@@ -65,14 +65,15 @@ void compareRunFolders(const CompareArguments& arguments, TableFormat format) {
   std::vector<std::pair<std::string, RunRecord>> runs;
   for (size_t i = 0; i < names.size(); ++i)
     runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
-  for (auto& [name, record] : runs) requireCoverage(&record, arguments.min_coverage);
+  const double min_coverage = arguments.min_coverage.value_or(kMinCoverage);
+  for (auto& [name, record] : runs) requireCoverage(&record, min_coverage);
   warnOfOtherRecordings(runs);
   const bool brief = format == TableFormat::kText && !arguments.verbose;
   const Table table = brief ? compareRunsBriefly(runs) : compareRuns(runs);
   std::fputs(table.toString(format).c_str(), stdout);
   for (const auto& [name, record] : runs) {
     if (!record.ground_truth) continue;
-    const std::string partly = describeCoverage(*record.ground_truth, arguments.min_coverage);
+    const std::string partly = describeCoverage(*record.ground_truth, min_coverage);
     if (!partly.empty()) std::fprintf(stderr, "warning: %s: %s\n", name.c_str(), partly.c_str());
   }
   if (!arguments.plot.empty()) drawRuns(arguments, runs);

@@ -71,7 +71,7 @@ bool printLostWindows(const BenchmarkRecord& record) {
   return !lost.empty();
 }
 
-void printShortfalls(const BenchmarkRecord& record, double min_coverage) {
+void printShortfalls(const BenchmarkRecord& record) {
   for (const BenchmarkSequence& sequence : record.sequences)
     if (sequence.unreadable_images > 0)
       std::fprintf(stderr,
@@ -79,7 +79,7 @@ void printShortfalls(const BenchmarkRecord& record, double min_coverage) {
                    sequence.name.c_str(), sequence.unreadable_images, sequence.stereo_frames);
   for (const std::string& sentence : tooShort(record))
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
-  for (const std::string& sentence : describeCoverage(record, min_coverage))
+  for (const std::string& sentence : describeCoverage(record))
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }
 

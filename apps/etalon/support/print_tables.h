@@ -27,7 +27,7 @@ bool printLostWindows(const BenchmarkRecord& record);
 
 /** Prints what a benchmark left out to stderr: unreadable images, recordings too short for a
  * window, windows without enough ground truth. */
-void printShortfalls(const BenchmarkRecord& record, double min_coverage);
+void printShortfalls(const BenchmarkRecord& record);
 
 /** The same of a trial: recordings too short for a run, runs that do not count. */
 void printShortfalls(const TrialRecord& record);

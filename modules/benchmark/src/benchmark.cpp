@@ -278,7 +278,7 @@ class Benchmark {
     outcome_.results_missing = missing - outcome_.results_tried;
     outcome_.interrupted = stopped() && outcome_.results_missing > 0;
     sortResults(&record_);
-    requireCoverage(&record_, options_.min_coverage);  // what is stored keeps all errors
+    requireCoverage(&record_);  // what is stored keeps all errors
     writeBenchmarkHead(options_.out, record_);
     if (!outcome_.interrupted)
       outcome_.files = writeBenchmarkResults(options_.out, record_, options_.report);

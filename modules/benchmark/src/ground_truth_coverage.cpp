@@ -66,8 +66,13 @@ void requireCoverage(RunRecord* run, double wanted) {
       errors->reset();
 }
 
-void requireCoverage(BenchmarkRecord* benchmark, double wanted) {
-  for (WindowResult& result : benchmark->results) requireCoverage(&result.attempt, wanted);
+void requireCoverage(BenchmarkRecord* benchmark) {
+  for (WindowResult& result : benchmark->results)
+    requireCoverage(&result.attempt, benchmark->protocol.min_coverage);
+}
+
+bool coversEnough(const WindowResult& result, const BenchmarkProtocol& protocol) {
+  return coversEnough(result.truth.size(), result.attempt.keyframes.size(), protocol.min_coverage);
 }
 
 std::string describeCoverage(const GroundTruthUse& use, double wanted) {
@@ -83,7 +88,7 @@ std::string describeCoverage(const GroundTruthUse& use, double wanted) {
   return text;
 }
 
-std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, double wanted) {
+std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark) {
   struct Windows {
     size_t all = 0, covered = 0;
   };
@@ -91,7 +96,7 @@ std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, doub
   for (const WindowResult& result : benchmark.results) {
     Windows& w = windows[result.sequence];
     ++w.all;
-    if (coversEnough(result.truth.size(), result.attempt.keyframes.size(), wanted)) ++w.covered;
+    if (coversEnough(result, benchmark.protocol)) ++w.covered;
   }
   std::vector<std::string> sentences;
   for (const BenchmarkSequence& sequence : benchmark.sequences) {
@@ -103,7 +108,8 @@ std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, doub
       continue;
     }
     std::string text = sequence.name + ": ground truth covers " + std::to_string(w.covered) +
-                       " of " + std::to_string(w.all) + " results, each by " + percent(wanted) +
+                       " of " + std::to_string(w.all) + " results, each by " +
+                       percent(benchmark.protocol.min_coverage) +
                        " of its keyframes (--min-coverage); the errors of the others are not known";
     if (w.covered == 0) text += "; is it on the same clock?";
     sentences.push_back(text);

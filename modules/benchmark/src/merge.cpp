@@ -22,6 +22,8 @@ std::string differenceOfProtocols(const BenchmarkProtocol& a, const BenchmarkPro
   if (a.keyframes != b.keyframes || a.rates_hz != b.rates_hz || a.min_keyframes != b.min_keyframes)
     return "other windows (keyframes, rates)";
   if (a.vi_ba != b.vi_ba) return "one is with VI-BA, the other without";
+  if (a.min_coverage != b.min_coverage)
+    return format("--min-coverage %g and %g", a.min_coverage, b.min_coverage);
   return "";
 }
 
@@ -54,7 +56,7 @@ BenchmarkOutcome mergeBenchmarks(const std::vector<std::string>& folders, const 
   ResultStore store(folder);
   for (const WindowResult& result : outcome.record.results) store.append(result);
   outcome.results_found = outcome.record.results.size();
-  requireCoverage(&outcome.record, kMinCoverage);
+  requireCoverage(&outcome.record);
   for (const std::string& file : writeBenchmarkResults(folder, outcome.record, report))
     outcome.files.push_back((fs::path(out) / fs::path(file).filename()).string());
   discardBenchmark(out);

@@ -53,6 +53,7 @@ void members(Archive& json, Member<Archive, BenchmarkProtocol>& protocol) {
   limited("rates_hz", protocol.rates_hz, 0.1, 100);
   json("vi_ba", protocol.vi_ba);
   json.added("min_keyframes", protocol.min_keyframes);
+  json.added("min_coverage", protocol.min_coverage);
 }
 
 /** All members but the results. */

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/core/statistics.h"
 #include "etalon/core/text.h"
 #include "etalon/evaluation/window_metrics.h"
@@ -142,7 +143,8 @@ std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
   std::vector<std::optional<bool>> successes;
   for (const WindowResult& result : record.results) {
     const bool can_be_judged = with_velocities.count(result.sequence) > 0 &&
-                               !result.truth.empty() && result.truth.front().t == result.t0;
+                               coversEnough(result, record.protocol) &&
+                               result.truth.front().t == result.t0;
     successes.push_back(can_be_judged ? windowRow(result, stage).success() : std::nullopt);
   }
   return successes;

@@ -85,20 +85,19 @@ TEST(Coverage, OfBothTrajectoriesAndOfABenchmarksWindows) {
     result.attempt.keyframes.resize(10);
     result.truth.resize(10);
   }
-  EXPECT_THAT(describeCoverage(record, 0.5), IsEmpty());
+  EXPECT_THAT(describeCoverage(record), IsEmpty());
   record.results[1].attempt.keyframes.resize(3);  // a window that grew, accepted before its end
   record.results[1].truth.resize(3);
-  EXPECT_THAT(describeCoverage(record, 0.5), IsEmpty());
+  EXPECT_THAT(describeCoverage(record), IsEmpty());
   record.results[0].truth.resize(4);  // of 10 keyframes
-  const std::vector<std::string> one = describeCoverage(record, 0.5);
+  const std::vector<std::string> one = describeCoverage(record);
   ASSERT_EQ(one.size(), 1U);
   EXPECT_THAT(one[0], AllOf(HasSubstr("V1: ground truth covers 9 of 10 results"),
                             HasSubstr("each by 50 % of its keyframes")));
   for (WindowResult& result : record.results) result.truth.clear();
-  EXPECT_THAT(describeCoverage(record, 0.5)[0], HasSubstr("is it on the same clock?"));
+  EXPECT_THAT(describeCoverage(record)[0], HasSubstr("is it on the same clock?"));
   for (BenchmarkSequence& sequence : record.sequences) sequence.has_ground_truth = false;
-  EXPECT_THAT(describeCoverage(record, 0.5)[0],
-              HasSubstr("V1: there is no ground truth; the errors"));
+  EXPECT_THAT(describeCoverage(record)[0], HasSubstr("V1: there is no ground truth; the errors"));
 }
 
 }  // namespace

@@ -107,6 +107,13 @@ TEST_F(MergeTest, RefusesARecordingOfOtherContent) {
   EXPECT_THAT(refusal(), HasSubstr("the recording 'a' has other content"));
 }
 
+TEST_F(MergeTest, RefusesAnotherShareOfGroundTruthAndKeepsTheirs) {
+  two_.protocol.min_coverage = 0.2;
+  EXPECT_THAT(refusal(), HasSubstr("--min-coverage 0.5 and 0.2"));
+  one_.protocol.min_coverage = 0.2;
+  EXPECT_EQ(merge().record.protocol.min_coverage, 0.2);
+}
+
 TEST_F(MergeTest, ARecordingThatOnlyAnotherShardNeededKeepsItsError) {
   two_.sequences[1].error = "cam0: no stereo pair can be read";
   two_.results.clear();

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/evaluation/window_metrics.h"
 #include "etalon/testing/example_benchmark.h"
 
@@ -86,6 +87,30 @@ TEST(Summary, PosesAloneDoNotAllowToJudge) {
       if (stage.errors) stage.errors->velocity_mps = WindowErrors::kNone;
   }
   for (const SummaryRow& row : summarize(record)) EXPECT_EQ(row.judged, 0);
+}
+
+TEST(Summary, AWindowWithTooLittleGroundTruthIsUnknownWhateverCameOfIt) {
+  BenchmarkRecord record = exampleBenchmark();
+  for (WindowResult& result : record.results)
+    for (const StampedState& state : result.truth) result.attempt.keyframes.push_back(state.t);
+  // A window that `bad` refused has ground truth at its first four keyframes of ten.
+  for (WindowResult& result : record.results)
+    if (result.sequence == "V1" && result.window == 2) {
+      result.truth.resize(4);
+      for (StageRecord& stage : result.attempt.stages) {
+        stage.states.resize(10);
+        stage.errors->keyframes = 4;
+      }
+    }
+  requireCoverage(&record);
+  const std::vector<SummaryRow> rows = summarize(record);
+  for (const char* initializer : {"good", "bad"})
+    for (const char* stage : {kStageInit, kStageViBa}) {
+      EXPECT_EQ(find(rows, "V1", initializer, stage).judged, 4);
+      EXPECT_EQ(find(rows, "V1", initializer, stage).unknown, 1);
+    }
+  record.protocol.min_coverage = 0.4;
+  EXPECT_EQ(find(summarize(record), "V1", "bad", kStageInit).judged, 5);
 }
 
 TEST(Summary, MeanMedianAndNinetiethPercentileByHand) {

@@ -136,12 +136,14 @@ BenchmarkRecord combineBenchmarks(
   all.protocol.rates_hz.clear();
   if (benchmarks.size() == 1) all.protocol = benchmarks.front().second.protocol;
   all.protocol.vi_ba = false;
+  all.protocol.min_coverage = 0.0;
   std::set<std::string> known;
   for (const auto& [name, record] : benchmarks) {
     const auto fullName = [&, prefix = name + "/"](const std::string& initializer) {
       return uses[initializer] > 1 ? prefix + initializer : initializer;
     };
     all.protocol.vi_ba = all.protocol.vi_ba || record.protocol.vi_ba;
+    all.protocol.min_coverage = std::max(all.protocol.min_coverage, record.protocol.min_coverage);
     for (const BenchmarkSequence& sequence : record.sequences)
       if (known.insert(sequence.name).second) all.sequences.push_back(sequence);
     for (BenchmarkInitializer initializer : record.initializers) {

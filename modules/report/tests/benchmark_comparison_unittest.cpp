@@ -187,6 +187,9 @@ TEST(CombineBenchmarks, NamesWhatBothHaveAfterTheBenchmark) {
   EXPECT_EQ(all.initializers.size(), 4u);
   EXPECT_EQ(all.initializers[2].name, "new/good");
   EXPECT_EQ(all.sequences.size(), 2u);
+  one.protocol.min_coverage = 0.2;
+  EXPECT_EQ(combineBenchmarks({{"old", one}}).protocol.min_coverage, 0.2);
+  EXPECT_EQ(combineBenchmarks({{"old", one}, {"new", two}}).protocol.min_coverage, 0.5);
   const PairedComparison same =
       find(comparePaired(all, "old/good", "new/good", {"gravity_deg"}), kStageViBa, "gravity_deg");
   EXPECT_EQ(same.interval.pairs, 5);

@@ -35,9 +35,8 @@ struct BenchmarkOptions {
   int jobs = 1;  ///< threads of the front end, processes of the windows
   /** Processor time that an initializer and the VI-BA may use for a window, s. */
   double time_limit_s = kDefaultTimeLimitS;
-  int shard = 1, shards = 1;           ///< part `shard` of `shards`, from 1
-  double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
-  bool overwrite = false;              ///< start again: discard the windows in `out`
+  int shard = 1, shards = 1;  ///< part `shard` of `shards`, from 1
+  bool overwrite = false;     ///< start again: discard the windows in `out`
   std::map<std::string, std::string> versions;
   BenchmarkReport report;                                  ///< makes report.html; empty: no report
   std::function<void(const BenchmarkProgress&)> progress;  ///< called from one thread at a time

@@ -14,10 +14,6 @@ namespace etalon {
 // mean nothing, because a few poses can be aligned with anything. Below a minimum share no errors
 // are given.
 
-/** Share of the poses of a trajectory, or of the keyframes of a window, that must have ground
- * truth before errors are given. */
-constexpr double kMinCoverage = 0.5;
-
 /** The least number of covered poses, whatever the share: two can always be aligned exactly. */
 constexpr size_t kMinCoveredPoses = 3;
 
@@ -37,14 +33,17 @@ size_t coveredPoses(const Trajectory& estimate, const AssociatedTrajectories& as
 void requireCoverage(AttemptRecord* attempt, double wanted);
 /** Does the same for the run's attempts and its whole trajectory. */
 void requireCoverage(RunRecord* run, double wanted);
-/** Does the same for all windows. */
-void requireCoverage(BenchmarkRecord* benchmark, double wanted);
+/** Does the same for all windows, with the share of the protocol. */
+void requireCoverage(BenchmarkRecord* benchmark);
+
+/** Whether enough of the window's keyframes have ground truth, whatever came of it. */
+bool coversEnough(const WindowResult& result, const BenchmarkProtocol& protocol);
 
 /** A sentence on how much of a run ground truth covers; empty if it covers everything or there is
  * none. */
 std::string describeCoverage(const GroundTruthUse& use, double wanted);
 
 /** The same for a benchmark's windows: a sentence for every recording not covered wholly. */
-std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark, double wanted);
+std::vector<std::string> describeCoverage(const BenchmarkRecord& benchmark);
 
 }  // namespace etalon

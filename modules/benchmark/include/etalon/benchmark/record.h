@@ -13,7 +13,11 @@
 
 namespace etalon {
 
-/** Which windows of a recording are tried. */
+/** Share of the poses of a trajectory, or of the keyframes of a window, that must have ground
+ * truth before errors are given. */
+constexpr double kMinCoverage = 0.5;
+
+/** Which windows of a recording are tried, and which of them are judged. */
 struct BenchmarkProtocol {
   double every_s = 2.5;               ///< from window to window
   std::vector<int> keyframes{10};     ///< of a window; every one is combined with every rate
@@ -21,6 +25,7 @@ struct BenchmarkProtocol {
   bool vi_ba = true;                  ///< visual-inertial BA and acceptance after the initializer
   /** Keyframes from which a window grows to `keyframes`, until a start is accepted; 0: it does not. */
   int min_keyframes = 0;
+  double min_coverage = kMinCoverage;  ///< share of a window's keyframes that need ground truth
 };
 
 /** Length and rate of a window. */

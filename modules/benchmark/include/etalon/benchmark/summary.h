@@ -73,8 +73,8 @@ std::vector<std::string> stagesOf(const BenchmarkRecord& record);
 /**
  * Whether each of the record's windows succeeded in `stage`: status success, gravity < 2 deg and
  * velocity < 0.1 m/s; a refused window did not. Nothing where the ground truth does not allow
- * judging it (none at the first keyframe, or a recording without velocities), refused or not:
- * whether a window is judged does not depend on the initializer's result.
+ * judging it (none at the first keyframe or at too few of them, or a recording without velocities),
+ * refused or not: whether a window is judged does not depend on the initializer's result.
  */
 std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
                                                const std::string& stage);

@@ -19,7 +19,8 @@ constexpr double kRelevantShare = 0.01;
 
 /**
  * Combines several benchmarks into one, to compare them. An initializer that is in more than one of
- * them is called "<benchmark>/<initializer>".
+ * them is called "<benchmark>/<initializer>". The largest of their shares of keyframes that need
+ * ground truth holds for all.
  * @param benchmarks name and record of each
  * @throws ConfigError if a sequence of the same name is another recording in another benchmark
  */
