@@ -54,13 +54,17 @@ std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
   const TimeNs step = durationNs(interval_s);
   const std::vector<StampedState>& states = ground_truth.states;
   const StampedState* begin = &states.front();
-  for (TimeNs t = states.front().t + step; t <= states.back().t + step / 2; t += step) {
+  for (TimeNs t = states.front().t + step;
+       begin != &states.back() && t <= states.back().t + step / 2; t += step) {
     const StampedState& end = nearest(states, t);
     const double length_s = secondsBetween(begin->t, end.t);
     if (std::abs(length_s - interval_s) <= kMaxLengthDeviation * interval_s &&
         imu.covers(begin->t, end.t) && imu.longestGap(begin->t, end.t) <= kMaxImuGapS)
       intervals.push_back(
           {*begin, end, Preintegration(imu.between(begin->t, end.t), ImuBias(), {})});
+    // Before the next state is the nearest one, no step finds an interval: a damaged stamp would give
+    // years of them.
+    if (begin == &end) t += (begin->t + ((begin + 1)->t - begin->t) / 2 - 1 - t) / step * step;
     begin = &end;
   }
   return intervals;
