@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "etalon/core/so3.h"
@@ -53,6 +54,43 @@ TEST(TimeShift, IsFoundWithinItsStandardError) {
     squares += std::pow((shift->shift_s - kShift) / shift->sigma_s, 2.0) / 6.0;
   }
   EXPECT_LT(squares, 2.6);  // chi-square of six degrees of freedom: exceeded once in sixty times
+}
+
+/** 30 s along a path, position over seconds, at 20 Hz, and the truth at 100 Hz, late. */
+LateFlight along(const std::function<Eigen::Vector3d(double)>& path, double noise_m = 0.0) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  LateFlight result;
+  for (int k = 0; k <= 3000; ++k) {
+    const TimeNs t = durationNs(0.01 * k);
+    Eigen::Vector3d p = path(0.01 * k + kShift);
+    for (int i = 0; i < 3; ++i) p[i] += noise_m * normal(random);
+    result.truth.states.emplace_back(t, SE3(Eigen::Matrix3d::Identity(), p));
+    if (k % 5 == 0)
+      result.estimate.push_back({t, SE3(Eigen::Matrix3d::Identity(), path(0.01 * k))});
+  }
+  return result;
+}
+
+TEST(TimeShift, IsRefusedWhereAnAlignmentDoesTheSame) {
+  const auto straight = [](double s) { return Eigen::Vector3d(1.0 * s, 2.0, 0.1 * s); };
+  const auto circle = [](double s) { return Eigen::Vector3d(std::cos(s), std::sin(s), 0.0); };
+  // 1 mm of a tracker at 100 Hz: the differences that give the velocity make 1.5 % of it noise.
+  for (const LateFlight& one : {along(straight), along(circle), along(straight, 1e-3)}) {
+    const auto shift = estimateTimeShift(one.estimate, one.truth);
+    ASSERT_FALSE(shift);
+    EXPECT_EQ(shift.error().status, RefusalStatus::kTooLittleMotion);
+    EXPECT_EQ(shift.error().bound, 0.02);
+  }
+}
+
+TEST(TimeShift, IsFoundOnAStraightLineWhereTheSpeedChanges) {
+  const LateFlight one =
+      along([](double s) { return Eigen::Vector3d(1.0 * s + std::sin(s), 2.0, 0.0); });
+  const auto shift = estimateTimeShift(one.estimate, one.truth);
+  ASSERT_TRUE(shift);
+  // Linear interpolation of the truth: up to (10 ms)^2 / 8 times 1 m/s^2, 12.5 um, at about 1 m/s.
+  EXPECT_NEAR(shift->shift_s, kShift, 2e-5);
 }
 
 TEST(TimeShift, RestIsRefused) {

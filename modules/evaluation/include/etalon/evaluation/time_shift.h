@@ -19,7 +19,8 @@ struct TimeShift {
  * The shift of least ATE: least squares of the positions over shift, rotation and translation. The
  * standard error is that of leaving out one of ten parts of the trajectory after the other, since
  * its errors are correlated.
- * @return refused if the ground truth covers fewer than 30 poses, or if they hardly move
+ * @return refused if the ground truth covers fewer than 30 poses, or if they hardly move, or so
+ * evenly (straight or in a circle, at a constant speed) that a shift is the same as an alignment
  */
 Expected<TimeShift> estimateTimeShift(const Trajectory& estimate, const GroundTruth& ground_truth);
 
