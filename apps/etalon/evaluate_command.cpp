@@ -118,13 +118,14 @@ std::string describe(const RelativeDelta& delta) {
   return text;
 }
 
-/** The time shift of least ATE, in words. */
+/** The time shift of least ATE, in words; beside a table for programs on standard error. */
 void printOffset(const EvaluateArguments& arguments, const Trajectory& estimate,
-                 const GroundTruth& truth) {
+                 const GroundTruth& truth, TableFormat format) {
   const auto shift = estimateTimeShift(estimate, truth);
   if (!shift) throw DataError(arguments.ground_truth, 0, "no time shift: " + shift.error().reason);
   const double ms = 1e3 * shift->shift_s;
-  std::printf(
+  std::fprintf(
+      format == TableFormat::kText || format == TableFormat::kMarkdown ? stdout : stderr,
       "ground truth is %.2f +- %.2f ms %s; ATE aligned in SE(3) %.3f mm with its stamps, %.3f "
       "mm shifted (%zu poses)\n",
       std::abs(ms), 1e3 * shift->sigma_s, ms < 0.0 ? "late" : "early",
@@ -160,11 +161,12 @@ void evaluate(const EvaluateArguments& arguments) {
   for (const std::string& delta : too_long)
     std::fprintf(stderr, "warning: no two poses are %s apart: there is no RPE over that length\n",
                  delta.c_str());
-  if (arguments.estimate_offset) printOffset(arguments, estimate, truth);
+  if (arguments.estimate_offset) printOffset(arguments, estimate, truth, format);
 
   if (arguments.plot.empty()) return;
   TrajectoryPlotOptions plot;
   plot.title = std::filesystem::path(arguments.trajectory).filename().string();
+  plot.pairs = pair;
   plot.alignment = AlignmentType::kSE3;
   for (const NamedAlignment& alignment : alignments())
     if (arguments.align == alignment.option) plot.alignment = alignment.type;

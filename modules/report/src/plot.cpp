@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <functional>
 
-#include "etalon/evaluation/trajectory_evaluation.h"
 #include "plot_canvas.h"
 
 namespace etalon {
@@ -37,13 +36,17 @@ class TrajectoryPlot {
                  const TrajectoryPlotOptions& options)
       : estimate_(estimate), options_(options), canvas_(kWidth, kHeight) {
     if (estimate_.empty()) return;
+    AssociatedTrajectories pairs =
+        options.pairs ? *options.pairs : associate(estimate, ground_truth);
     if (options.alignment)
-      if (const auto alignment = alignmentOf(associate(estimate, ground_truth), *options.alignment))
+      if (const auto alignment = alignmentOf(pairs, *options.alignment)) {
         estimate_ = transformed(estimate, *alignment);
+        pairs.estimate = transformed(pairs.estimate, *alignment);
+      }
     for (const StampedState& state : ground_truth.states)
       if (state.t >= estimate.front().t && state.t <= estimate.back().t)
         truth_.push_back(state.T_WB.t);
-    errors_ = poseErrors(associate(estimate_, ground_truth));
+    errors_ = poseErrors(pairs);
   }
 
   void draw() {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -109,6 +110,31 @@ TEST_F(Plot, AlignmentIsAnOption) {
   }
   // The pictures differ only in the headings, which name the alignment.
   EXPECT_GT(cv::norm(by_option, by_caller), 0.0);
+}
+
+TEST_F(Plot, ErrorsAreThoseOfTheGivenPairs) {
+  Trajectory late;  // between two poses of the truth, and nearer to one of them
+  for (StampedPose pose : flight_.estimate) {
+    pose.t += 10'000'000;
+    late.push_back(pose);
+  }
+  Trajectory reference;
+  for (const StampedState& state : flight_.truth.states) reference.push_back({state.t, state.T_WB});
+  TrajectoryPlotOptions options;
+  options.alignment = AlignmentType::kSE3;
+  const auto rmse = [](const AssociatedTrajectories& pairs) {
+    char text[40];
+    std::snprintf(text, sizeof text, "RMSE %.3g m,",
+                  absoluteErrors(pairs, AlignmentType::kSE3).position_m.rmse);
+    return std::string(text);
+  };
+  const std::string interpolated = rmse(associate(late, flight_.truth));
+  options.pairs = associate(late, reference, 0.02);
+  const std::string nearest = rmse(*options.pairs);
+  ASSERT_NE(interpolated, nearest);
+  EXPECT_NE(trajectoryPlotSvg(late, flight_.truth, options).find(nearest), std::string::npos);
+  options.pairs.reset();
+  EXPECT_NE(trajectoryPlotSvg(late, flight_.truth, options).find(interpolated), std::string::npos);
 }
 
 TEST_F(Plot, DegenerateTrajectories) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "etalon/core/trajectory.h"
-#include "etalon/evaluation/alignment.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 
 namespace etalon {
 
@@ -13,6 +13,9 @@ struct TrajectoryPlotOptions {
   std::string title;  ///< ASCII
   /** How the estimate is aligned with ground truth before it is drawn; nothing: it is aligned. */
   std::optional<AlignmentType> alignment = AlignmentType::kYawPosition;
+  /** The poses whose errors are drawn and that are aligned; nothing: all of the estimate, with the
+   * ground truth interpolated. */
+  std::optional<AssociatedTrajectories> pairs;
   /** The instant to mark in the top view and over time. */
   std::optional<TimeNs> initialized_at;
 };
