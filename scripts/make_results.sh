@@ -8,15 +8,16 @@
 # if there is one, says in the chapter how they were made. EVERY are the seconds from window to window (2.5), KEYFRAMES and
 # RATES their shapes (10,5 and 4,10), JOBS the threads (2; run times are true to a quiet machine with 1 only). For every
 # group all initializers are tried; then, with config/paper.ini, ORB-SLAM3's and ETA's on the papers' windows. Results
-# stay in OUT/<group> and OUT/<group>_paper; a second call goes on where the first one ended. Numbers that stand in
-# docs/results.md all come from there.
+# stay in OUT/<group> and OUT/<group>_paper; a second call goes on where the first one ended, and prints the tables of a
+# benchmark that is complete anew, whatever program made it; EVERY, KEYFRAMES and RATES must be those that it was made with.
+# Numbers that stand in docs/results.md all come from there.
 # shellcheck disable=SC2016 # the backticks are Markdown's
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 etalon=$root/build/release/bin/etalon
 compared=success,rre_deg,ate_m,velocity_mps,gravity_deg
 initializers=eta,orbslam3_inertial_only,stereo_nec,vi_orb,edi,huang_stereo,kneip,drt,vins_alignment,joint_mle,joint_closed_form,etalon,static
-(($# >= 2)) || { sed -n '2,12p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
+(($# >= 2)) || { sed -n '2,13p' "${BASH_SOURCE[0]}" | sed 's/^# \{0,1\}//' >&2; exit 2; }
 [[ -x $etalon ]] || { echo "make_results.sh: $etalon is missing; run scripts/build.sh" >&2; exit 2; }
 out=$1
 shift
@@ -109,6 +110,19 @@ made_by() { # folder
     paste -sd, | sed 's/,/, /g'
 }
 
+# The windows of a benchmark: seconds from one to the next; keyframes; rates.
+windows_of() { # folder
+  sed -n '/"every_s"/,/"vi_ba"/p' "$1/benchmark.json" | tr -d ' \n' |
+    sed -E 's/"every_s":([^,]*),"keyframes":\[([^]]*)\],"rates_hz":\[([^]]*)\].*/\1;\2;\3/; s/\.0([,;]|$)/\1/g'
+}
+
+# Exit code 1: the benchmark lacks recordings, which the document says.
+compare() { # argument of compare...
+  local code=0
+  "$etalon" compare "$@" --initializers "$initializers" --metric "$compared" || code=$?
+  ((code <= 1)) || exit "$code"
+}
+
 cat >"$part" <<HEAD
 # Results
 
@@ -126,25 +140,25 @@ for group in "$@"; do
   recordings=()
   for recording in "$group"/*; do [[ $recording == */about.txt ]] || recordings+=("$recording"); done
   echo "results: $name, ${#recordings[@]} recordings" >&2
-  # Exit code 3: a recording could not be used; the tables of the others are still wanted, and the document says so.
-  status=0
-  bench() { # folder, arguments...
-    local folder=$1 code=0
-    shift
+  bench() { # folder, windows as windows_of() has them, argument of bench...
+    local folder=$out/$1 wanted=$2 code=0
+    shift 2
     # A benchmark that is there stays, whatever program made it (benchmark.json says which): its tables can be printed anew.
-    if [[ ! -e $out/$folder/windows.csv ]]; then
-      "$etalon" bench "${recordings[@]}" --every "$every" --jobs "$jobs" --tracks "$out/tracks" --out "$out/$folder" "$@" >/dev/null || code=$?
-      ((code == 0 || code == 3)) || exit "$code"
-      ((code == 0)) || status=$code
+    if [[ ! -e $folder/windows.csv ]]; then
+      "$etalon" bench "${recordings[@]}" --every "$every" --jobs "$jobs" --tracks "$out/tracks" --out "$folder" "$@" >/dev/null || code=$?
+      # 3: a recording could not be used, 4: an initializer crashed or used up its time. All else is done, and the document says so.
+      ((code == 0 || code == 3 || code == 4)) || exit "$code"
+    elif [[ $(windows_of "$folder") != "$wanted" ]]; then
+      echo "make_results.sh: '$folder' has windows of EVERY;KEYFRAMES;RATES $(windows_of "$folder"), expected $wanted; name those, or remove it" >&2
+      exit 2
     fi
   }
-  bench "$name" --keyframes "$keyframes" --rate "$rates" --initializers "$initializers"
-  bench "${name}_paper" --initializers eta,orbslam3_inertial_only -c "$root/config/paper.ini"
-  "$etalon" compare "$out/$name" --all --initializers "$initializers" --metric "$compared" --format markdown >"$out/$name.md"
+  bench "$name" "$every;$keyframes;$rates" --keyframes "$keyframes" --rate "$rates" --initializers "$initializers"
+  bench "${name}_paper" "$every;10;4" --initializers eta,orbslam3_inertial_only -c "$root/config/paper.ini"
+  compare "$out/$name" --all --format markdown >"$out/$name.md"
   keep "${name}_summary" <"$out/$name/summary.csv"
   keep "${name}_paper_summary" <"$out/${name}_paper/summary.csv"
-  "$etalon" compare "$out/$name" --initializers "$initializers" --metric "$compared" --format csv |
-    awk -F, 'NR == 1 || ($3 == 10 && $4 == 4)' | keep "${name}_comparison"
+  compare "$out/$name" --format csv | awk -F, 'NR == 1 || ($3 == 10 && $4 == 4)' | keep "${name}_comparison"
   {
     printf '\n## %s\n\n' "$name"
     [[ ! -e $group/about.txt ]] || cat "$group/about.txt" - <<<""
@@ -152,7 +166,12 @@ for group in "$@"; do
       "$name" "$every" "$keyframes" "$rates" "$jobs" "$initializers" "$name" "$name" "$every" "$jobs" "$name" "$name" "$initializers" "$compared" "$name"
     printf 'By %s. The long tables: [summary](results/%s_summary.csv), [with the papers'"'"' noise and priors](results/%s_paper_summary.csv), [which differences are significant](results/%s_comparison.csv).\n\n' \
       "$(made_by "$out/$name")" "$name" "$name" "$name"
-    ((status == 0)) || printf 'Some recordings could not be used; the command says which.\n\n'
+    if grep -qE '^ +"error": "[^"]' "$out/$name"{,_paper}/benchmark.json; then
+      printf 'Some recordings could not be used; the command says which.\n\n'
+    fi
+    if grep -qE ',(init|vi_ba),(crashed|time_limit),' "$out/$name"{,_paper}/windows.csv; then
+      printf 'In some windows an initializer crashed or used up its time; the command says which, and they count as refused.\n\n'
+    fi
     if grep -q ',moving,' "$out/$name/summary.csv"; then
       printf '### In motion, medians\n\nAll recordings, 10 keyframes at 4 Hz (rows `all`, `moving` of the summary):\n\n'
       in_motion "$out/$name/summary.csv"
