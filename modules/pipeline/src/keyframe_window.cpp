@@ -8,15 +8,17 @@ namespace etalon {
 
 namespace {
 
-/** The samples from t0 to t1 as they are to images that are `offset` later, in the IMU's time, than
- * their stamps. Where that is beyond the newest sample the mean of as long before stands for what
- * is yet to come. */
+/** The samples from t0 to t1, as far as there are any, as they are to images that are `offset`
+ * later, in the IMU's time, than their stamps. Where only that is beyond the newest sample the mean
+ * of as long before stands for what is yet to come. */
 std::vector<ImuSample> samplesAtStamps(const ImuBuffer& imu, TimeNs t0, TimeNs t1, TimeNs offset) {
-  if (offset == 0 || imu.empty()) return imu.between(t0, t1);
-  const TimeNs newest = imu.samples().back().t, end = t1 + offset;
-  std::vector<ImuSample> samples = imu.between(t0 + offset, std::min(end, newest));
-  if (samples.empty()) return samples;
-  if (end > newest) {
+  if (imu.empty()) return {};
+  const TimeNs oldest = imu.samples().front().t, newest = imu.samples().back().t;
+  const TimeNs end = t1 + offset;
+  std::vector<ImuSample> samples =
+      imu.between(std::max(t0 + offset, oldest), std::min(end, newest));
+  if (offset == 0 || samples.empty()) return samples;
+  if (t1 <= newest && newest < end) {
     samples.push_back(meanSample(imu.between(newest - (end - newest), newest)));
     samples.back().t = end;
   }
@@ -34,7 +36,17 @@ void KeyframeWindow::add(const TrackedFrame& frame, bool keyframe) {
   if (stamps_.empty()) return;
   frames_.push_back(frame);
   while (static_cast<int>(stamps_.size()) > keyframes_) stamps_.pop_front();
-  while (frames_.front().t < stamps_.front()) frames_.pop_front();
+  dropFramesBeforeTheFirstKeyframe();
+}
+
+void KeyframeWindow::dropBefore(TimeNs t) {
+  while (!stamps_.empty() && stamps_.front() < t) stamps_.pop_front();
+  dropFramesBeforeTheFirstKeyframe();
+}
+
+void KeyframeWindow::dropFramesBeforeTheFirstKeyframe() {
+  while (!frames_.empty() && (stamps_.empty() || frames_.front().t < stamps_.front()))
+    frames_.pop_front();
 }
 
 void KeyframeWindow::restart() {

@@ -33,17 +33,19 @@ void Pipeline::add(const ImuSample& sample) {
   processAdmitted();
 }
 
-void Pipeline::add(const StereoFrame& frame) {
+void Pipeline::add(StereoFrame frame) {
   throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
-  admit(frame);
+  admit(std::move(frame));
   processAdmitted();
 }
 
+/** From here on the pixels are the pipeline's own: a frame may wait for the IMU, and the window and
+ * the map keep images, while the caller uses its buffers again. */
 void Pipeline::admit(StereoFrame frame) {
-  if (options_.live) {  // the caller may use its buffers again
-    frame.left = frame.left.clone();
-    frame.right = frame.right.clone();
+  for (cv::Mat* image : {&frame.left, &frame.right}) {
+    const bool held_by_others = !image->u || image->u->refcount > 1;
+    if (held_by_others) *image = image->clone();
   }
   border_.add(std::move(frame));
 }

@@ -15,6 +15,9 @@ namespace etalon {
 
 void Pipeline::tryInitialize() {
   imu_.dropBefore(window_.stamps().front() - durationNs(kFarthestTimeOffset));
+  // A keyframe from before the first sample would have every window that it is in refused.
+  if (!imu_.empty())
+    window_.dropBefore(imu_.samples().front().t - durationNs(std::min(0.0, starter_.timeOffset())));
   if (keyframesCollected() < (options_.windowsGrow() ? options_.min_keyframes : options_.keyframes))
     return;
   const Starter::Outcome outcome = starter_.attempt(window_, [this](const WindowOptions& options) {
@@ -103,9 +106,7 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
 
 /** The map takes its views from the window's frames, too, when the odometry runs through them. */
 void Pipeline::keepWindowImages(const StereoFrame& frame) {
-  StereoFrame& kept = window_images_[frame.t];
-  kept.left = frame.left.clone();
-  kept.right = frame.right.clone();
+  window_images_[frame.t] = frame;
   const std::deque<TrackedFrame>& frames = window_.frames();
   const auto first = frames.empty() ? window_images_.end() : window_images_.find(frames.front().t);
   window_images_.erase(window_images_.begin(), first);

@@ -47,6 +47,37 @@ TEST(KeyframeWindow, ClearForgetsTheFramesAndRestartTheRateAsWell) {
   EXPECT_TRUE(window.isKeyframe(2 * kFrameStep));
 }
 
+TEST(KeyframeWindow, KeyframesBeforeAStampLeaveWithTheirFrames) {
+  KeyframeWindow window(5, 4.0);
+  for (int i = 0; i <= 20; ++i) window.add(trackedAt(i * kFrameStep), i % 5 == 0);
+  window.dropBefore(7 * kFrameStep);
+  EXPECT_THAT(window.stamps(), ElementsAre(10 * kFrameStep, 15 * kFrameStep, 20 * kFrameStep));
+  EXPECT_EQ(window.frames().size(), 11U);
+  window.dropBefore(10 * kFrameStep);  // which stays
+  EXPECT_EQ(window.stamps().size(), 3U);
+  window.dropBefore(21 * kFrameStep);
+  EXPECT_TRUE(window.stamps().empty());
+  EXPECT_TRUE(window.frames().empty());
+}
+
+TEST(KeyframeWindow, OfAnImuThatEndsTooEarlyTheProblemHoldsWhatThereIs) {
+  const SyntheticWindow synthetic = testing::makeSyntheticWindow({});
+  KeyframeWindow window(4, 4.0);
+  for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
+  const TimeNs end = window.stamps().back() - durationNs(0.1);
+  ImuBuffer imu;
+  for (const ImuSample& sample : synthetic.imu.samples())
+    if (sample.t <= end) imu.add(sample);
+  for (const double offset_s : {0.0, 0.012}) {
+    WindowOptions options;
+    options.time_offset_s = offset_s;
+    const InitializationProblem problem = window.problem(synthetic.calibration, {}, options, imu);
+    ASSERT_FALSE(problem.imu().empty());
+    EXPECT_EQ(problem.imu().samples().front().t, window.stamps().front());
+    EXPECT_EQ(problem.imu().samples().back().t, imu.samples().back().t - durationNs(offset_s));
+  }
+}
+
 TEST(KeyframeWindow, TheProblemHoldsItsFramesAndTheSamplesFromItsFirstToItsLastKeyframe) {
   const SyntheticWindow synthetic = testing::makeSyntheticWindow({});
   KeyframeWindow window(4, 4.0);

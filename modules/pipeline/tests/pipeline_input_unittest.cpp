@@ -220,6 +220,76 @@ TEST_F(PipelineInput, WithoutImuFramesAreProcessedAllTheSame) {
             pipeline.trajectory().size());
 }
 
+TEST_F(PipelineInput, ADriverMayUseItsImagesAgainWhileTheFrameWaitsForTheImu) {
+  const auto fly = [](bool again) {
+    Pipeline pipeline = PipelineInput::pipeline(trueInitialization, unrefined());
+    StereoFrame buffer = flight().frames.front();
+    if (again) buffer.left = buffer.left.clone(), buffer.right = buffer.right.clone();
+    auto sample = flight().imu.begin();
+    for (StereoFrame frame : flight().frames) {
+      frame.t += durationNs(0.001);  // the next sample comes 4 ms later
+      for (; sample != flight().imu.end() && sample->t <= frame.t; ++sample) pipeline.add(*sample);
+      if (!again) {
+        pipeline.add(frame);
+        continue;
+      }
+      frame.left.copyTo(buffer.left);
+      frame.right.copyTo(buffer.right);
+      buffer.t = frame.t;
+      pipeline.add(buffer);
+      buffer.left.setTo(0);
+      buffer.right.setTo(0);
+    }
+    for (; sample != flight().imu.end(); ++sample) pipeline.add(*sample);
+    pipeline.finish();
+    EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
+    return pipeline.trajectory();
+  };
+  const Trajectory kept = fly(false), used_again = fly(true);
+  ASSERT_EQ(kept.size(), flight().frames.size());
+  ASSERT_EQ(used_again.size(), kept.size());
+  for (size_t k = 0; k < kept.size(); ++k)  // the same pixels: the same numbers
+    EXPECT_EQ(used_again[k].T_WB.matrix(), kept[k].T_WB.matrix()) << k;
+}
+
+TEST_F(PipelineInput, ImagesThatNobodyElseHoldsAreNotCopied) {
+  Pipeline pipeline = this->pipeline();
+  std::vector<const uchar*> processed;
+  pipeline.onTracks(
+      [&processed](const FrontFrame& frame) { processed.push_back(frame.images.left.data); });
+  for (const ImuSample& sample : flight().imu) pipeline.add(sample);
+  StereoFrame given = flight().frames[0];
+  given.left = given.left.clone();
+  given.right = given.right.clone();
+  const uchar* const pixels = given.left.data;
+  pipeline.add(std::move(given));
+  StereoFrame shared = flight().frames[1];
+  pipeline.add(std::move(shared));  // the flight has them, too
+  EXPECT_THAT(processed, ElementsAre(pixels, ::testing::Ne(flight().frames[1].left.data)));
+}
+
+TEST_F(PipelineInput, ImagesFromBeforeTheImuDoNotHoldUpTheStart) {
+  PipelineOptions options;
+  options.window = unrefined();
+  options.keyframes = 7;
+  options.min_keyframes = 3;
+  options.keyframe_rate_hz = kFrameRateHz;
+  PipelineInitializers initializers;
+  initializers.name = "scripted";
+  initializers.initializer = std::make_shared<Scripted>(trueInitialization);
+  Pipeline pipeline(flight().calibration, options, initializers);
+  std::vector<ImuSample> late;
+  for (const ImuSample& sample : flight().imu)
+    if (sample.t > flight().frames[2].t) late.push_back(sample);
+  add(&pipeline, flight().frames, late);
+  ASSERT_TRUE(pipeline.initializedAt());
+  // The first window of three keyframes that the IMU covers; the next one confirms it.
+  ASSERT_FALSE(pipeline.attempts().empty());
+  EXPECT_EQ(pipeline.attempts().front().keyframes.front(), flight().frames[3].t);
+  EXPECT_EQ(pipeline.attempts().front().t, flight().frames[5].t);
+  EXPECT_LE(*pipeline.initializedAt(), flight().frames[6].t);
+}
+
 TEST_F(PipelineInput, OldRefusalsLoseTheirEstimatesAndKeepTheirReason) {
   WindowOptions hard_to_please;
   hard_to_please.acceptance.min_measurements = 1'000'000;

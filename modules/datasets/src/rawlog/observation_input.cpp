@@ -41,6 +41,7 @@ std::variant<SensorEvent, UnusableObservation> ObservationInput::pair(
     const Waiting& right = camera == 0 ? *before : now;
     return SensorEvent(StereoFrame{t, left.gray, right.gray, left.path, right.path});
   }
+  now.gray = now.gray.clone();  // the driver may use its buffer again
   waiting_ = std::move(now);
   if (before) return UnusableObservation{Kind::kUnpaired, before->t, ""};
   return UnusableObservation{Kind::kWaiting, t, ""};

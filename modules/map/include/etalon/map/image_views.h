@@ -17,8 +17,8 @@ namespace etalon {
  */
 class ImageViews : public ViewMatcher {
  public:
-  /** The images of the current frame, CV_8UC1; they are copied only if the frame is kept. Empty
-   * ones: there are none. */
+  /** The images of the current frame, CV_8UC1, whose pixels must stay as they are until the next
+   * one is shown: they are copied only if the frame is kept. Empty ones: there are none. */
   void show(const cv::Mat& left, const cv::Mat& right);
 
   bool keep(TimeNs view) override;

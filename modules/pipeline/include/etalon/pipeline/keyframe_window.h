@@ -20,6 +20,8 @@ class KeyframeWindow {
   bool isKeyframe(TimeNs t) { return selector_.isKeyframe(t); }
   /** Adds a frame, later than those before. */
   void add(const TrackedFrame& frame, bool keyframe);
+  /** Forgets keyframes before `t`, and the frames before the first one that is left. */
+  void dropBefore(TimeNs t);
   /** Begins anew after a gap in the frames: forgets them, and when the next keyframe was due. */
   void restart();
   /** Forgets the frames; the rate goes on. */
@@ -33,8 +35,9 @@ class KeyframeWindow {
   const std::deque<TrackedFrame>& frames() const { return frames_; }
 
   /**
-   * The window as an initializer sees it, once it has a keyframe and `imu` reaches over it,
-   * and over as much before its first keyframe as the time offset of `options` is negative.
+   * The window as an initializer sees it, once it has a keyframe. Its samples are those of `imu`
+   * from the first keyframe to the last, as far as they reach; a negative time offset of `options`
+   * takes as much before.
    * @param noise makes the densities to use from the data sheet's and the window's samples
    */
   InitializationProblem problem(const StereoInertialCalibration& calibration,
@@ -42,6 +45,8 @@ class KeyframeWindow {
                                 const ImuBuffer& imu) const;
 
  private:
+  void dropFramesBeforeTheFirstKeyframe();
+
   int keyframes_;
   double rate_hz_;
   KeyframeSelector selector_;

@@ -76,12 +76,15 @@ class Pipeline {
   /**
    * What a sensor driver or a rawlog delivers: CObservationIMU, CObservationStereoImages, or
    * CObservationImage by pairs, labelled "cam0" and "cam1" (ObservationInput). Others are ignored;
-   * what is broken is counted. Relative paths of external images start at the working folder.
+   * what is broken is counted. Relative paths of external images start at the working folder. The
+   * caller may use the observation's images again.
    */
   void process(const mrpt::obs::CObservation& observation);
   void add(const ImuSample& sample);
-  /** Processed as soon as the IMU has reached its stamp (see InputBorder). */
-  void add(const StereoFrame& frame);
+  /** Processed as soon as the IMU has reached its stamp (see InputBorder). The pixels are copied, so
+   * that the caller may use its buffers again, unless they come in images that nobody else holds: a
+   * frame that is given away (std::move) costs no copy. */
+  void add(StereoFrame frame);
   /** Processes what still waits; live, waits for it. What comes later is ignored. */
   void finish();
 

@@ -55,6 +55,7 @@ class Starter {
 
   /** From the next attempt on the images are later by this, in the IMU's time, than their stamps. */
   void setTimeOffset(double offset_s) { options_.time_offset_s = offset_s; }
+  double timeOffset() const { return options_.time_offset_s; }
 
   /** Whether the odometry was started at rest, and the initializer for motion has not taken over
    * yet. */
