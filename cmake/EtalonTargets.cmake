@@ -5,6 +5,12 @@ if(ETALON_PREBUILT)
   set(etalon_prebuilt_modules imu simulation frontend optimization map odometry initialization evaluation benchmark)
 endif()
 
+# The name of the binary interface. Before 1.0 a minor version may change it, as the package's version says (EtalonInstall.cmake).
+set(etalon_soversion ${PROJECT_VERSION_MAJOR})
+if(PROJECT_VERSION_MAJOR EQUAL 0)
+  set(etalon_soversion ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+endif()
+
 # etalon_add_module(NAME [PUBLIC ...] [PRIVATE ...])
 # A shared library etalon_<name>, alias etalon::<name>, of all src/*.cpp and src/*/*.cpp, with its public headers in
 # include/etalon/<name>/. PUBLIC and PRIVATE are the targets to link.
@@ -23,7 +29,7 @@ function(etalon_add_module name)
   add_library(${target} SHARED ${sources})
   add_library(etalon::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION} SOVERSION
-                                             ${PROJECT_VERSION_MAJOR})
+                                             ${etalon_soversion})
   target_include_directories(
     ${target}
     PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
