@@ -91,10 +91,11 @@ TEST(Writers, AFailedConvertLeavesNoFolder) {
                                ::testing::Not(HasSubstr("--force"))));
 }
 
-/** Runs `line`, to which it sends SIGTERM as soon as `condition` holds. */
+/** Runs `line`, to which it sends SIGTERM as soon as `condition` holds, unless it has ended. */
 CommandResult interrupted(const std::string& line, const std::string& condition) {
-  return runShell(line + " & pid=$!; until " + condition +
-                  " > /dev/null 2>&1; do sleep 0.02; done; kill -TERM $pid; wait $pid");
+  return runShell(line + " & pid=$!; until { " + condition +
+                  " || ! kill -0 $pid; } > /dev/null 2>&1; do sleep 0.02; done; " +
+                  "kill -TERM $pid; wait $pid");
 }
 
 TEST(Writers, AnInterruptedConvertLeavesNothing) {
@@ -140,10 +141,9 @@ TEST(Writers, AFullStandardOutputIsNoticed) {
 TEST(Writers, AnInterruptedSimulationIsNoRecording) {
   const TemporaryFolder folder;
   const std::string out = folder.path() + "/flight";
-  const CommandResult simulate = runShell(
-      "$etalon simulate --threads 1 --duration 600 --out " + out + " & pid=$!; " + "until ls " +
-      out + "/mav0/*/cam0/data/*.png > /dev/null 2>&1; do sleep 0.05; done; " +
-      "kill -TERM $pid; wait $pid");
+  const CommandResult simulate =
+      interrupted("$etalon simulate --threads 1 --duration 600 --out " + out,
+                  "ls " + out + "/mav0/*/cam0/data/*.png");
   EXPECT_EQ(simulate.exit_code, 128 + 15) << simulate.err;
   for (const char* sensor : {"cam0", "cam1", "imu0", "state_groundtruth_estimate0"})
     EXPECT_FALSE(fs::exists(out + "/mav0/" + sensor)) << sensor;
