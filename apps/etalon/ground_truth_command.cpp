@@ -85,7 +85,7 @@ GroundTruthJudgement judge(const std::string& source, const GroundTruthArguments
   const GroundTruth& recorded = recording->groundTruth();
   if (recorded.empty()) throw DataError(source, 0, "has no ground truth");
   auto found =
-      smoothGroundTruth(recorded, recording->imuSamples(), recording->calibration().imu.noise);
+      smoothGroundTruth(recorded, recording->imuMeasurements(), recording->calibration().imu.noise);
   if (!found) throw DataError(source, 0, "ground truth: " + found.error().reason);
 
   GroundTruthJudgement judgement{recordingName(source), std::move(*found), {}};

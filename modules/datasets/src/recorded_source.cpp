@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <tuple>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/ground_truth_file.h"
+#include "etalon/imu/imu_limits.h"
 #include "image_file.h"
 
 namespace etalon {
@@ -114,6 +116,13 @@ std::optional<SensorEvent> RecordedSource::next() {
     }
     if (std::optional<StereoFrame> frame = nextFrame()) return *frame;
   }
+}
+
+std::vector<ImuSample> RecordedSource::imuMeasurements() const {
+  std::vector<ImuSample> measurements;
+  std::copy_if(recording_.imu.begin(), recording_.imu.end(), std::back_inserter(measurements),
+               [](const ImuSample& sample) { return isMeasurement(sample); });
+  return measurements;
 }
 
 LoadedFrame RecordedSource::checkFrame(size_t index) const {

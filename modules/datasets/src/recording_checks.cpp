@@ -7,18 +7,11 @@
 #include "etalon/core/text.h"
 #include "etalon/imu/imu_limits.h"
 #include "etalon/imu/imu_noise.h"
+#include "stamped_rows.h"
 
 namespace etalon {
 
 namespace {
-
-/** Images a second or samples a second: one over the median step. */
-double rateOf(const std::vector<ImuSample>& imu) {
-  std::vector<double> steps;
-  for (size_t i = 1; i < imu.size(); ++i) steps.push_back(secondsBetween(imu[i - 1].t, imu[i].t));
-  const double step = median(std::move(steps));
-  return step > 0 ? 1.0 / step : 0.0;
-}
 
 /**
  * Standard deviation of white noise in the quietest half second of one channel, from second
@@ -44,8 +37,8 @@ class NoiseModelCheck {
  public:
   NoiseModelCheck(const RecordedSource& source, RecordingFindings* findings)
       : file_(source.calibrationFile("imu0") + ": noise model: "),
-        imu_(source.imuSamples()),
-        rate_hz_(rateOf(imu_)),
+        imu_(source.imuMeasurements()),
+        rate_hz_(measuredRate(imu_)),
         findings_(*findings) {}
 
   /** @param usual one of MEMS sensors in public use */
@@ -84,7 +77,7 @@ class NoiseModelCheck {
   void warn(const std::string& sentence) { findings_.warnings.push_back(file_ + sentence); }
 
   std::string file_;
-  const std::vector<ImuSample>& imu_;
+  std::vector<ImuSample> imu_;
   double rate_hz_;
   RecordingFindings& findings_;
 };

@@ -7,19 +7,11 @@
 #include "etalon/core/statistics.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/recording_checks.h"
-#include "etalon/imu/imu_limits.h"
+#include "stamped_rows.h"
 
 namespace etalon {
 
 namespace {
-
-template <typename Elements>
-std::vector<TimeNs> stampsOf(const Elements& elements) {
-  std::vector<TimeNs> stamps;
-  stamps.reserve(elements.size());
-  for (const auto& element : elements) stamps.push_back(element.t);
-  return stamps;
-}
 
 class Inspector {
  public:
@@ -138,10 +130,10 @@ RecordingInfo describeRecording(const RecordedSource& source, const ImageProblem
   info.ground_truth_biases = source.groundTruth().has_biases;
   info.unpaired_left = source.statistics().unpaired_left;
   info.unpaired_right = source.statistics().unpaired_right;
-  double norms = 0, samples = 0;
-  for (const ImuSample& sample : source.imuSamples())
-    if (isMeasurement(sample)) norms += sample.accel.norm(), samples += 1;
-  if (samples > 0) info.mean_accel_norm = norms / samples;
+  const std::vector<ImuSample> imu = source.imuMeasurements();
+  double norms = 0;
+  for (const ImuSample& sample : imu) norms += sample.accel.norm();
+  if (!imu.empty()) info.mean_accel_norm = norms / static_cast<double>(imu.size());
   info.warnings = source.statistics().warnings;
   Inspector inspector(source, &info);
   inspector.lookAtImages(decoded);

@@ -43,10 +43,11 @@ bool turns(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
 RecordingFindings checkRepeatedImages(const RecordedSource& source) {
   RecordingFindings findings;
   const std::vector<TimeNs>& stamps = source.imageStamps();
+  const std::vector<ImuSample> imu = source.imuMeasurements();
   size_t repeated = 0;
   TimeNs first = 0;
   for (size_t i = 1; i < stamps.size(); ++i) {
-    if (!turns(source.imuSamples(), stamps[i - 1], stamps[i])) continue;
+    if (!turns(imu, stamps[i - 1], stamps[i])) continue;
     const auto before = source.framePaths(i - 1), now = source.framePaths(i);
     if (!sameContent(before.first, now.first) && !sameContent(before.second, now.second)) continue;
     if (repeated++ == 0) first = stamps[i];

@@ -58,6 +58,18 @@ TEST(ObservationInput, TwoImagesOfOneStampAreAPairWhicheverComesFirst) {
   }
 }
 
+TEST(ObservationInput, ADriverMayUseItsImageAgainWhileThePartnerIsAwaited) {
+  ObservationInput input;
+  cv::Mat buffer(6, 8, CV_8UC1, cv::Scalar(10));
+  mrpt::obs::CObservationImage image = imageOf("cam0", kStep, 0);
+  image.image = mrpt::img::CImage(buffer, mrpt::img::SHALLOW_COPY);
+  EXPECT_EQ(kindOf(input.convert(image)), Kind::kWaiting);
+  buffer.setTo(99);
+  const Measurement pair = input.convert(imageOf("cam1", kStep, 20));
+  ASSERT_TRUE(frameOf(pair));
+  EXPECT_EQ(grayOf(frameOf(pair)->left), 10);
+}
+
 TEST(ObservationInput, AnImageWhosePartnerNeverComesIsToldWithItsStamp) {
   ObservationInput input;
   input.convert(imageOf("cam0", kStep, 1));

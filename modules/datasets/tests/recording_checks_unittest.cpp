@@ -141,5 +141,21 @@ TEST(RecordingChecks, SamplesThatAreNoMeasurementsAreCountedAndMostOfThemAreAnEr
   EXPECT_EQ(with(300).warnings.size(), 1U);
 }
 
+TEST(RecordingChecks, SamplesThatAreNoMeasurementsSpoilNoOtherCheck) {
+  Recording recording = soundRecording();
+  recording.calibration.imu.noise.gyro_noise_density = 1.9e-3;
+  for (ImuSample& sample : recording.imu) sample.gyro *= 0.5;  // 22 times less than that
+  recording.imu[5].gyro.x() = std::nan("");  // in the half second that is looked at first
+  recording.imu[300].gyro.y() = 5000.0;
+  recording.imu[599].accel.z() = HUGE_VAL;
+  EXPECT_THAT(found(recording, checkCalibration).warnings,
+              ElementsAre(HasSubstr("quietest half second")));
+  const RecordedSource source("flight", "fixed", std::make_unique<FixedReader>(recording), {});
+  EXPECT_EQ(source.imuSamples().size(), 600U);
+  const std::vector<ImuSample> measurements = source.imuMeasurements();
+  ASSERT_EQ(measurements.size(), 597U);
+  for (const ImuSample& sample : measurements) EXPECT_LT(sample.gyro.norm(), 0.1);
+}
+
 }  // namespace
 }  // namespace etalon

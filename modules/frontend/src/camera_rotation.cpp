@@ -8,6 +8,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/frontend/time_offset.h"
+#include "motion_check.h"
 
 namespace etalon {
 
@@ -56,11 +57,10 @@ class RotationTracker {
     return next;
   }
 
-  /** (x/z, y/z); nothing from 70 degrees off the axis on, where a plane is of no use. */
+  /** (x/z, y/z), if the pixel's ray meetsPlane(). */
   std::optional<cv::Point2d> onPlane(const cv::Point2f& pixel) const {
-    constexpr double kLeastCosine = 0.34;
     const auto ray = camera_.unproject({pixel.x, pixel.y});
-    if (!ray || !(ray->z() > kLeastCosine * ray->norm())) return std::nullopt;
+    if (!ray || !meetsPlane(*ray)) return std::nullopt;
     return cv::Point2d(ray->x() / ray->z(), ray->y() / ray->z());
   }
 
@@ -93,9 +93,8 @@ class RotationTracker {
 };
 
 /** Standard deviation of the gyro's rate over the images [first, first + count). */
-double gyroSpread(const RecordedSource& source, size_t first, size_t count) {
-  const std::vector<TimeNs>& stamps = source.imageStamps();
-  const std::vector<ImuSample>& imu = source.imuSamples();
+double gyroSpread(const std::vector<ImuSample>& imu, const std::vector<TimeNs>& stamps,
+                  size_t first, size_t count) {
   auto sample = std::lower_bound(imu.begin(), imu.end(), stamps[first],
                                  [](const ImuSample& s, TimeNs t) { return s.t < t; });
   double n = 0, sum = 0, squares = 0;
@@ -108,9 +107,11 @@ double gyroSpread(const RecordedSource& source, size_t first, size_t count) {
 
 /** First images of the blocks to look at, in the order of time. */
 std::vector<size_t> chooseBlocks(const RecordedSource& source, size_t block, size_t count) {
+  const std::vector<TimeNs>& stamps = source.imageStamps();
+  const std::vector<ImuSample> imu = source.imuMeasurements();
   std::vector<std::pair<double, size_t>> candidates;
-  for (size_t first = 0; first + block <= source.imageStamps().size(); first += block)
-    candidates.emplace_back(-gyroSpread(source, first, block), first);
+  for (size_t first = 0; first + block <= stamps.size(); first += block)
+    candidates.emplace_back(-gyroSpread(imu, stamps, first, block), first);
   std::sort(candidates.begin(), candidates.end());
   if (candidates.size() > count) candidates.resize(count);
   std::vector<size_t> firsts;

@@ -26,8 +26,12 @@ bool KeyframeSelector::isKeyframe(TimeNs t) {
     return first_ + durationNs(static_cast<double>(count_) / options_.rate_hz);
   };
   // This frame is the nearest to an instant if it is less than half an interval early.
-  if (t + expected / 2 < due()) return false;
-  while (due() <= t + expected / 2) ++count_;
+  const TimeNs reached = t + expected / 2;
+  if (reached < due()) return false;
+  // After a jump of the stamps there are many; division finds them but for rounding.
+  const double passed = secondsBetween(first_, reached) * options_.rate_hz;
+  count_ = std::max(count_, static_cast<long long>(passed) - 1);
+  while (due() <= reached) ++count_;
   return true;
 }
 

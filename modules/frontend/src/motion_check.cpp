@@ -75,10 +75,6 @@ std::optional<SE3> estimateMotion(const std::vector<TrackedRay>& rays, const Eig
 
 std::vector<char> agreeWithFundamentalMatrix(const std::vector<TrackedRay>& rays, double focal_px,
                                              double threshold_px) {
-  constexpr double kLeastCosine = 0.34;  // 70 degrees
-  const auto onPlane = [](const Eigen::Vector3d& ray) {
-    return ray.z() > kLeastCosine * ray.norm();
-  };
   const auto pixel = [focal_px](const Eigen::Vector3d& ray) {
     const Eigen::Vector2d xy = ray.hnormalized();
     return cv::Point2f(static_cast<float>(focal_px * xy.x()),
@@ -88,7 +84,7 @@ std::vector<char> agreeWithFundamentalMatrix(const std::vector<TrackedRay>& rays
   std::vector<size_t> index;
   for (size_t i = 0; i < rays.size(); ++i) {
     const Eigen::Vector3d ray = rays[i].now.ray();
-    if (!onPlane(rays[i].before) || !onPlane(ray)) continue;
+    if (!meetsPlane(rays[i].before) || !meetsPlane(ray)) continue;
     before.push_back(pixel(rays[i].before));
     now.push_back(pixel(ray));
     index.push_back(i);

@@ -47,7 +47,7 @@ RecordingInspection inspectRecording(RecordedSource& source, const InspectionOpt
   if (!first.problem.empty()) problems[0] = describe(first);
   TimeOffsetEstimate& offset = inspection.time_offset;
   offset = estimateTimeOffset(measureCameraRotation(source, options.max_frames, &problems),
-                              source.imuSamples(), options.max_offset_s);
+                              source.imuMeasurements(), options.max_offset_s);
   RecordingInfo& info = inspection.info;
   info = describeRecording(source, problems);
   info.append(checkImages(*openWhole(source.name(), source.options().recording)));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
 
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
@@ -15,10 +17,24 @@
 
 namespace etalon {
 
+namespace {
+
+/** The options with which the tracker begins. */
+const StereoTrackerOptions& checked(const StereoTrackerOptions& options) {
+  for (const auto& [key, side] : {std::pair("klt_window_px", options.klt_window_px),
+                                  std::pair("anchor_window_px", options.anchor_window_px)})
+    if (side % 2 == 0)
+      throw ConfigError(std::string("[frontend] ") + key + " = " + std::to_string(side) +
+                        ": expected an odd integer");
+  return options;
+}
+
+}  // namespace
+
 class StereoTracker::Impl {
  public:
   Impl(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options)
-      : options_(options),
+      : options_(checked(options)),
         follower_(calibration, options_),
         matchers_{StereoMatcher(follower_.rig(0), options_),
                   StereoMatcher(follower_.rig(1), options_)} {}
@@ -76,8 +92,9 @@ class StereoTracker::Impl {
   bool inLens(const cv::Point2f& pixel) const {
     const double d = options_.border_px;
     const Eigen::Vector2d centre(pixel.x, pixel.y);
-    for (const auto& offset : {Eigen::Vector2d(d, d), Eigen::Vector2d(d, -d),
-                               Eigen::Vector2d(-d, d), Eigen::Vector2d(-d, -d)})
+    for (const auto& offset :
+         {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(d, d), Eigen::Vector2d(d, -d),
+          Eigen::Vector2d(-d, d), Eigen::Vector2d(-d, -d)})
       if (!camera().unproject(centre + offset)) return false;
     return true;
   }
@@ -136,16 +153,20 @@ class StereoTracker::Impl {
           search_all || track.unmatched <= kSearches || track.unmatched % kSearchPeriod == 0;
       query.patch = &track.anchor;
       query.A = track.A_other;
-      const auto ray = camera().unproject({track.pixel.x, track.pixel.y});
-      if (ray) query.left_ray = *ray;
+      query.left_ray = camera().unproject({track.pixel.x, track.pixel.y}).value();
       queries.push_back(query);
       anchored.push_back(&track);
     }
-    cv::Mat other_half;
+    cv::Mat half, other_half;
+    // KLT's pyramid ends where a level would be no larger than its window.
+    if (const Pyramid& pyramid = follower_.pyramid(); pyramid.size() > 2)
+      half = pyramid[2];
+    else
+      cv::pyrDown(pyramid[0], half);
     cv::pyrDown(other, other_half);
     const size_t followed = follower_.followed();
     const std::vector<StereoMatch> matches =
-        matchers_[followed].match(follower_.pyramid()[2], other, other_half, queries);
+        matchers_[followed].match(half, other, other_half, queries);
     TrackedFrame frame;
     frame.t = t;
     for (size_t i = 0; i < anchored.size(); ++i) {

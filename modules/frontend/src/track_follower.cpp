@@ -107,7 +107,7 @@ void TrackFollower::follow(const std::array<const cv::Mat*, 2>& images,
   images[1 - followed_]->copyTo(other_);
 }
 
-/** Keeps the tracks that were found, where they were. */
+/** Keeps the tracks that were found, where they were, but for those that have left the lens. */
 void TrackFollower::take(const Followed& found, const cv::Mat& image,
                          std::vector<Track>* tracks) const {
   constexpr double kWornScale = 1.5;  // of the patch's area
@@ -125,6 +125,7 @@ void TrackFollower::take(const Followed& found, const cv::Mat& image,
     } else if (++track.unanchored > options_.anchor_patience) {
       continue;
     }
+    if (!rig().cameras[0].model.unproject({track.pixel.x, track.pixel.y})) continue;
     kept.push_back(std::move(track));
   }
   tracks->swap(kept);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "etalon/core/so3.h"
@@ -67,6 +68,33 @@ TEST(Fisheye, TracksFollowAMotion) {
         errors.push_back(
             (wall.pixelOf(wall.pointBehind(old.left, SE3()), 0, T_WB) - o.left).norm());
   EXPECT_LT(quantile(errors, 0.9), 0.1);
+}
+
+TEST(Fisheye, ATrackThatLeavesTheLensEnds) {
+  // Of 40 px a radian the whole sphere is a disc of 125 px in the middle of the image; what is
+  // outside it looks like texture all the same, and moves by 4 px a frame.
+  StereoInertialCalibration rig = fisheyeRig();
+  for (CameraCalibration& camera : rig.cameras)
+    camera.model = CameraModel("pinhole", "equidistant", 320, 320, {40.0, 40.0, 160.0, 160.0},
+                               {0.0, 0.0, 0.0, 0.0});
+  const CameraModel& camera = rig.cameras[0].model;
+  cv::Mat texture(320, 380, CV_8UC1);
+  cv::RNG(1).fill(texture, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(texture, texture, {}, 2.0);
+  cv::normalize(texture, texture, 0, 255, cv::NORM_MINMAX);
+  StereoTrackerOptions options;
+  options.temporal_epipolar_px = 0.0;  // such a motion of the image is none of a camera
+  StereoTracker tracker(rig, options);
+  int lost = 0;
+  for (int k = 0; k < 15; ++k) {
+    const cv::Mat image = texture(cv::Rect(60 - 4 * k, 0, 320, 320)).clone();
+    const TrackedFrame frame =
+        tracker.track(k * 50'000'000, image, image, Eigen::Matrix3d::Identity());
+    EXPECT_GT(frame.observations.size(), 50U);
+    for (const Observation& o : frame.observations) EXPECT_TRUE(camera.unproject(o.left)) << k;
+    lost += tracker.statistics().lost;
+  }
+  EXPECT_GT(lost, 5);
 }
 
 TEST(Fisheye, TheSearchStepsByPixelsHoweverLongTheBaseline) {

@@ -81,6 +81,21 @@ TEST(KeyframeSelector, OneLostFrameCostsNoKeyframe) {
   }
 }
 
+TEST(KeyframeSelector, AJumpOfTheStampsTakesNoTime) {
+  // From 1970, the clock of a device that has just started, to 2026: two billion instants at 1 kHz;
+  // counted one by one they would take a minute.
+  constexpr TimeNs kFrom = 1'000'000'000, kTo = 1'767'225'600'000'000'000;
+  for (const double rate_hz : {4.0, 1000.0}) {
+    KeyframeSelector selector({rate_hz});
+    EXPECT_TRUE(selector.isKeyframe(kFrom));
+    EXPECT_TRUE(selector.isKeyframe(kTo));
+    // The instants go on from the first stamp.
+    int keyframes = 0;
+    for (int i = 1; i <= 40; ++i) keyframes += selector.isKeyframe(kTo + i * 50'000'000);
+    EXPECT_EQ(keyframes, rate_hz < 20.0 ? 8 : 40);
+  }
+}
+
 TEST(KeyframeSelector, TakesEveryFrameWhereKeyframesAreWantedFaster) {
   EXPECT_EQ(select(regular(20.0, 50), 20.0).size(), 50U);
   EXPECT_EQ(select(regular(20.0, 50), 100.0).size(), 50U);

@@ -47,6 +47,46 @@ TEST(StereoTrackerInput, RefusesImagesOfAnotherSizeOrType) {
   EXPECT_EQ(tracker.statistics().lost, 0);
 }
 
+TEST(StereoTrackerInput, RefusesPatchesWithoutAPixelInTheirMiddle) {
+  for (int StereoTrackerOptions::*side :
+       {&StereoTrackerOptions::klt_window_px, &StereoTrackerOptions::anchor_window_px}) {
+    StereoTrackerOptions options;
+    options.*side = 16;
+    EXPECT_THROW(StereoTracker(smallRig(), options), ConfigError);
+    options.*side = 17;
+    EXPECT_NO_THROW(StereoTracker(smallRig(), options));
+  }
+}
+
+TEST(StereoTrackerInput, TheImageMayBeSmallBesideTheWindowOfKlt) {
+  // Half the image would be no larger than the window, so KLT has the full image alone. Matching
+  // with the right image does not depend on it.
+  const StereoInertialCalibration rig = smallRig();
+  const TexturedWall wall(rig, 2.0);
+  const auto [left, right] = wall.pair(SE3());
+  StereoInertialCalibration part = rig;
+  const cv::Rect middle(120, 80, 120, 80);
+  for (CameraCalibration& camera : part.cameras) {
+    const CameraModel& m = camera.model;
+    camera.model = CameraModel("pinhole", "radial-tangential", middle.width, middle.height,
+                               {m.focal().x(), m.focal().y(), m.principalPoint().x() - middle.x,
+                                m.principalPoint().y() - middle.y},
+                               m.coefficients());
+  }
+  std::vector<int> with_stereo;
+  for (const int window_px : {9, 63}) {
+    StereoTrackerOptions options;
+    options.klt_window_px = window_px;
+    StereoTracker tracker(part, options);
+    for (const TimeNs t : {TimeNs{0}, kFrame})
+      tracker.track(t, left(middle).clone(), right(middle).clone(), Eigen::Matrix3d::Identity());
+    EXPECT_EQ(tracker.statistics().lost, 0);
+    with_stereo.push_back(tracker.statistics().with_stereo);
+  }
+  EXPECT_GT(with_stereo[0], 20);
+  EXPECT_EQ(with_stereo[1], with_stereo[0]);
+}
+
 TEST(StereoTrackerInput, SurvivesBlackImages) {
   const StereoInertialCalibration rig = smallRig();
   const TexturedWall wall(rig, 2.0);

@@ -9,8 +9,8 @@
 
 namespace etalon {
 
-/** Merges the streams of a recording in time order. Nothing but the current pair of images is held
- * in memory. */
+/** Merges the streams of a recording in time order. Of its pixels no more than the current pair is
+ * held in memory; IMU samples, ground truth, stamps and paths are held for all of it. */
 class RecordedSource : public SensorSource {
  public:
   /**
@@ -34,6 +34,9 @@ class RecordedSource : public SensorSource {
 
   /** All of the recording's IMU samples, whatever the options' range. */
   const std::vector<ImuSample>& imuSamples() const { return recording_.imu; }
+  /** Those of imuSamples() that are measurements (isMeasurement()): the others are dropped by
+   * whatever integrates them, and counted by checkImu(). */
+  std::vector<ImuSample> imuMeasurements() const;
 
   /** Pair number `index` of imageStamps(), decoded; apart from next(). Indices must not decrease
    * from call to call. */

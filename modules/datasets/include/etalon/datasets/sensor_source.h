@@ -98,9 +98,9 @@ class SensorSource {
   virtual const std::vector<TimeNs>& imageStamps() const = 0;
 
   /**
-   * The next event, nothing at the end. An image that cannot be read is skipped, counted and
-   * reported in statistics(); throws DataError for input that makes going on meaningless, the first
-   * image of the range being unreadable included.
+   * The next event, nothing at the end. A pair of images that cannot be read is skipped, counted
+   * and reported in statistics(). Throws DataError if that is every pair of the range, and for input
+   * that makes going on meaningless.
    */
   virtual std::optional<SensorEvent> next() = 0;
 
@@ -109,7 +109,8 @@ class SensorSource {
 
 /**
  * Opens a recording in any format that open_source.cpp lists: a EuRoC (ASL) folder (one with
- * `mav0/`, or `mav0` itself) or a `.rawlog` file.
+ * `mav0/`, or `mav0` itself), a `.rawlog` file, or a bag of ROS 1 (`.bag`) or ROS 2 (its folder, or
+ * a `.db3`).
  * @throws DataError naming file, line and what was expected
  */
 std::unique_ptr<SensorSource> openSource(const std::string& path,

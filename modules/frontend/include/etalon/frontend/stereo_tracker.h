@@ -55,6 +55,7 @@ struct TrackingStatistics {
  */
 class StereoTracker {
  public:
+  /** @throws ConfigError if the side of a patch is even: a patch has a pixel in its middle */
   StereoTracker(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options);
   ~StereoTracker();
 
