@@ -63,8 +63,8 @@ TEST(BrokenRecording, AWrongLineIsRefusedWithItsNumber) {
   words.replace("imu0/data.csv", "\n1400000000000000000,", "\n1400000000000000000,fast,");
   expectRefused(words.path(), {words.file("imu0/data.csv") + ":2"});
   const RecordingCopy twice(kFlight);
-  twice.replace("imu0/data.csv", "\n1400000000005000000,", "\n1400000000000000000,");
-  expectRefused(twice.path(), {twice.file("imu0/data.csv") + ":3"});
+  twice.replace("cam0/data.csv", "\n1400000000050000000,", "\n1400000000000000000,");
+  expectRefused(twice.path(), {twice.file("cam0/data.csv") + ":3"});
 }
 
 TEST(BrokenRecording, TheRunGoesOnWithoutImagesThatCannotBeRead) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "etalon/testing/temporary_folder.h"
 #include "etalon/testing/tiny_recording.h"
 
@@ -66,6 +68,17 @@ TEST_F(CsvFile, RefusesWhatIsNoFiniteNumber) {
   for (const char* wrong : {"nan", "inf", "-inf", "1e999", "1.5x", "0x10", "1 2", "++1", "1,5"})
     EXPECT_NE(errorOf(std::string("1,2,") + wrong + "\n"), "") << wrong;
   EXPECT_EQ(errorOf("1,2,1e308\n"), "");
+}
+
+TEST_F(CsvFile, AMeasurementMayBeNoFiniteNumberButIsANumber) {
+  CsvReader rows = reader("1,nan,-inf\n2,1e999,1.5x\n");
+  ASSERT_TRUE(rows.next({3}));
+  EXPECT_TRUE(std::isnan(rows.measurement(1)));
+  EXPECT_EQ(rows.measurement(2), -HUGE_VAL);
+  ASSERT_TRUE(rows.next({3}));
+  for (const size_t column : {1U, 2U})
+    EXPECT_THAT(dataErrorOf([&] { rows.measurement(column); }),
+                AllOf(HasSubstr("data.csv:2: expected a number in column")));
 }
 
 TEST_F(CsvFile, StampsIncreaseStrictlyAndStayInsideTheClock) {

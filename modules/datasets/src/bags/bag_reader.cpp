@@ -20,38 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/**
- * Brings what a topic holds into the order of its stamps, and drops what has the stamp of the one
- * before, or one that cannot be.
- */
-template <typename Stamped>
-void putInOrder(const std::string& path, const std::string& topic, std::vector<Stamped>* all,
-                std::vector<std::string>* warnings) {
-  const size_t before = all->size();
-  const auto earlier = [](const Stamped& a, const Stamped& b) { return a.t < b.t; };
-  const bool sorted = std::is_sorted(all->begin(), all->end(), earlier);
-  if (!sorted) std::stable_sort(all->begin(), all->end(), earlier);
-  const auto same = [](const Stamped& a, const Stamped& b) { return a.t == b.t; };
-  all->erase(std::unique(all->begin(), all->end(), same), all->end());
-  all->erase(
-      std::remove_if(all->begin(), all->end(), [](const Stamped& one) { return !isStamp(one.t); }),
-      all->end());
-  const std::string name = path + ": topic " + topic + ": ";
-  if (!sorted) warnings->push_back(name + "messages were not in the order of their stamps");
-  if (all->size() != before)
-    warnings->push_back(name + std::to_string(before - all->size()) +
-                        " messages with the stamp of another one, or an impossible one, are left "
-                        "out");
-}
-
-void noteAlone(const std::string& path, const std::string& topic, const std::vector<size_t>& alone,
+void noteAlone(const std::string& name, const std::vector<size_t>& alone,
                const std::vector<TimeNs>& stamps, std::vector<TimeNs>* unpaired,
                std::vector<std::string>* warnings) {
   for (const size_t i : alone) unpaired->push_back(stamps[i]);
   if (alone.empty()) return;
-  warnings->push_back(format("%s: topic %s: %zu without a counterpart (first: stamp %lld)",
-                             path.c_str(), topic.c_str(), alone.size(),
-                             static_cast<long long>(stamps[alone.front()])));
+  warnings->push_back(name + format(": %zu without a counterpart (first: stamp %lld)", alone.size(),
+                                    static_cast<long long>(stamps[alone.front()])));
 }
 
 }  // namespace
@@ -109,11 +84,14 @@ TimeNs BagReader::readCalibration(Recording* recording, KalibrTopics* topics) co
   return durationNs(imageTimeShift(chain, chain_file, &warnings));
 }
 
+/** The topic, for messages. */
+std::string BagReader::nameOf(const std::string& topic) const { return path_ + ": topic " + topic; }
+
 void BagReader::readImages(TimeNs shift, Recording* recording) {
   std::vector<BagImageEntry> left = bag_->images(streams_.left);
   std::vector<BagImageEntry> right = bag_->images(streams_.right);
-  putInOrder(path_, streams_.left, &left, &recording->warnings);
-  putInOrder(path_, streams_.right, &right, &recording->warnings);
+  putInOrder(nameOf(streams_.left), "messages", &left, &recording->warnings);
+  putInOrder(nameOf(streams_.right), "messages", &right, &recording->warnings);
   for (auto* side : {&left, &right})
     for (BagImageEntry& entry : *side) entry.t += shift;
   const std::vector<TimeNs> left_stamps = stampsOf(left), right_stamps = stampsOf(right);
@@ -128,9 +106,9 @@ void BagReader::readImages(TimeNs shift, Recording* recording) {
   }
   if (const std::string offset = describeOffset(found); !offset.empty())
     recording->warnings.push_back(path_ + ": " + offset);
-  noteAlone(path_, streams_.left, found.alone_left, left_stamps, &recording->unpaired_left,
+  noteAlone(nameOf(streams_.left), found.alone_left, left_stamps, &recording->unpaired_left,
             &recording->warnings);
-  noteAlone(path_, streams_.right, found.alone_right, right_stamps, &recording->unpaired_right,
+  noteAlone(nameOf(streams_.right), found.alone_right, right_stamps, &recording->unpaired_right,
             &recording->warnings);
   recording->calibration.cameras[0].rate_hz = measuredRate(left);
   recording->calibration.cameras[1].rate_hz = measuredRate(right);
@@ -142,13 +120,13 @@ Recording BagReader::read() {
   const TimeNs shift = readCalibration(&recording, &kalibr);
   streams_ = chooseStreams(bag_->topics(), options_, kalibr, path_);
   recording.imu = bag_->imu(streams_.imu);
-  putInOrder(path_, streams_.imu, &recording.imu, &recording.warnings);
+  putInOrder(nameOf(streams_.imu), "messages", &recording.imu, &recording.warnings);
   double& rate_hz = recording.calibration.imu.rate_hz;
   if (rate_hz == 0.0) rate_hz = measuredRate(recording.imu);
   readImages(shift, &recording);
   if (!streams_.truth.empty()) {
     std::vector<StampedPose> poses = bag_->poses(streams_.truth);
-    putInOrder(path_, streams_.truth, &poses, &recording.warnings);
+    putInOrder(nameOf(streams_.truth), "messages", &poses, &recording.warnings);
     for (const StampedPose& pose : poses)
       recording.ground_truth.states.emplace_back(pose.t, pose.T_WB);
   }

@@ -40,6 +40,7 @@ class BagReader : public RecordingReader {
 
   std::string beside(const std::string& file) const;
   TimeNs readCalibration(Recording* recording, KalibrTopics* topics) const;
+  std::string nameOf(const std::string& topic) const;
   void readImages(TimeNs shift, Recording* recording);
   cv::Mat decode(const std::string& topic, size_t handle, size_t camera, std::string* problem);
 

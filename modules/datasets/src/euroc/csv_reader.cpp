@@ -20,8 +20,8 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::string& path, std::string columns)
-    : path_(path), columns_(std::move(columns)) {
+CsvReader::CsvReader(const std::string& path, std::string columns, StampOrder order)
+    : path_(path), columns_(std::move(columns)), order_(order) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
     throw DataError(path, 0, "there is no such file; expected a CSV file with " + columns_);
@@ -62,21 +62,26 @@ void CsvReader::parseStamp() {
   if (error != std::errc() || end != field.data() + field.size() || !isStamp(stamp))
     fail("expected a stamp in whole nanoseconds from 0 to " + std::to_string(kLastStamp) +
          ", found '" + std::string(field) + "'");
-  if (!first_ && stamp <= stamp_)
+  if (order_ == StampOrder::kIncreasing && !first_ && stamp <= stamp_)
     fail("expected strictly increasing stamps, found " + std::to_string(stamp) + " after " +
          std::to_string(stamp_) + (stamp == stamp_ ? " (duplicate)" : ""));
   first_ = false;
   stamp_ = stamp;
 }
 
-double CsvReader::number(size_t column) const {
+double CsvReader::number(size_t column) const { return parse(column, true); }
+
+double CsvReader::measurement(size_t column) const { return parse(column, false); }
+
+double CsvReader::parse(size_t column, bool finite) const {
   std::string_view field = fields_[column];
   if (!field.empty() && field.front() == '+') field.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value))
-    fail("expected a finite number in column " + std::to_string(column + 1) + ", found '" +
-         std::string(fields_[column]) + "'");
+  if (error != std::errc() || end != field.data() + field.size() ||
+      (finite && !std::isfinite(value)))
+    fail(std::string("expected a ") + (finite ? "finite " : "") + "number in column " +
+         std::to_string(column + 1) + ", found '" + std::string(fields_[column]) + "'");
   return value;
 }
 

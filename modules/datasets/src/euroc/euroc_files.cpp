@@ -5,6 +5,7 @@
 
 #include "etalon/core/errors.h"
 #include "euroc/csv_reader.h"
+#include "stamped_rows.h"
 
 namespace etalon {
 
@@ -51,10 +52,15 @@ GroundTruth readGroundTruthCsv(const std::string& path, size_t min_states) {
   return truth;
 }
 
-std::vector<ImuSample> readImuCsv(const std::string& path) {
-  CsvReader csv(path, "7 columns (stamp [ns], 3 x rate [rad/s], 3 x acceleration [m/s^2])");
+std::vector<ImuSample> readImuCsv(const std::string& path, std::vector<std::string>* warnings) {
+  CsvReader csv(path, "7 columns (stamp [ns], 3 x rate [rad/s], 3 x acceleration [m/s^2])",
+                StampOrder::kAny);
+  const auto measuredAt = [&csv](size_t first) -> Eigen::Vector3d {
+    return {csv.measurement(first), csv.measurement(first + 1), csv.measurement(first + 2)};
+  };
   std::vector<ImuSample> samples;
-  while (csv.next({7})) samples.push_back({csv.stamp(), vectorAt(csv, 1), vectorAt(csv, 4)});
+  while (csv.next({7})) samples.push_back({csv.stamp(), measuredAt(1), measuredAt(4)});
+  putInOrder(path, "samples", &samples, warnings);
   if (samples.size() < 2) throw DataError(path, 0, "expected at least two IMU samples");
   return samples;
 }

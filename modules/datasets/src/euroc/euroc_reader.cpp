@@ -142,7 +142,7 @@ void EurocReader::useCamchain(Recording* recording,
 }
 
 SE3 EurocReader::readImu(Recording* recording) const {
-  recording->imu = readImuCsv((root_ / "imu0/data.csv").string());
+  recording->imu = readImuCsv((root_ / "imu0/data.csv").string(), &recording->warnings);
   const double rate_hz = measuredRate(recording->imu);
   if (!kalibrImu().empty()) {
     const KalibrImu imu = readKalibrImu(kalibrImu().string());

@@ -6,6 +6,7 @@
 #include "etalon/datasets/observation_conversion.h"
 #include "image_file.h"
 #include "recording_options.h"
+#include "stamped_rows.h"
 
 namespace etalon {
 
@@ -28,9 +29,10 @@ Recording RawlogReader::read() {
   if (scan.frames.empty())
     throw DataError(path_, 0,
                     "expected CObservationStereoImages with a left and a right image, found none");
+  Recording recording;
+  putInOrder(path_ + ": IMU '" + scan.imu_label + "'", "samples", &scan.imu, &recording.warnings);
   if (scan.imu.empty())
     throw DataError(path_, 0, "expected CObservationIMU with rates and accelerations, found none");
-  Recording recording;
   recording.calibration = calibrationOf(scan, path_, &recording.warnings);
   recording.ground_truth.states = std::move(scan.truth);
   restoreExact(&scan, &recording.ground_truth);

@@ -11,6 +11,7 @@
 #include "etalon/datasets/mrpt_time.h"
 #include "etalon/datasets/observation_conversion.h"
 #include "rawlog/rawlog_observations.h"
+#include "stamped_rows.h"
 
 namespace etalon {
 
@@ -107,9 +108,6 @@ class Scanner {
       ++scan_.incomplete_imu;
       return;
     }
-    if (!sample->gyro.allFinite() || !sample->accel.allFinite())
-      throw DataError(path_, 0, reader_.where() + ": expected finite IMU measurements");
-    checkStamp(sample->t, scan_.imu, "IMU '" + scan_.imu_label + "'");
     if (scan_.imu.empty()) scan_.T_RB = fromMrptPose(imu.sensorPose);
     scan_.imu.push_back(*sample);
   }
@@ -138,13 +136,6 @@ std::optional<size_t> findExact(TimeNs t, const Elements& exact, Stamp stamp) {
                                       [&](const auto& e, TimeNs v) { return stamp(e) < v; });
   if (found == exact.end() || truncateToMrptTick(stamp(*found)) != t) return std::nullopt;
   return found - exact.begin();
-}
-
-template <typename Elements>
-double measuredRate(const Elements& elements, double fallback) {
-  if (elements.size() < 2) return fallback;
-  return static_cast<double>(elements.size() - 1) /
-         secondsBetween(elements.front().t, elements.back().t);
 }
 
 /** Throws if the log has no usable calibration, whoever wrote it. */
@@ -208,8 +199,8 @@ StereoInertialCalibration calibrationOf(const RawlogScan& scan, const std::strin
   StereoInertialCalibration calibration = calibrationOf(
       *scan.first_stereo, scan.T_RB, path + ", stereo observation '" + scan.stereo_label + "'");
   for (CameraCalibration& camera : calibration.cameras)
-    camera.rate_hz = measuredRate(scan.frames, camera.rate_hz);
-  calibration.imu.rate_hz = measuredRate(scan.imu, calibration.imu.rate_hz);
+    if (scan.frames.size() > 1) camera.rate_hz = measuredRate(scan.frames);
+  if (scan.imu.size() > 1) calibration.imu.rate_hz = measuredRate(scan.imu);
   warnings->push_back(path +
                       ": no noise model of the IMU in the log; the densities of an ADIS16448 are "
                       "assumed (gyro 1.6968e-4 rad/s/sqrt(Hz), accelerometer 2e-3 m/s^2/sqrt(Hz))");

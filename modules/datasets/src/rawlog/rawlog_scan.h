@@ -25,7 +25,7 @@ struct RawlogScan {
   std::string ground_truth_label;
   std::vector<RawlogFrame> frames;
   size_t stereo_observations = 0;
-  std::vector<ImuSample> imu;
+  std::vector<ImuSample> imu;  ///< as they come in the log
   std::vector<StampedState> truth;
   std::optional<mrpt::obs::CObservationStereoImages> first_stereo;  ///< without its images
   SE3 T_RB;

@@ -81,11 +81,33 @@ TEST_F(ForeignRawlog, SaysWhatIsMissingInTheCalibration) {
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("left and a right image"));
 }
 
-TEST_F(ForeignRawlog, NonMonotonicStampsAreAnError) {
-  std::swap(events[0], events[1]);
+TEST_F(ForeignRawlog, ImagesThatAreNotInOrderAreAnError) {
+  std::vector<SensorEvent> swapped = events;
+  std::vector<SensorEvent*> frames;
+  for (SensorEvent& event : swapped)
+    if (std::holds_alternative<StereoFrame>(event)) frames.push_back(&event);
+  std::swap(*frames[0], *frames[1]);
+  events.swap(swapped);
   write();
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
-              AllOf(HasSubstr("object 2"), HasSubstr("strictly increasing")));
+              AllOf(HasSubstr("stereo images"), HasSubstr("strictly increasing")));
+}
+
+TEST_F(ForeignRawlog, ImuSamplesArePutInOrderAndKeptThoughTheyAreNoMeasurements) {
+  ImuSample no_measurement = std::get<ImuSample>(events[1]);
+  no_measurement.gyro.x() = std::numeric_limits<double>::quiet_NaN();
+  const SensorEvent first = events[0];
+  events[0] = no_measurement;
+  events[1] = first;
+  events.insert(events.begin() + 2, first);
+  write();
+  const auto source = openRecording(log);
+  EXPECT_EQ(source->imuSamples()[0].t, truncateToMrptTick(stampOf(first)));
+  EXPECT_TRUE(std::isnan(source->imuSamples()[1].gyro.x()));
+  EXPECT_EQ(source->imuMeasurements().size() + 1, source->imuSamples().size());
+  EXPECT_THAT(source->statistics().warnings,
+              AllOf(Contains(HasSubstr("samples were not in the order of their stamps")),
+                    Contains(HasSubstr("1 samples with the stamp of another one"))));
 }
 
 TEST_F(ForeignRawlog, StampsOutsideTheClockAreAnError) {
