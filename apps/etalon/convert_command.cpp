@@ -120,6 +120,10 @@ int convert(const ConvertArguments& arguments) {
     return kInterrupted;
   }
   printReadProblems(source->statistics().unreadable_images, source->statistics().warnings);
+  if (!report.lost_truth.empty())
+    std::fprintf(stderr,
+                 "warning: %s: the %s of the ground truth are lost: only its poses are in\n",
+                 arguments.destination.c_str(), report.lost_truth.c_str());
   std::printf("%s: %d stereo frames (%s), %d IMU samples, %d ground-truth poses, %.1f MB\n",
               arguments.destination.c_str(), report.stereo_frames,
               report.embedded ? "embedded" : "external images", report.imu_samples,

@@ -17,7 +17,8 @@ class EventWriter {
   virtual void write(const StereoFrame& frame) = 0;
 };
 
-/** Gives all that the source still delivers to the writer. @throws ConfigError if the source does
+/** Gives all that the source still delivers to the writer. The report's lost_truth is what poses alone
+ * leave out. @throws ConfigError if the source does
  * not decode its images */
 ConvertReport writeEvents(SensorSource& source, const ConvertOptions& options, EventWriter* writer);
 

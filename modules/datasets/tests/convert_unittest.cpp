@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "etalon/core/errors.h"
+#include "etalon/datasets/sensor_yaml_text.h"
 #include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
@@ -80,6 +81,18 @@ TEST_F(Convert, GroundTruthOfPosesStaysOfPoses) {
   ASSERT_EQ(copied.states.size(), 2u);
   EXPECT_FALSE(copied.has_velocity);
   EXPECT_EQ(copied.states[1].T_WB.t, Eigen::Vector3d(1, 2, 4));
+}
+
+TEST_F(Convert, WhatOfTheGroundTruthIsLostIsReported) {
+  EXPECT_EQ(convertToEuroc(*source(), path("whole")).lost_truth, "");
+  EXPECT_EQ(convertToRosBag(*source(), path("copy.bag")).lost_truth, "velocities and biases");
+  EXPECT_EQ(convertToRawlog(*source(), path("log.rawlog"), {true, {}}).lost_truth, "");
+  // Seen from elsewhere on the body the velocity is not known, and so the biases have no columns.
+  const fs::path yaml = euroc_ / "mav0/state_groundtruth_estimate0/sensor.yaml";
+  writeText(yaml, poseYaml("visual-inertial", "elsewhere",
+                           SE3(Eigen::Matrix3d::Identity(), {0.1, 0.0, 0.0})));
+  EXPECT_EQ(convertToEuroc(*source(), path("poses")).lost_truth, "biases");
+  EXPECT_FALSE(openWhole(path("poses"))->groundTruth().has_biases);
 }
 
 TEST_F(Convert, PixelsAreNeeded) {

@@ -54,7 +54,10 @@ ConvertReport writeEvents(SensorSource& source, const ConvertOptions& options,
       options.progress({report.stereo_frames, static_cast<int>(source.imageStamps().size()) -
                                                   source.statistics().unreadable_images});
   }
-  report.ground_truth_poses = static_cast<int>(source.groundTruth().states.size());
+  const GroundTruth& truth = source.groundTruth();
+  report.ground_truth_poses = static_cast<int>(truth.states.size());
+  if (truth.has_velocity) report.lost_truth = "velocities";
+  if (truth.has_biases) report.lost_truth += report.lost_truth.empty() ? "biases" : " and biases";
   return report;
 }
 
@@ -63,6 +66,8 @@ ConvertReport convertToEuroc(SensorSource& source, const std::string& dst,
   EurocWriter writer(dst);
   ConvertReport report = writeEvents(source, options, &writer);
   report.embedded = false;
+  const GroundTruth& truth = source.groundTruth();
+  if (truth.has_velocity && truth.has_biases) report.lost_truth.clear();
   writer.complete(source);
   return report;
 }

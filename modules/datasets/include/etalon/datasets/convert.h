@@ -21,6 +21,9 @@ struct ConvertOptions {
 struct ConvertReport {
   int stereo_frames = 0, imu_samples = 0, ground_truth_poses = 0;
   bool embedded = false;
+  /** What of the ground truth the format has no place for: "velocities", "biases" or both; empty:
+   * nothing is lost. */
+  std::string lost_truth;
 };
 
 /**
@@ -39,7 +42,8 @@ ConvertReport convertToRawlog(SensorSource& source, const std::string& dst,
 
 /**
  * Writes what `source` still delivers as a EuRoC folder `dst`, images as PNG of 8 bits. Open the
- * source with decoding, and with an unlimited `imu_lead_s` to keep all of its IMU samples.
+ * source with decoding, and with an unlimited `imu_lead_s` to keep all of its IMU samples. Of the
+ * ground truth's velocities and biases both are written or none (ConvertReport::lost_truth).
  * `options.embed` has no meaning.
  *
  * @throws ConfigError if `dst` is there and not empty, or if the source does not decode; DataError if
