@@ -16,8 +16,15 @@ FolderLock::FolderLock(const std::string& folder) {
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0)
     throw DataError(path, 0, std::string("cannot be written: ") + std::strerror(errno));
-  if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
+  int locked = 0;
+  do {
+    locked = flock(file_, LOCK_EX | LOCK_NB);
+  } while (locked != 0 && errno == EINTR);
+  if (locked == 0) return;
+  const int error = errno;
   close(file_);
+  if (error != EWOULDBLOCK)
+    throw DataError(path, 0, std::string("cannot be locked: ") + std::strerror(error));
   throw ConfigError("another etalon is writing into '" + folder +
                     "'; wait for it, or choose another --out");
 }

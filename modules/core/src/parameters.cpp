@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -55,12 +56,6 @@ std::string rangeText(const Range<T>& range) {
   if (has_min) return "at least " + numberText(range.min);
   if (has_max) return "at most " + numberText(range.max);
   return "";
-}
-
-std::string joined(const std::vector<std::string>& words, const std::string& separator) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
-  return text;
 }
 
 [[noreturn]] void failValue(const IniFile::Value& value, const std::string& section,
@@ -143,7 +138,7 @@ std::string didYouMean(const std::string& word, const std::vector<std::string>& 
   std::string nearest = nearestWord(word, known);
   if (nearest.empty()) nearest = continuationOf(word, known);
   if (!nearest.empty()) return " (did you mean '" + nearest + "'?)";
-  return known.empty() ? "" : " (known: " + joined(known, ", ") + ")";
+  return known.empty() ? "" : " (known: " + joined(known) + ")";
 }
 
 }  // namespace
@@ -209,14 +204,14 @@ void ParameterSet::addChoice(const std::string& key, const std::vector<std::stri
                              const std::string& doc, const std::function<void(size_t)>& set,
                              const std::function<size_t()>& get) {
   if (get() >= names.size())
-    failDeclaration(section_, key, "its default is none of its choices " + joined(names, ", "));
-  insert({{key, "choice", names[get()], joined(names, ", "), doc},
+    failDeclaration(section_, key, "its default is none of its choices " + joined(names));
+  insert({{key, "choice", names[get()], joined(names), doc},
           [=, section = section_](const IniFile&, const IniFile::Value& text) {
             const auto found = std::find(names.begin(), names.end(), text.text);
             if (found == names.end()) {
               const std::string nearest = nearestWord(text.text, names);
               failValue(text, section, key,
-                        "one of " + joined(names, ", ") +
+                        "one of " + joined(names) +
                             (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
             }
             set(found - names.begin());

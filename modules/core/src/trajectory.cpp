@@ -124,7 +124,8 @@ Trajectory readTum(const std::string& path) {
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (number == 1) line = withoutByteOrderMark(line);
-    if (line.empty() || line[0] == '#' || line == "\r") continue;
+    const size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#') continue;
     std::istringstream words(line);
     std::string stamp;
     Eigen::Vector3d p;

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/printable.h"
 #include "etalon/datasets/euroc_files.h"
 #include "etalon/datasets/sensor_source.h"
 
@@ -15,8 +16,12 @@ namespace fs = std::filesystem;
 /** Whether the first line with data has commas: EuRoC's CSV, else TUM. */
 bool hasCommas(const std::string& path) {
   std::ifstream in(path);
-  for (std::string line; std::getline(in, line);)
-    if (!line.empty() && line[0] != '#') return line.find(',') != std::string::npos;
+  for (std::string line; std::getline(in, line);) {
+    line = withoutByteOrderMark(line);
+    const size_t first = line.find_first_not_of(" \t\r");
+    if (first != std::string::npos && line[first] != '#')
+      return line.find(',') != std::string::npos;
+  }
   return false;
 }
 

@@ -42,6 +42,17 @@ TEST_F(GroundTruthFile, IsCsvTumOrRecording) {
             openSource(recording)->groundTruth().states.size());
 }
 
+TEST_F(GroundTruthFile, OfAnyLineEndAndWithBlanksOrAByteOrderMarkIsKnown) {
+  EXPECT_EQ(readGroundTruth(write("a", "\xEF\xBB\xBF\r\n \t\r\n  # t x, y, z\r\n" +
+                                           std::string("1.0 1 2 3 0 0 0 1\r\n")))
+                .states.size(),
+            1U);
+  EXPECT_EQ(readGroundTruth(write("b", "\xEF\xBB\xBF# t x y z\r\n\r\n  \r\n" +
+                                           std::string("1,1,2,3,1,0,0,0\r\n2,1,2,4,1,0,0,0\r\n")))
+                .states.size(),
+            2U);
+}
+
 TEST_F(GroundTruthFile, WhatItIsNotIsSaid) {
   EXPECT_THROW(readGroundTruth(folder_.path()), DataError);
   EXPECT_THROW(readGroundTruth(folder_ / "none"), DataError);

@@ -7,6 +7,7 @@
 #include "cameras/kinds.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -51,11 +52,7 @@ const CameraKind& kindOrThrow(const std::string& camera_model,
                     "' is not supported; supported is " + describeCameraKinds());
 }
 
-std::string listOf(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return "[" + text + "]";
-}
+std::string listOf(const std::vector<std::string>& names) { return "[" + joined(names) + "]"; }
 
 void checkNumbers(const std::vector<double>& values, const std::vector<std::string>& names) {
   const bool finite =

@@ -4,6 +4,8 @@
 #include <array>
 #include <charconv>
 
+#include "etalon/core/text.h"
+
 namespace etalon {
 namespace {
 
@@ -18,12 +20,6 @@ std::string shortest(double x) {
 std::string shortestNumbers(const std::vector<double>& numbers, const char* separator) {
   std::string text;
   for (double x : numbers) text += (text.empty() ? "" : separator) + shortest(x);
-  return text;
-}
-
-static std::string list(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
   return text;
 }
 
@@ -45,7 +41,7 @@ std::string cameraYaml(const CameraCalibration& camera, const std::string& comme
          "\n# Camera specific definitions.\nrate_hz: " + shortest(camera.rate_hz) +
          "\nresolution: [" + std::to_string(m.width()) + ", " + std::to_string(m.height()) +
          "]\ncamera_model: " + m.kind()->camera_model + "\nintrinsics: [" +
-         shortestNumbers(m.intrinsics(), ", ") + "] # " + list(m.kind()->intrinsics) +
+         shortestNumbers(m.intrinsics(), ", ") + "] # " + joined(m.kind()->intrinsics) +
          "\ndistortion_model: " + m.kind()->distortion.front() + "\ndistortion_coefficients: [" +
          shortestNumbers(m.coefficients(), ", ") + "]\n";
 }

@@ -10,6 +10,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -23,11 +24,7 @@ std::string withoutOpenCvDirective(std::string text) {
   return text;
 }
 
-std::string listOf(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return "[" + text + "]";
-}
+std::string listOf(const std::vector<std::string>& names) { return "[" + joined(names) + "]"; }
 
 }  // namespace
 

@@ -7,7 +7,8 @@ namespace etalon {
 /** Keeps a second process out of a folder as long as it lives. */
 class FolderLock {
  public:
-  /** @throws ConfigError if another process holds the folder */
+  /** @throws ConfigError if another process holds the folder; DataError if the folder is not there,
+   * cannot be written, or lies on a file system that has no locks */
   explicit FolderLock(const std::string& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
