@@ -7,6 +7,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/imu/imu_limits.h"
 
 namespace etalon {
 
@@ -60,11 +61,10 @@ Expected<void> checkImu(const InitializationProblem& problem) {
                   " Hz");
   }
   const double gap = imu.longestGap(t0, t1);
-  const double allowed = Initializer::kMaxGapInSamples / rate_hz;
+  const double allowed = longestImuStep(rate_hz);
   if (gap > allowed) {
     return refuse(Status::kImuGap, "the IMU has a gap of ", Value(gap), " s, at most ",
-                  Bound(allowed), " s (", Initializer::kMaxGapInSamples,
-                  " nominal intervals) can be bridged");
+                  Bound(allowed), " s can be bridged");
   }
   return {};
 }
@@ -135,7 +135,7 @@ InitializationResult checkedResult(const InitializationProblem& problem,
 
 }  // namespace
 
-inline namespace abi_v7 {
+inline namespace ETALON_INITIALIZER_NAMESPACE {
 
 InitializationResult Initializer::initialize(const InitializationProblem& problem) const {
   if (const auto check = checkProblem(problem); !check) return refuse(check.error());
@@ -150,7 +150,7 @@ InitializationResult Initializer::initialize(const InitializationProblem& proble
   }
 }
 
-}  // namespace abi_v7
+}  // namespace ETALON_INITIALIZER_NAMESPACE
 
 void registerInitializerClass(const mrpt::rtti::TRuntimeClassId* class_id) {
   if (!mrpt::rtti::findRegisteredClass(class_id->className, false)) {

@@ -5,7 +5,10 @@
 
 #include <functional>
 #include <limits>
+#include <string>
+#include <typeinfo>
 
+#include "etalon/imu/imu_limits.h"
 #include "plugins/test_initializer.h"
 
 ETALON_TEST_INITIALIZER(Linked)
@@ -110,15 +113,42 @@ TEST(Initializer, RefusesAnImuThatDoesNotCoverTheWindow) {
   EXPECT_NEAR(*none.error().value, 0.2, 1e-12);
 }
 
-TEST(Initializer, RefusesAGapLongerThanFiveNominalIntervals) {
-  // Taking out 4 samples leaves a step of 5 intervals, the longest allowed; 5 leave 6.
+TEST(Initializer, RefusesAGapLongerThanTheLongestImuStep) {
+  // 30 ms at 200 Hz: taking out 4 samples leaves a step of 25 ms, 6 leave 35 ms.
   EXPECT_TRUE(
       solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 10, 14)); }));
   const auto result =
-      solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 10, 15)); });
+      solveAfter([](Data* data) { data->imu = ImuBuffer(without(data->imu.samples(), 10, 16)); });
   EXPECT_EQ(result.error().status, RefusalStatus::kImuGap);
-  EXPECT_NEAR(*result.error().value, 0.03, 1e-12);
-  EXPECT_THAT(result.error().reason, HasSubstr("gap of 0.03 s"));
+  EXPECT_NEAR(*result.error().value, 0.035, 1e-12);
+  EXPECT_EQ(*result.error().bound, longestImuStep(200.0));
+  EXPECT_THAT(result.error().reason, HasSubstr("gap of 0.035 s"));
+}
+
+/** The pipeline and the odometry bridge such a gap, too. */
+TEST(Initializer, BridgesSevenMissingSamplesOfAFastImu) {
+  EXPECT_TRUE(solveAfter([](Data* data) {
+    data->calibration.imu.rate_hz = 1000.0;
+    std::vector<ImuSample> samples;
+    for (TimeNs t = 0; t <= 200'000'000; t += 1'000'000)
+      samples.push_back({t, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+    data->imu = ImuBuffer(without(samples, 100, 107));
+  }));
+}
+
+TEST(Initializer, StandsInTheNamespaceOfItsAbiVersion) {
+  const std::string space = "abi_v" + std::to_string(ETALON_INITIALIZER_ABI);
+  // As the compiler writes it: each name behind its length.
+  EXPECT_THAT(typeid(Initializer).name(),
+              HasSubstr(std::to_string(space.size()) + space + "11Initializer"));
+}
+
+/** What a plugin reads by offset. Sizes are those of x86-64 with GCC's library. */
+TEST(Initializer, ItsTypesHaveTheSizesOfItsAbiVersion) {
+  EXPECT_EQ(ETALON_INITIALIZER_ABI, 8) << "a new version: set the sizes below";
+  EXPECT_EQ(sizeof(BiasPriors), 112U) << "raise ETALON_INITIALIZER_ABI";
+  EXPECT_EQ(sizeof(Data), 768U) << "raise ETALON_INITIALIZER_ABI";
+  EXPECT_EQ(sizeof(Initialization), 272U) << "raise ETALON_INITIALIZER_ABI";
 }
 
 TEST(Initializer, TurnsWhatSolveThrowsIntoARefusal) {

@@ -12,11 +12,16 @@
 
 namespace etalon {
 
-/** Version of the binary interface between host and plugins. Any change of the types below raises
- * it. */
-#define ETALON_INITIALIZER_ABI 6
+/** Version of the binary interface between host and plugins. Any change of the types below, or of
+ * what they are made of (InitializationProblem::Data and what is in it), raises it. */
+#define ETALON_INITIALIZER_ABI 8
 
-inline namespace abi_v7 {
+/** Namespace of the interface, abi_v<version>: a plugin of another version does not even link. */
+#define ETALON_INITIALIZER_NAMESPACE ETALON_ABI_NAMESPACE(ETALON_INITIALIZER_ABI)
+#define ETALON_ABI_NAMESPACE(VERSION) ETALON_ABI_NAMESPACE_OF(VERSION)
+#define ETALON_ABI_NAMESPACE_OF(VERSION) abi_v##VERSION
+
+inline namespace ETALON_INITIALIZER_NAMESPACE {
 
 /**
  * Finds gravity, velocities and IMU biases from a window of keyframes: the interface of a plugin.
@@ -28,9 +33,6 @@ class Initializer : public mrpt::rtti::CObject {
   DEFINE_VIRTUAL_MRPT_OBJECT(Initializer)
 
  public:
-  /** Longest step between IMU samples that is no gap, in nominal sample intervals. */
-  static constexpr double kMaxGapInSamples = 5.0;
-
   /** Declares the parameters of the plugin's own INI section (the section is the plugin's name). */
   virtual void declareParameters(ParameterSet& parameters) = 0;
 
@@ -39,9 +41,9 @@ class Initializer : public mrpt::rtti::CObject {
 
   /**
    * Checks the problem (at least two keyframes, frames in order, finite measurements, IMU covering
-   * the window with no gap longer than kMaxGapInSamples nominal intervals), calls solve(), and
-   * checks what it calls a success (one finite state a keyframe). Never throws for a problem's
-   * sake: what solve() throws becomes a refusal.
+   * the window with no step longer than longestImuStep()), calls solve(), and checks what it calls
+   * a success (one finite state a keyframe). Never throws for a problem's sake: what solve() throws
+   * becomes a refusal.
    */
   InitializationResult initialize(const InitializationProblem& problem) const;
 
@@ -49,7 +51,7 @@ class Initializer : public mrpt::rtti::CObject {
   virtual InitializationResult solve(const InitializationProblem& problem) const = 0;
 };
 
-}  // namespace abi_v7
+}  // namespace ETALON_INITIALIZER_NAMESPACE
 
 /** What a plugin library says of itself, as plain C, so that it can be read before anything else is
  * trusted: abi_version first, the rest only if that is ETALON_INITIALIZER_ABI. */
