@@ -174,9 +174,8 @@ bool JointSystem::solve(JointEstimate* estimate) const {
 }
 
 MatrixXd JointSystem::tangent(const Vector3d& g) const {
-  MatrixXd T = MatrixXd::Zero(kUnknowns, kUnknowns - 1);
-  T.topLeftCorner<9, 9>().setIdentity();
-  T.bottomRightCorner<3, 2>() = gravity_mps2_ * tangentBasis(g);
+  MatrixXd T = tangentUnknowns(kGravity, g);
+  T.rightCols<2>() *= gravity_mps2_;
   return T;
 }
 

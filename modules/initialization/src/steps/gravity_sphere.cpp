@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 
 namespace etalon {
 
@@ -65,14 +66,15 @@ struct Reduced {
     if (n == 0 || !ok) return;
     A_yg = A.topRightCorner(n, 3);
     b_y = b.head(n);
+    ok = isDetermined(A.topLeftCorner(n, n));
+    if (!ok) return;
     factor_y.compute(A.topLeftCorner(n, n));
     const VectorXd y = factor_y.solve(b_y);
     A_g -= A_yg.transpose() * factor_y.solve(A_yg);
     A_g = (0.5 * (A_g + A_g.transpose())).eval();
     b_g -= A_yg.transpose() * y;
     cost_y = -b_y.dot(y);
-    ok = factor_y.isPositive() && factor_y.vectorD().minCoeff() > 0.0 && A_g.allFinite() &&
-         b_g.allFinite();
+    ok = A_g.allFinite() && b_g.allFinite();
   }
 
   NormConstrainedSolution solution(const Vector3d& g) const {
@@ -131,7 +133,8 @@ namespace {
 
 NormConstrainedSolution solutionNotDetermined() {
   NormConstrainedSolution result;
-  result.summary.stop(Termination::kSingular, "the unknowns besides gravity are not determined");
+  result.summary.stop(Termination::kSingular,
+                      "gravity or the unknowns besides it are not determined");
   return result;
 }
 
@@ -145,11 +148,21 @@ NormConstrainedSolution solveNormConstrained(const MatrixXd& A, const VectorXd& 
   return reduced.solution(minimum->g);
 }
 
+MatrixXd tangentUnknowns(Eigen::Index n, const Vector3d& g) {
+  MatrixXd T = MatrixXd::Zero(n + 3, n + 2);
+  T.topLeftCorner(n, n).setIdentity();
+  T.bottomRightCorner<3, 2>() = tangentBasis(g);
+  return T;
+}
+
 NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& b, double radius,
                                              const Vector3d& g_seed, int iterations) {
   const Reduced reduced(A, b);
   if (!reduced.ok) return solutionNotDetermined();
   Vector3d g = radius * g_seed.normalized();
+  // Of all unknowns: what elimination leaves of a gravity that nothing determines is rounding.
+  const MatrixXd T = tangentUnknowns(A.rows() - 3, g);
+  if (!isDetermined(T.transpose() * A * T)) return solutionNotDetermined();
   const double initial_cost = reduced.cost(g);
   for (int iteration = 0; iteration < iterations; ++iteration) {
     const Eigen::Matrix<double, 3, 2> B = tangentBasis(g);

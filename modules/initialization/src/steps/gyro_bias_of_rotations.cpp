@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "etalon/optimization/bundle/normal_equations.h"
+
 namespace etalon {
 
 using Eigen::Index;
@@ -71,11 +73,12 @@ Expected<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
       J = whitening * J;
       r = whitening * r;
     }
-    const Eigen::LDLT<Matrix3d> factor(J.transpose() * J);
+    const Matrix3d JtJ = J.transpose() * J;
+    const Eigen::LDLT<Matrix3d> factor(JtJ);
     const Vector3d step = factor.solve(J.transpose() * r);
     result.response = factor.solve(J.transpose());
     if (whitening.size() > 0) result.response *= whitening;
-    if (!factor.isPositive() || !step.allFinite())
+    if (!isDetermined(JtJ) || !step.allFinite())
       return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
     result.bias.gyro += step;

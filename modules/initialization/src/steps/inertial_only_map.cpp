@@ -7,6 +7,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
 
 namespace etalon {
@@ -116,8 +117,8 @@ class InertialOnlyProblem {
     Eigen::MatrixXd H;
     Eigen::VectorXd b;
     evaluate(s, &H, &b);
+    if (!isDetermined(H)) return {};
     const Eigen::LDLT<Eigen::MatrixXd> factor(H);
-    if (!factor.isPositive()) return {};
     out.by_residuals = -factor.solve(AtW);
     out.by_prior_mean = factor.solve(prior);
     out.by_gyro_bias = factor.solve(gyro);
@@ -167,10 +168,10 @@ class InertialOnlyProblem {
 /** Covariance of biases and gravity direction, and the weakest direction's information of the
  * latter. */
 void fillCovariance(const Eigen::MatrixXd& H, InertialOnlyResult* result) {
-  const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+  if (!isDetermined(H)) return;
   const Eigen::MatrixXd covariance =
-      factor.solve(Eigen::MatrixXd::Identity(H.rows(), 8)).topRows(8);
-  if (!factor.isPositive() || !covariance.allFinite()) return;
+      H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), 8)).topRows(8);
+  if (!covariance.allFinite()) return;
   result->covariance = 0.5 * (covariance + covariance.transpose());
   const Eigen::Matrix2d gravity =
       result->covariance.block<2, 2>(InertialOnlyProblem::kGravity, InertialOnlyProblem::kGravity);

@@ -5,6 +5,7 @@
 
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 
 namespace etalon {
 
@@ -39,12 +40,12 @@ void pairRows(const SE3& T_VBi, const SE3& T_VBj, const Preintegration::Deltas& 
  * Normal equations H x = b and the sum of squares of y, rows whitened pair by pair (`weighted`) or
  * left alone.
  */
-struct NormalEquations {
+struct AlignmentEquations {
   MatrixXd H;
   VectorXd b;
   double yy = 0.0;
 
-  explicit NormalEquations(size_t keyframes)
+  explicit AlignmentEquations(size_t keyframes)
       : H(MatrixXd::Zero(offset(keyframes, 3) + 3, offset(keyframes, 3) + 3)),
         b(VectorXd::Zero(offset(keyframes, 3) + 3)) {}
 
@@ -101,7 +102,7 @@ MatrixXd rowCovariance(const std::vector<Preintegration>& preintegrations,
 
 /** Rows of all pairs whitened by the covariance of IMU and poses together. */
 bool addJointly(LinearAlignmentRows rows, const std::vector<Preintegration>& preintegrations,
-                const MatrixXd& pose_covariance, NormalEquations* equations) {
+                const MatrixXd& pose_covariance, AlignmentEquations* equations) {
   const Eigen::LLT<MatrixXd> factor(rowCovariance(preintegrations, rows.by_poses, pose_covariance));
   if (factor.info() != Eigen::Success) return false;
   factor.matrixL().solveInPlace(rows.A);
@@ -113,7 +114,8 @@ bool addJointly(LinearAlignmentRows rows, const std::vector<Preintegration>& pre
 }
 
 bool fill(const std::vector<SE3>& T_VB, const std::vector<Preintegration>& preintegrations,
-          const ImuBias& bias, const LinearAlignmentOptions& options, NormalEquations* equations) {
+          const ImuBias& bias, const LinearAlignmentOptions& options,
+          AlignmentEquations* equations) {
   if (options.weighted && options.pose_covariance.rows() == offset(preintegrations.size(), 6))
     return addJointly(linearAlignmentRows(T_VB, preintegrations, bias), preintegrations,
                       options.pose_covariance, equations);
@@ -140,7 +142,7 @@ LinearAlignmentResult alignmentNotDetermined() {
 }
 
 LinearAlignmentResult unpack(const NormConstrainedSolution& solution,
-                             const NormalEquations& equations) {
+                             const AlignmentEquations& equations) {
   LinearAlignmentResult result;
   result.summary = solution.summary;
   result.summary.initial_cost += 0.5 * equations.yy;
@@ -187,12 +189,12 @@ LinearAlignmentRows linearAlignmentRows(const std::vector<SE3>& T_VB,
 LinearAlignmentResult alignLinearly(const std::vector<SE3>& T_VB,
                                     const std::vector<Preintegration>& preintegrations,
                                     const ImuBias& bias, const LinearAlignmentOptions& options) {
-  NormalEquations equations(T_VB.size());
-  if (!fill(T_VB, preintegrations, bias, options, &equations)) return alignmentNotDetermined();
-  const Eigen::LDLT<MatrixXd> factor(equations.H);
-  const Vector3d free = factor.solve(equations.b).tail<3>();
-  if (!factor.isPositive() || !(free.norm() > 0.0) || !free.allFinite())
+  if (T_VB.size() < 3) return alignmentNotDetermined();  // six rows for nine unknowns
+  AlignmentEquations equations(T_VB.size());
+  if (!fill(T_VB, preintegrations, bias, options, &equations) || !isDetermined(equations.H))
     return alignmentNotDetermined();
+  const Vector3d free = equations.H.ldlt().solve(equations.b).tail<3>();
+  if (!(free.norm() > 0.0) || !free.allFinite()) return alignmentNotDetermined();
   LinearAlignmentResult result =
       unpack(options.tangent_iterations > 0
                  ? refineOnTangentPlane(equations.H, equations.b, options.gravity_mps2, free,
@@ -207,7 +209,7 @@ LinearAlignmentResult alignVelocitiesAndGravity(const std::vector<SE3>& T_VB,
                                                 const std::vector<Preintegration>& preintegrations,
                                                 const ImuBias& bias, double gravity_mps2,
                                                 const Vector3d& g_seed) {
-  NormalEquations equations(T_VB.size());
+  AlignmentEquations equations(T_VB.size());
   if (!fill(T_VB, preintegrations, bias, {}, &equations)) return alignmentNotDetermined();
   return unpack(refineOnTangentPlane(equations.H, equations.b, gravity_mps2, g_seed), equations);
 }
@@ -219,11 +221,7 @@ LinearAlignmentResponse linearAlignmentResponse(const std::vector<SE3>& T_VB,
                                                 const Vector3d& g_V) {
   LinearAlignmentResponse response;
   response.rows = linearAlignmentRows(T_VB, preintegrations, bias);
-  // Gravity moves in the tangent plane alone.
-  const Index velocities = offset(T_VB.size(), 3);
-  MatrixXd basis = MatrixXd::Zero(velocities + 3, velocities + 2);
-  basis.topLeftCorner(velocities, velocities).setIdentity();
-  basis.bottomRightCorner<3, 2>() = tangentBasis(g_V);
+  const MatrixXd basis = tangentUnknowns(offset(T_VB.size(), 3), g_V);
   const MatrixXd A = response.rows.A * basis;
   MatrixXd AtW = A.transpose();
   if (options.weighted) {
@@ -232,9 +230,9 @@ LinearAlignmentResponse linearAlignmentResponse(const std::vector<SE3>& T_VB,
     if (noise.info() != Eigen::Success) return {};
     AtW = noise.solve(A).transpose();
   }
-  const Eigen::LDLT<MatrixXd> factor(AtW * A);
-  if (!factor.isPositive()) return {};
-  response.by_rows = basis * factor.solve(AtW);
+  const MatrixXd AtWA = AtW * A;
+  if (!isDetermined(AtWA)) return {};
+  response.by_rows = basis * AtWA.ldlt().solve(AtW);
   return response;
 }
 

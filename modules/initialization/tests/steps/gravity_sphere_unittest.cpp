@@ -172,6 +172,21 @@ TEST(NormConstrained, RefusesUnknownsThatAreNotDetermined) {
   EXPECT_EQ(solveNormConstrained(s.A, s.b, kGravity).summary.termination, Termination::kSingular);
 }
 
+TEST(NormConstrained, RefusesUnknownsWhosePivotIsRounding) {
+  std::mt19937 rng(3);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 100; ++trial) {
+    // Six rows for nine unknowns, in units that differ by six orders of magnitude.
+    MatrixXd rows = MatrixXd::NullaryExpr(6, 9, [&] { return normal(rng); });
+    rows.col(2) *= 1e3;
+    rows.col(5) *= 1e-3;
+    const MatrixXd A = rows.transpose() * rows;
+    const VectorXd b = rows.transpose() * VectorXd::Ones(6);
+    EXPECT_EQ(refineOnTangentPlane(A, b, kGravity, Vector3d(0, 0, -1)).summary.termination,
+              Termination::kSingular);
+  }
+}
+
 TEST(TangentBasis, SpansTheOrthogonalPlane) {
   for (const Vector3d& g : {Vector3d(0, 0, -9.81), Vector3d(9.81, 0, 0), Vector3d(1, 2, 3)}) {
     const Eigen::Matrix<double, 3, 2> B = tangentBasis(g);

@@ -4,16 +4,35 @@
 
 namespace etalon {
 
+namespace {
+
+/** Of a matrix scaled to a unit diagonal: its blocks' units differ by many orders of magnitude. */
+struct ScaledCholesky {
+  Eigen::VectorXd scale;
+  Eigen::LLT<Eigen::MatrixXd> factor;
+  bool determined = false;
+
+  explicit ScaledCholesky(const Eigen::MatrixXd& information) {
+    const Eigen::VectorXd diagonal = information.diagonal();
+    if (!(diagonal.minCoeff() > 0.0)) return;
+    scale = diagonal.cwiseSqrt().cwiseInverse();
+    factor.compute(scale.asDiagonal() * information * scale.asDiagonal());
+    determined = factor.info() == Eigen::Success && factor.rcond() > 1e-15;
+  }
+};
+
+}  // namespace
+
+bool isDetermined(const Eigen::MatrixXd& information) {
+  return ScaledCholesky(information).determined;
+}
+
 Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information) {
-  // Scaled to a unit diagonal first: the blocks' units differ by many orders of magnitude.
-  const Eigen::VectorXd diagonal = information.diagonal();
-  if (!(diagonal.minCoeff() > 0.0)) return {};
-  const Eigen::VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * information * scale.asDiagonal());
-  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15)) return {};
+  const ScaledCholesky scaled(information);
+  if (!scaled.determined) return {};
   Eigen::MatrixXd inverse =
-      factor.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
-  inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
+      scaled.factor.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
+  inverse = scaled.scale.asDiagonal() * inverse * scaled.scale.asDiagonal();
   if (!inverse.allFinite()) return {};
   return 0.5 * (inverse + inverse.transpose());
 }
@@ -22,6 +41,7 @@ Eigen::MatrixXd covarianceOrEmpty(const Eigen::MatrixXd& curvature, const Eigen:
   const Eigen::MatrixXd inverse = inverseOrEmpty(curvature);
   if (inverse.size() == 0) return {};
   const Eigen::MatrixXd covariance = inverse * score * inverse;
+  if (!covariance.allFinite()) return {};
   return 0.5 * (covariance + covariance.transpose());
 }
 

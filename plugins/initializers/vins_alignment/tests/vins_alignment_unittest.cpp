@@ -166,5 +166,16 @@ TEST(VinsAlignment, RefusesAnImuGapAndNonFiniteMeasurements) {
   testing::expectRefusesBrokenInput(*load());
 }
 
+TEST(VinsAlignment, RefusesTwoKeyframesWhateverTheyShow) {
+  for (const char* ini : {"", "weights = none", "weights = imu_and_vision"})
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      SyntheticWindowOptions options = testing::noisyOptions(Motion::kAggressive, 0.0, kBiases);
+      options.keyframes = 2;
+      options.seed = seed;
+      testing::expectRefusal(runOn(options, *load(ini)).result, RefusalStatus::kIllConditioned,
+                             "2 keyframes do not determine velocities and gravity");
+    }
+}
+
 }  // namespace
 }  // namespace etalon

@@ -28,9 +28,14 @@ struct SphereMinimum {
 std::optional<SphereMinimum> minimizeOnSphere(const Eigen::Matrix3d& A, const Eigen::Vector3d& b,
                                               double radius);
 
+/** Unknowns (y, g) by those of y and the two of g that leave its norm as it is: n others, so
+ * (n+3) x (n+2). */
+Eigen::MatrixXd tangentUnknowns(Eigen::Index n, const Eigen::Vector3d& g);
+
 /** Solution of a linear least-squares problem whose last three unknowns have a known norm. */
 struct NormConstrainedSolution {
-  /** Singular: the other unknowns are not determined. Costs are (x^T A x) / 2 - b^T x, the initial
+  /** Singular: the other unknowns are not determined, or on the tangent plane gravity's direction.
+   * Costs are (x^T A x) / 2 - b^T x, the initial
    * one at the seed of gravity. */
   SolverSummary summary;
   Eigen::VectorXd x;    ///< (y, g)

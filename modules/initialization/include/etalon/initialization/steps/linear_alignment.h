@@ -49,7 +49,7 @@ struct LinearAlignmentResult {
 
 /**
  * The seed of the tangent-plane iterations is the solution with gravity left free.
- * @param T_VB poses of N >= 2 keyframes
+ * @param T_VB poses of N keyframes; with fewer than three the alignment is singular
  * @param preintegrations N-1, between neighbours
  */
 LinearAlignmentResult alignLinearly(const std::vector<SE3>& T_VB,

@@ -36,11 +36,19 @@ struct NormalEquations {
   }
 };
 
+/**
+ * Whether a symmetric matrix, of which the lower triangle is read, is numerically positive definite
+ * once it is scaled to a unit diagonal: its unknowns are then determined. Positive pivots do not say
+ * so, because those of a singular matrix are rounding errors of either sign.
+ */
+bool isDetermined(const Eigen::MatrixXd& information);
+
 /** Inverse of a symmetric positive definite matrix, symmetrised; empty if it is not numerically so.
  */
 Eigen::MatrixXd inverseOrEmpty(const Eigen::MatrixXd& information);
 
-/** curvature^-1 score curvature^-1; empty if the curvature is not positive definite. */
+/** curvature^-1 score curvature^-1; empty if the curvature is not positive definite
+ * or the result not finite. */
 Eigen::MatrixXd covarianceOrEmpty(const Eigen::MatrixXd& curvature, const Eigen::MatrixXd& score);
 
 }  // namespace etalon
