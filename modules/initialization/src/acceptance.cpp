@@ -28,7 +28,8 @@ void AcceptanceOptions::declare(ParameterSet& parameters) {
                  "Factor by which a sensor's noise (standard deviation) may exceed the configured "
                  "one before its residuals are refused; no IMU fits its factors exactly.");
   parameters.add("min_inlier_share", &min_inlier_share, {0.0, 1.0},
-                 "Refuse if a smaller share of the visual measurements agrees with the solution.");
+                 "Refuse if a smaller share of the visual measurements of landmarks that can be "
+                 "triangulated agrees with the solution.");
   parameters.add("min_measurements", &min_measurements, {0, 1000000},
                  "Refuse if fewer visual measurements (a landmark in one camera of one keyframe) "
                  "agree with the solution.");
@@ -51,13 +52,21 @@ Expected<void> judgeSolution(const VisualInertialBaResult& refined) {
 
 Expected<void> judgeSupport(const VisualInertialBaResult& refined,
                             const AcceptanceOptions& options) {
+  // Landmarks that cannot be triangulated, as those of one camera at rest, do not disagree; but
+  // where that is said of nearly all, the images have not been asked.
+  constexpr double kLeastKnown = 0.1;
+  const double all = refined.bundle.window.measurements.size();
+  if (refined.measurements < kLeastKnown * all)
+    return refuse(Status::kTooFewTracks, "a share of ", Value(refined.measurements / all, 2),
+                  " of the visual measurements is of landmarks that can be triangulated, at least ",
+                  Bound(kLeastKnown, 2), " is wanted");
   const int inliers = refined.inlier_measurements;
   if (inliers < options.min_measurements)
     return refuse(Status::kTooFewTracks, Value(inliers),
                   " visual measurements agree with the solution, at least ",
                   Bound(options.min_measurements), " are wanted");
   const double share = static_cast<double>(inliers) / refined.measurements;
-  if (share < options.min_inlier_share)
+  if (!(share >= options.min_inlier_share))
     return refuse(Status::kNotConverged, "a share of ", Value(share, 2),
                   " of the visual measurements agrees with the solution, at least ",
                   Bound(options.min_inlier_share, 2), " is wanted");

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "etalon/core/statistics.h"
 
@@ -21,6 +22,12 @@ Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
 PredictedError predictedError(const Eigen::MatrixXd& covariance, double confidence) {
   constexpr double kAlike = 0.8;  // of standard deviations
   PredictedError error;
+  if (!covariance.allFinite()) {
+    error.bound = std::numeric_limits<double>::infinity();
+    error.worst = Eigen::VectorXd::Unit(covariance.rows(), 0);
+    error.alike_in_all_directions = true;
+    return error;
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
   error.worst = axes.eigenvectors().rightCols<1>();
   const double largest = std::max(0.0, axes.eigenvalues().tail<1>()(0));
@@ -30,6 +37,11 @@ PredictedError predictedError(const Eigen::MatrixXd& covariance, double confiden
     error.bound =
         std::sqrt(square / trace * chiSquareQuantile(trace * trace / square, 1.0 - confidence));
   return error;
+}
+
+double largestSigma(const Eigen::MatrixXd& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues().tail<1>()(0)));
 }
 
 }  // namespace etalon

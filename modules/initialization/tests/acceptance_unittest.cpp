@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <string>
 #include <utility>
@@ -212,6 +213,39 @@ TEST(PredictedError, IsCloseToTheQuantileInBetween) {
 
 TEST(PredictedError, OfNoErrorIsNone) {
   EXPECT_EQ(predictedError(Eigen::Matrix3d::Zero(), 0.99).bound, 0.0);
+}
+
+TEST(Acceptance, RefusesACovarianceThatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double value : {nan, infinity})
+    for (const Eigen::Index at : {0, 7, 10}) {
+      Eigen::MatrixXd covariance = 1e-8 * Eigen::MatrixXd::Identity(11, 11);
+      covariance(at, at) = value;
+      const Expected<void> decision =
+          judgePrediction(covariance, Eigen::Matrix3d::Identity(), AcceptanceOptions());
+      ASSERT_FALSE(decision) << value << " at " << at;
+      EXPECT_EQ(decision.error().status, RefusalStatus::kIllConditioned);
+      EXPECT_EQ(*decision.error().value, infinity);
+    }
+}
+
+TEST(Acceptance, RefusesWhereHardlyAnyLandmarkIsKnown) {
+  VisualInertialBaResult result = good();
+  result.bundle.window.measurements.resize(2000);  // 1000 of them of known landmarks
+  EXPECT_TRUE(judge(result, {}));
+  result.bundle.window.measurements.resize(20'000);
+  const Expected<void> decision = judge(result, {});
+  EXPECT_EQ(decision.error().status, RefusalStatus::kTooFewTracks);
+  EXPECT_EQ(*decision.error().value, 0.05);
+  EXPECT_THAT(decision.error().reason, HasSubstr("can be triangulated"));
+}
+
+TEST(LargestSigma, IsThatOfTheWeakestDirectionWhichIsNoAxis) {
+  const Eigen::Vector2d axis = Eigen::Vector2d(1.0, 1.0).normalized();
+  const Eigen::Matrix2d covariance = 4.0 * axis * axis.transpose();
+  EXPECT_NEAR(largestSigma(covariance), 2.0, 1e-12);  // sqrt(2) along either axis
+  EXPECT_EQ(largestSigma(Eigen::Matrix3d::Zero()), 0.0);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ VelocityOfFarLandmarks velocityOfFarLandmarks(double distance_m) {
     EXPECT_TRUE(result.summary.message.empty()) << result.summary.message;
     for (const BundleLandmark& landmark : result.bundle.landmarks)
       sum.far_at_all += (landmark.position - T_WB[0].t).norm() > 0.99 * kFarthestLandmark;
-    if (!(result.sigmaVelocity() <= 0.1)) continue;  // as the acceptance has it
+    if (!(sigmaVelocity(result) <= 0.1)) continue;  // as the acceptance has it
     const Eigen::Index v = 9 * (result.states.size() - 1) + 6;
     const Vector3d e = result.states.back().v_WB - c.states.back().v_WB;
     sum.nees += e.dot(result.covariance.block<3, 3>(v, v).ldlt().solve(e));

@@ -127,7 +127,9 @@ TEST(StereoBa, SaysHowItEnded) {
   ba.rounds = 1;
   std::vector<SE3> start = c.T_VB;
   for (size_t k = 1; k < start.size(); ++k) start[k].t += Vector3d(0.03, 0.02, -0.04);
-  EXPECT_EQ(solveStereoBa(c.bundle(), start, ba).summary.termination, Termination::kMaxIterations);
+  const SolverSummary hasty = solveStereoBa(c.bundle(), start, ba).summary;
+  EXPECT_EQ(hasty.termination, Termination::kMaxIterations);
+  EXPECT_EQ(hasty.iterations, 1);  // the evaluation at the start is none
   const StereoBaResult nothing = solveStereoBa(BundleProblem(c.window), c.T_VB, ba);
   EXPECT_EQ(nothing.summary.termination, Termination::kNotStarted);
   EXPECT_FALSE(nothing.summary.message.empty());

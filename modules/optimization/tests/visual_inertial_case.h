@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
@@ -38,5 +41,22 @@ struct VisualInertialCase {
   std::vector<Preintegration> preintegrations;
   BiasPriors priors;
 };
+
+/** Standard deviation of the tilt of the first keyframe, the larger of the two axes, rad; infinite
+ * without covariance. */
+inline double sigmaTilt(const VisualInertialBaResult& result) {
+  if (result.covariance.size() == 0) return std::numeric_limits<double>::infinity();
+  const Eigen::Matrix<double, 2, 3> level = result.states.front().T_WB.R.topRows<2>();
+  const Eigen::Matrix2d tilt = level * result.covariance.topLeftCorner<3, 3>() * level.transpose();
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tilt).eigenvalues()(1));
+}
+
+/** Largest standard deviation of a component of the last keyframe's velocity, m/s; infinite without
+ * covariance. */
+inline double sigmaVelocity(const VisualInertialBaResult& result) {
+  if (result.covariance.size() == 0) return std::numeric_limits<double>::infinity();
+  const Eigen::Index v = 9 * (result.states.size() - 1) + 6;
+  return std::sqrt(result.covariance.diagonal().segment<3>(v).maxCoeff());
+}
 
 }  // namespace etalon

@@ -1,7 +1,6 @@
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,9 +18,11 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "far.");
   parameters.add("iterations_per_round", &iterations_per_round, {1, 200},
                  "Gauss-Newton steps per round, at most.");
-  parameters.add("converged_sigmas", &converged_sigmas, {1e-6, 10.0},
-                 "Stop where a step of all states together is shorter than this many of its own "
-                 "standard deviations; what did not get there has not converged.");
+  parameters.add(
+      "converged_sigmas", &converged_sigmas, {1e-6, 10.0},
+      "The last round ends where a step of all states together is shorter than this many "
+      "of its own standard deviations, those before it at 1; what did not get there has "
+      "not converged.");
   parameters.add(
       "chi2_inertial", &chi2_inertial, {0.1, 1e9},
       "Squared Huber width of an inertial residual (9 degrees of freedom, 95 %: 16.92).");
@@ -43,23 +44,6 @@ void VisualInertialBaOptions::declare(ParameterSet& parameters) {
                  "Re-integrate the raw IMU if b_g moved farther than this, rad/s.");
   parameters.add("reintegrate_accel_mps2", &reintegrate_accel_mps2, {0.0, 100.0},
                  "Re-integrate the raw IMU if b_a moved farther than this, m/s^2.");
-}
-
-double VisualInertialBaResult::sigmaTilt() const {
-  if (covariance.size() == 0) return std::numeric_limits<double>::infinity();
-  // Rotation covariance of the first keyframe, from the body to the world, where tilt is about x
-  // and y.
-  const Eigen::Matrix3d R = states.front().T_WB.R;
-  const Eigen::Matrix2d tilt =
-      (R * covariance.topLeftCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
-  return std::sqrt(
-      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tilt).eigenvalues()(1)));
-}
-
-double VisualInertialBaResult::sigmaVelocity() const {
-  if (covariance.size() == 0) return std::numeric_limits<double>::infinity();
-  const Eigen::Index v = 9 * (states.size() - 1) + 6;
-  return std::sqrt(std::max(0.0, covariance.diagonal().segment<3>(v).maxCoeff()));
 }
 
 namespace {
@@ -132,7 +116,8 @@ class VisualInertialSolver {
     int landmark_unknowns = 0;
     for (size_t l = 0; l < bundle.landmarks.size(); ++l)
       if (bundle.landmarks[l].valid) landmark_unknowns += now_.landmarks.held[l] ? 2 : 3;
-    result->measurements = bundle.window.measurements.size();
+    for (const VisualMeasurement& m : bundle.window.measurements)
+      result->measurements += bundle.landmarks[m.landmark].known;
     if (!options_.compute_covariance) return;
     const std::vector<LinearizedResidual> residuals = system_.residuals(now_);
     const NormalEquations visual = system_.visualEquations(now_);

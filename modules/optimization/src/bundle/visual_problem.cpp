@@ -68,8 +68,9 @@ std::vector<SE3> VisualProblem::poses() const {
 }
 
 void addRun(const ceres::Solver::Summary& run, SolverSummary* summary) {
-  if (summary->iterations == 0) summary->initial_cost = run.initial_cost;
-  summary->iterations += run.iterations.size();
+  if (summary->termination == Termination::kNotStarted) summary->initial_cost = run.initial_cost;
+  // The first entry is the evaluation at the start.
+  if (!run.iterations.empty()) summary->iterations += run.iterations.size() - 1;
   summary->final_cost = run.final_cost;
   summary->message.clear();
   switch (run.termination_type) {

@@ -24,8 +24,12 @@ struct PredictedError {
  * variance of e^T e are tr P and 2 tr P^2, those of (tr P^2 / tr P) times a chi-square variable of
  * (tr P)^2 / tr P^2 degrees of freedom (Satterthwaite, Biometrics 1946), whose quantile it is: exact
  * for one direction and for directions that are all alike.
- * @param covariance not empty, positive semidefinite
+ * @param covariance not empty, positive semidefinite; where it is not finite the bound is infinite
  */
 PredictedError predictedError(const Eigen::MatrixXd& covariance, double confidence);
+
+/** Standard deviation of the weakest direction, which need be no axis. @param covariance not empty,
+ * finite */
+double largestSigma(const Eigen::MatrixXd& covariance);
 
 }  // namespace etalon

@@ -16,7 +16,8 @@ struct VisualInertialBaOptions {
   /** Optimise, relabel outliers, judge the sizes of the errors and re-integrate, optimise again. */
   int rounds = 3;
   int iterations_per_round = 50;
-  /** Converged is what stopped by a Gauss-Newton step shorter than this in its own sigmas. */
+  /** Converged is what stopped, in the last round, by a Gauss-Newton step shorter than this in its
+   * own sigmas. The rounds before end at one sigma, because outliers are relabelled after them. */
   double converged_sigmas = 0.1;
   double chi2_inertial = 16.92;    ///< 95 %, 9 degrees of freedom; its root is the Huber width
   double chi2_pixel = kChi2Pixel;  ///< the same of a pixel; those above it are outliers
@@ -56,7 +57,8 @@ struct VisualInertialBaResult {
   ImuBias bias;              ///< of all keyframes, and in every state
   BundleProblem bundle;      ///< as given, landmarks and inliers solved
   double pixel_share = 1.0;  ///< standard deviation of the pixels over that of the window
-  int inlier_measurements = 0, measurements = 0;
+  int inlier_measurements = 0;
+  int measurements = 0;  ///< of landmarks that have a position, inliers or not
   /** Distance of a bias from its prior's mean in the prior's standard deviations. */
   double gyro_bias_sigmas = 0.0, accel_bias_sigmas = 0.0;
   /** Residuals against their expectation; zero without covariance or if it was not asked for. */
@@ -64,17 +66,10 @@ struct VisualInertialBaResult {
   /**
    * Covariance of every keyframe's [rotation, position, velocity] and then [b_g, b_a]: (9N+6)
    * square, gauge (position and yaw of the first keyframe) fixed. Far landmarks count for what they
-   * tell and not for their noise (docs/theory.md, step 4). Empty if not computed or if the data do
+   * tell and not for their noise (NormalEquations). Empty if not computed or if the data do
    * not determine the state.
    */
   Eigen::MatrixXd covariance;
-
-  /** Standard deviation of the tilt of the first keyframe, the larger of the two axes, rad;
-   * infinite without covariance. */
-  double sigmaTilt() const;
-  /** Largest standard deviation of a component of the last keyframe's velocity, m/s; infinite
-   * without covariance. */
-  double sigmaVelocity() const;
 };
 
 /**
