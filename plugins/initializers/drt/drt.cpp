@@ -76,12 +76,10 @@ class Drt : public Initializer {
                     " landmarks with parallax support the translation of the weakest keyframe, at "
                     "least ",
                     Bound(min_landmarks_), " are wanted");
-    const double force = meanSpecificForce(R_VB, preintegrations);
-    const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
-    if (!(force >= least_force))
-      return refuse(RefusalStatus::kImplausible, "the accelerometer measures ", Value(force, 3),
-                    " m/s^2 on average, which leaves no direction for gravity; at least ",
-                    Bound(least_force, 3), " m/s^2 are wanted");
+    if (const auto down = checkMeanSpecificForce(meanSpecificForce(R_VB, preintegrations),
+                                                 problem.gravityMagnitude());
+        !down)
+      return refuse(down.error());
     const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
                            problem.priors().mean.accel,
                            estimate_accel_bias_ ? problem.priors().sigma_accel_mps2 : 0.0);
@@ -112,9 +110,6 @@ class Drt : public Initializer {
   }
 
  private:
-  /** In parts of gravity. A smaller mean specific force does not show where down is. */
-  static constexpr double kLeastSpecificForce = 0.1;
-
   /** Norm of the mean specific force in V, m/s^2. */
   static double meanSpecificForce(const std::vector<Matrix3d>& R_VB,
                                   const std::vector<Preintegration>& preintegrations) {

@@ -1,11 +1,10 @@
 #include "etalon/initialization/joint/joint_map.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "etalon/core/angles.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/predicted_errors.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/track_information.h"
 #include "etalon/optimization/solver_summary.h"
@@ -18,12 +17,12 @@ void JointMapOptions::declare(ParameterSet& parameters) {
   parameters.add("frame_stride", &frame_stride, {0, 1000},
                  "Rows come from the keyframes and from every n-th frame between them; 0: from "
                  "the keyframes alone.");
-  parameters.add("passes", &max_passes, {1, 100},
+  parameters.add("passes", &max_passes, {2, 100},
                  "Linear solutions, at most; from the second on at the depths, weights and biases "
                  "of the last.");
   parameters.add("converged_rps", &converged_rps, {1e-12, 1.0},
                  "A pass that moves b_g by less is the last, rad/s.");
-  parameters.add("chi2_pixel", &chi2_pixel, {0.1, 1e9},
+  parameters.add("chi2_pixel", &chi2_pixel, {1.0, 1e9},
                  "Squared width of the robust weights of a pixel (2 degrees of freedom, 95 %: "
                  "5.991).");
   parameters.add("chi2_stereo", &chi2_stereo, {0.1, 1e9},
@@ -46,8 +45,6 @@ struct Nodes {
   std::vector<size_t> keyframes;
 };
 
-/** Of gravity: with less on average there is no telling where down is. */
-constexpr double kLeastSpecificForce = 0.1;
 constexpr double kChi2Outlier = 16.0;  ///< what [odometry] pose_chi2 calls an outlier
 
 Nodes chooseNodes(const InitializationProblem& problem, int frame_stride) {
@@ -130,19 +127,22 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
   return summary;
 }
 
-double largestSigma(const Eigen::Matrix2d& covariance) {
-  const double largest =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()(1);
-  return std::sqrt(std::max(0.0, largest));
+/** Why the passes have not come to rest. */
+tl::unexpected<Refusal> notAtRest(const JointMapOptions& options, const TrackInformation& tracks) {
+  if (!tracks.nearFinalScale())
+    return refuse(RefusalStatus::kNotConverged, "after ", options.max_passes,
+                  " linear solutions the pixels' residuals are ", Value(tracks.noise(), 1),
+                  " times what sigma_px promises, at most ",
+                  Bound(std::sqrt(options.chi2_pixel), 1),
+                  " is wanted: the pixels are noisier than that, or many tracks are wrong");
+  return refuse(RefusalStatus::kNotConverged, Value(options.max_passes),
+                " linear solutions did not come to rest");
 }
 
 Expected<void> check(const JointMapOptions& options, const TrackInformation& tracks,
                      const JointEstimate& estimate) {
-  const double sigma_deg = degrees(estimate.sigma_gravity);
-  if (!(sigma_deg <= options.max_sigma_gravity_deg))
-    return refuse(RefusalStatus::kIllConditioned, "the gravity direction is known to ",
-                  Value(sigma_deg, 2), " deg (1 sigma), at most ",
-                  Bound(options.max_sigma_gravity_deg, 2), " is wanted");
+  const auto known = checkGravityDirection(estimate.sigma_gravity, options.max_sigma_gravity_deg);
+  if (!known) return known;
   const double share = tracks.inlierShare(kChi2Outlier);
   if (!(share >= options.min_inlier_share))
     return refuse(RefusalStatus::kNotConverged, Value(share, 2),
@@ -193,11 +193,8 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
                   " landmarks of the window have a depth from both cameras, at least ",
                   Bound(options.min_landmarks), " are wanted");
   const double force = motion.nodes.back().beta.norm() / motion.nodes.back().t;
-  const double least_force = kLeastSpecificForce * problem.gravityMagnitude();
-  if (!(force >= least_force))
-    return refuse(RefusalStatus::kImplausible, "the accelerometer measures ", Value(force, 3),
-                  " m/s^2 on average, which leaves no direction for gravity; at least ",
-                  Bound(least_force, 3), " m/s^2 are wanted");
+  if (const auto down = checkMeanSpecificForce(force, problem.gravityMagnitude()); !down)
+    return refuse(down.error());
   const double start_ms = watch.lapMilliseconds();
 
   const SolverSummary summary =
@@ -205,9 +202,7 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   if (summary.termination == Termination::kSingular)
     return refuse(RefusalStatus::kIllConditioned, "the tracks of ", Value(tracks.validCount()),
                   " landmarks do not determine velocity and gravity");
-  if (!summary.converged())
-    return refuse(RefusalStatus::kNotConverged, Value(options.max_passes),
-                  " linear solutions did not come to rest");
+  if (!summary.converged()) return notAtRest(options, tracks);
   constexpr int kMostMoves = 20;
   tracks.triangulate(estimate.T_SS, kMostMoves);
   Eigen::MatrixXd covariance;

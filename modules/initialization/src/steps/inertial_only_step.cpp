@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "etalon/core/angles.h"
+#include "etalon/initialization/steps/gravity_alignment.h"
 
 namespace etalon {
 
@@ -53,19 +53,23 @@ Expected<InertialOnlyStep> solveInertialOnlyStep(
     bias = step.map.bias;
     if (!step.map.summary.converged() || moved < kStandsStill) break;
   }
-  if (!step.map.summary.converged())
+  const SolverSummary& summary = step.map.summary;
+  if (!summary.usable())
+    return refuse(summary.termination == Termination::kSingular ? RefusalStatus::kIllConditioned
+                                                                : RefusalStatus::kNotConverged,
+                  "the inertial-only MAP failed after ", Value(summary.iterations),
+                  " iterations: ", summary.message);
+  if (!summary.converged())
     return refuse(RefusalStatus::kNotConverged, "the inertial-only MAP did not converge in ",
-                  Value(step.map.summary.iterations), " iterations (at most ",
-                  Bound(options.max_iterations), ")");
+                  Value(summary.iterations), " iterations (at most ", Bound(options.max_iterations),
+                  ")");
   if (step.map.covariance.size() == 0)
     return refuse(RefusalStatus::kIllConditioned,
                   "the inertial-only MAP is singular: smallest information of gravity ",
                   Value(step.map.smallest_eigenvalue_gravity));
-  const double sigma_gravity_deg = degrees(1.0 / std::sqrt(step.map.smallest_eigenvalue_gravity));
-  if (!(sigma_gravity_deg <= options.max_sigma_gravity_deg))
-    return refuse(RefusalStatus::kIllConditioned, "the gravity direction is known to ",
-                  Value(sigma_gravity_deg, 2), " deg (1 sigma), at most ",
-                  Bound(options.max_sigma_gravity_deg, 2), " is wanted");
+  const auto known = checkGravityDirection(1.0 / std::sqrt(step.map.smallest_eigenvalue_gravity),
+                                           options.max_sigma_gravity_deg);
+  if (!known) return refuse(known.error());
   step.errors = inertialOnlyErrors(problem, step.preintegrations, map_options, step.map,
                                    gyro_bias_covariance);
   return step;

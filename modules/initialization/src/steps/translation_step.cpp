@@ -41,7 +41,10 @@ Expected<TranslationBaResult> estimateTranslations(const InitializationProblem& 
       buildVisualWindow(problem.calibration(), problem.keyframes(), problem.sigmaPx()),
       visual.landmarks);
   TranslationBaResult ba = solveTranslationBa(std::move(start), T_VB, options.ba);
-  if (!ba.summary.usable() || ba.fewest_inliers < options.min_inliers)
+  if (!ba.summary.usable())
+    return refuse(RefusalStatus::kIllConditioned, "the 3-DoF bundle adjustment failed after ",
+                  Value(ba.summary.iterations), " iterations: ", ba.summary.message);
+  if (ba.fewest_inliers < options.min_inliers)
     return refuse(RefusalStatus::kTooFewTracks, Value(ba.fewest_inliers),
                   " measurements agree with the translation of the weakest keyframe, at least ",
                   Bound(options.min_inliers), " are wanted");

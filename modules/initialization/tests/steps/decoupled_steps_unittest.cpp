@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <string>
 #include <vector>
 
 #include "etalon/core/so3.h"
@@ -81,6 +83,40 @@ TEST(NormalEpipolarStep, NamesTheReasonOfEveryRefusal) {
   NormalEpipolarStepOptions small;
   small.max_gyro_bias_rps = 0.05;  // the true one is 0.075
   EXPECT_EQ(refusal(small), RefusalStatus::kImplausible);
+}
+
+TEST(InertialOnlyStep, SaysWhyItFailed) {
+  const SyntheticWindowOptions options = biased();
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  InitializationProblem::Data data = makeProblem(window, options).data();
+  data.gravity_mps2 = std::numeric_limits<double>::quiet_NaN();
+  const auto step = solveInertialOnlyStep(InitializationProblem(data), InertialOnlyStepOptions());
+  ASSERT_FALSE(step);
+  EXPECT_EQ(step.error().status, RefusalStatus::kNotConverged);
+  EXPECT_EQ(step.error().reason,
+            "the inertial-only MAP failed after 0 iterations: the cost is not finite");
+  InertialOnlyStepOptions hasty;
+  hasty.max_iterations = 1;
+  const auto stopped = solveInertialOnlyStep(makeProblem(window, options), hasty);
+  ASSERT_FALSE(stopped);
+  EXPECT_NE(stopped.error().reason.find("did not converge in 1 iterations"), std::string::npos)
+      << stopped.error().reason;
+}
+
+TEST(TranslationStep, SaysThatTheTranslationsAreNotDetermined) {
+  SyntheticWindowOptions options = biased();
+  options.sigma_px = 0.5;
+  const SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const InitializationProblem problem = makeProblem(window, options);
+  TranslationStepOptions step;
+  step.ba.chi2_threshold = 1e-12;  // after the first round nothing is left
+  const auto result = solveTranslationStep(problem, problem.preintegrate(options.bias),
+                                           options.bias, Vector3d(0, 0, -9.81), step, {});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().status, RefusalStatus::kIllConditioned);
+  EXPECT_NE(result.error().reason.find("the landmarks do not determine the translations"),
+            std::string::npos)
+      << result.error().reason;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 
 #include "etalon/core/so3.h"
 #include "etalon/initialization/estimation_error.h"
@@ -100,6 +101,26 @@ TEST(CovarianceInWorld, IsSymmetricToTheLastBit) {
       covarianceInWorld(A * A.transpose(), expSO3({0.3, -0.2, 1.0}), {1, 2, 3}, 9.81);
   EXPECT_EQ(P, P.transpose());
   EXPECT_EQ(P.rows(), 11);
+}
+
+TEST(CheckGravityDirection, SaysNoMoreThanHalfATurn) {
+  EXPECT_TRUE(checkGravityDirection(0.08, 5.0));  // 4.6 deg
+  const Expected<void> known = checkGravityDirection(0.1, 5.0);
+  EXPECT_EQ(known.error().status, RefusalStatus::kIllConditioned);
+  EXPECT_NEAR(*known.error().value, 5.7296, 1e-4);
+  // What the joint system says of a direction that nothing determines.
+  const Expected<void> nothing = checkGravityDirection(1e150, 5.0);
+  EXPECT_EQ(nothing.error().reason,
+            "the gravity direction is known to 180.00 deg (1 sigma), at most 5.00 is wanted");
+}
+
+TEST(CheckMeanSpecificForce, WantsATenthOfGravity) {
+  EXPECT_TRUE(checkMeanSpecificForce(0.99, 9.81));
+  const Expected<void> none = checkMeanSpecificForce(0.97, 9.81);
+  EXPECT_EQ(none.error().status, RefusalStatus::kImplausible);
+  EXPECT_EQ(*none.error().value, 0.97);
+  EXPECT_NEAR(*none.error().bound, 0.981, 1e-12);
+  EXPECT_FALSE(checkMeanSpecificForce(std::numeric_limits<double>::quiet_NaN(), 9.81));
 }
 
 }  // namespace

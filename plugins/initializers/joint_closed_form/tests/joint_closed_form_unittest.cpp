@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "etalon/core/errors.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon {
@@ -178,13 +179,28 @@ TEST(JointClosedForm, RefusesTooFewTracksInWords) {
 
 TEST(JointClosedForm, RefusesWhatDoesNotComeToRestOrIsNotKnownWellEnough) {
   const SyntheticWindowOptions options = noisy(Motion::kAggressive, 0.1);
-  testing::expectRefusal(runOn(options, *load("passes = 1")).result, RefusalStatus::kNotConverged,
-                         "did not come to rest");
+  testing::expectRefusal(runOn(options, *load("passes = 2\nconverged_rps = 1e-12")).result,
+                         RefusalStatus::kNotConverged, "linear solutions");
   testing::expectRefusal(runOn(options, *load("max_sigma_gravity_deg = 0")).result,
                          RefusalStatus::kIllConditioned, "gravity direction");
   const InitializationResult share = runOn(options, *load("min_inlier_share = 1")).result;
   testing::expectRefusal(share, RefusalStatus::kNotConverged, "agree with the solution");
   EXPECT_NEAR(*share.error().value, 0.9, 0.03);  // a tenth are outliers
+}
+
+TEST(JointClosedForm, SaysThatThePixelsAreNoisierThanBelieved) {
+  SyntheticWindowOptions options = noisy(Motion::kAggressive, 0.0);
+  options.sigma_px = 10.0 * options.assumed_sigma_px;
+  const InitializationResult result = runOn(options, *load()).result;
+  testing::expectRefusal(result, RefusalStatus::kNotConverged, "what sigma_px promises");
+  EXPECT_NEAR(*result.error().value, 10.0, 3.0);  // landmarks take their share, outliers add theirs
+  EXPECT_NEAR(*result.error().bound, std::sqrt(5.991), 1e-12);
+}
+
+/** Values with which no window can succeed are out of range. */
+TEST(JointClosedForm, HasNoKeyThatRefusesEveryWindow) {
+  EXPECT_THROW(load("passes = 1"), ConfigError);
+  EXPECT_THROW(load("chi2_pixel = 0.5"), ConfigError);
 }
 
 TEST(JointClosedForm, RefusesAnAccelerometerThatShowsNoGravity) {

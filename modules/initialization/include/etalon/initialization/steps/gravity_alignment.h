@@ -22,6 +22,14 @@ struct VisualFrameEstimate {
   std::optional<StateErrors> errors;  ///< for the covariance
 };
 
+/** Refused (implausible) where the accelerometer measures so little on average, m/s^2, that there is
+ * no telling where down is. */
+Expected<void> checkMeanSpecificForce(double mean_mps2, double gravity_mps2);
+
+/** Refused (ill_conditioned) where gravity's direction is known worse than wanted.
+ * @param sigma_rad of its weakest direction */
+Expected<void> checkGravityDirection(double sigma_rad, double max_sigma_deg);
+
 /**
  * The estimate in the gravity-aligned world: R_WV is the rotation of least angle that takes g_V to
  * -z; the first keyframe is at the origin. Where the estimate has its errors,

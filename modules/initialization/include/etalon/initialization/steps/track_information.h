@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "etalon/core/se3.h"
@@ -45,6 +46,9 @@ class TrackInformation {
   double inlierShare(double max_chi2) const;
   /** Whether c has come down to about `scale`; outliers keep the median, and so c, above it. */
   bool nearFinalScale() const { return c2_ <= 4.0 * scale_ * scale_; }
+  /** Standard deviation of the pixels as the median residual shows it, in those of the window, where
+   * that is what c follows. */
+  double noise() const { return 0.5 * std::sqrt(c2_); }
 
   /**
    * Of S, the share that is the tracks' Fisher information. A weight that falls with the residual
