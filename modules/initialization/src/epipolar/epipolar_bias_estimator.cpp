@@ -101,12 +101,18 @@ void EpipolarBiasEstimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R,
 }
 
 bool EpipolarBiasEstimator::atRest() {
-  const EpipolarPair& longest = pairs_.back();
-  const int middle = (longest.i + longest.j) / 2;
+  const int span = longestSpan();
+  const auto isOrHalves = [&](const EpipolarPair& pair, const EpipolarPair& longest) {
+    const int middle = (longest.i + longest.j) / 2;
+    return longest.j - longest.i == span &&
+           ((pair.i == longest.i && (pair.j == longest.j || pair.j == middle)) ||
+            (pair.i == middle && pair.j == longest.j));
+  };
   constexpr double kNoise = 1.5;  // a movement of the noise's size is noticed
   return std::all_of(pairs_.begin(), pairs_.end(), [&](EpipolarPair& pair) {
-    const bool looked_at = (pair.i == longest.i && (pair.j == longest.j || pair.j == middle)) ||
-                           (pair.i == middle && pair.j == longest.j);
+    const bool looked_at =
+        std::any_of(pairs_.begin(), pairs_.end(),
+                    [&](const EpipolarPair& longest) { return isOrHalves(pair, longest); });
     if (!looked_at) return true;
     fillResiduals(&pair, Matrix3d::Identity(), true);
     return pair.sigma < kNoise;

@@ -25,7 +25,8 @@ class EpipolarBiasEstimator {
                         const std::vector<Preintegration>& preintegrations,
                         const NormalEpipolarBiasOptions& options);
 
-  /** Whether the longest pair and its halves show no movement, of whatever kind. */
+  /** Whether all pairs of the longest span and their halves show no movement, of whatever kind: of
+   * neighbours alone that is every pair of the window. */
   bool atRest();
   /** From now on the costs are rotationOnlyCost(). */
   void useRotationOnly() { rotation_only_ = true; }

@@ -95,5 +95,40 @@ TEST(NormalEpipolarBias, GivesTheSameResultBitForBit) {
   EXPECT_EQ(estimate(window).gyro, estimate(window).gyro);
 }
 
+/** A window in motion that stands still in its last interval. */
+TEST(NormalEpipolarBias, AStopAtTheEndIsNoWindowAtRest) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    SyntheticWindowOptions options;
+    options.motion = Motion::kAggressive;
+    options.seed = seed;
+    options.bias.gyro = kGyroBias;
+    options.sigma_px = options.assumed_sigma_px = 0.1;
+    SyntheticWindow window = testing::makeSyntheticWindow(options);
+    std::vector<const TrackedFrame*> keyframes = window.keyframes();
+    std::vector<Preintegration> preintegrations;
+    for (size_t k = 1; k < keyframes.size(); ++k)
+      preintegrations.emplace_back(window.imu.between(keyframes[k - 1]->t, keyframes[k]->t),
+                                   ImuBias(), window.calibration.imu.noise);
+    TrackedFrame stop = *keyframes.back();
+    stop.t += 250'000'000;
+    std::vector<ImuSample> rest;
+    for (TimeNs t = keyframes.back()->t; t <= stop.t; t += 5'000'000)
+      rest.push_back({t, kGyroBias, {0.0, 0.0, 9.81}});
+    keyframes.push_back(&stop);
+    preintegrations.emplace_back(rest, ImuBias(), window.calibration.imu.noise);
+    for (const bool all_pairs : {false, true}) {
+      NormalEpipolarBiasOptions nec;
+      nec.all_pairs = all_pairs;
+      nec.sigma_px = options.assumed_sigma_px;
+      const NormalEpipolarBias found =
+          estimateGyroBias(window.calibration, keyframes, preintegrations, Vector3d::Zero(), nec);
+      ASSERT_TRUE(found.summary.usable()) << found.summary.message;
+      EXPECT_FALSE(found.rotation_only);
+      // 3e-3 rad/s with five times the noise and outliers, above.
+      EXPECT_LT((found.gyro - kGyroBias).norm(), 3e-3) << all_pairs << " " << seed;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace etalon
