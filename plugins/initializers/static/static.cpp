@@ -1,5 +1,9 @@
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
@@ -35,16 +39,60 @@ struct ImuStatistics {
   }
 };
 
-/** Lengths by which the landmarks common to two frames have moved in the left image, px. */
-std::vector<double> displacements(const TrackedFrame& a, const TrackedFrame& b) {
-  std::vector<double> result;
+/** Calls with both observations of every landmark common to two frames. */
+template <typename Function>
+void forCommon(const TrackedFrame& a, const TrackedFrame& b, const Function& function) {
   size_t j = 0;
   for (const Observation& o : a.observations) {
     while (j < b.observations.size() && b.observations[j].id < o.id) ++j;
-    if (j < b.observations.size() && b.observations[j].id == o.id)
-      result.push_back((b.observations[j].left - o.left).norm());
+    if (j < b.observations.size() && b.observations[j].id == o.id) function(o, b.observations[j]);
   }
+}
+
+/** Lengths by which the landmarks common to two frames have moved in the left image, px. */
+std::vector<double> displacements(const TrackedFrame& a, const TrackedFrame& b) {
+  std::vector<double> result;
+  forCommon(a, b, [&](const Observation& first, const Observation& later) {
+    result.push_back((later.left - first.left).norm());
+  });
   return result;
+}
+
+/**
+ * How the camera has turned from one frame to another, w (rad): what the gyro has of a slow turn
+ * looks like a bias. Each landmark common to both has f x f' = (I - f f^T) w with its bearings f and
+ * f'; least squares with Cauchy's weights. Zero where the pixels' noise, as the median residual shows
+ * it, would give as much in one window of a thousand.
+ */
+Vector3d turnBetween(const CameraModel& camera, const TrackedFrame& a, const TrackedFrame& b) {
+  constexpr int kRounds = 5;
+  constexpr double kCauchyWidth = 2.385;      // 95 % efficient on normal residuals
+  constexpr double kMedianToSigma = 1.17741;  // of the norm of two normal coordinates
+  constexpr double kFalseAlarmRate = 0.001, kLeastSigma = 1e-12;
+  std::vector<std::pair<Vector3d, Vector3d>> bearings;
+  forCommon(a, b, [&](const Observation& first, const Observation& later) {
+    const auto f = camera.unproject(first.left), turned = camera.unproject(later.left);
+    if (f && turned) bearings.emplace_back(f->normalized(), turned->normalized());
+  });
+  Vector3d w = Vector3d::Zero();
+  double chi2 = 0.0;
+  for (int round = 0; round < kRounds && !bearings.empty(); ++round) {
+    std::vector<double> sizes;
+    for (const auto& [f, turned] : bearings)
+      sizes.push_back((f.cross(turned) - (w - f * f.dot(w))).norm());
+    const double sigma = std::max(kLeastSigma, median(sizes) / kMedianToSigma);
+    Matrix3d H = Matrix3d::Zero();
+    Vector3d g = Vector3d::Zero();
+    for (size_t i = 0; i < bearings.size(); ++i) {
+      const auto& [f, turned] = bearings[i];
+      const double x = sizes[i] / (kCauchyWidth * sigma), weight = 1.0 / (1.0 + x * x);
+      H += weight * (Matrix3d::Identity() - f * f.transpose());
+      g += weight * f.cross(turned);
+    }
+    w = H.llt().solve(g);
+    chi2 = w.dot(H * w) / (sigma * sigma);
+  }
+  return chi2 > chiSquareQuantile(3.0, kFalseAlarmRate) ? w : Vector3d::Zero();
 }
 
 }  // namespace
@@ -92,7 +140,7 @@ class Static : public Initializer {
         -problem.gravityMagnitude() * (imu.mean_accel - problem.priors().mean.accel).normalized();
     estimate.bias = {imu.mean_gyro, problem.priors().mean.accel};
     Initialization result = alignWithGravity(problem, estimate);
-    result.covariance = covariance(problem, imu, result.states.front().T_WB.R);
+    result.covariance = covariance(problem, result.states.front().T_WB.R);
     result.timings = {{"images", images_ms}, {"imu", watch.lapMilliseconds()}};
     return result;
   }
@@ -158,11 +206,13 @@ class Static : public Initializer {
    * R_WB true = Exp(tilt) R_WB. The level part of d = b_a - mean + noise turns the mean specific
    * force, so
    *   tilt = M R_WB d / gravity,   M = [0 -1 0; 1 0 0],
-   * and tilt and b_a are one error, not two.
+   * and tilt and b_a are one error, not two. What the images show of a turn is in the mean rate.
    */
-  Eigen::MatrixXd covariance(const InitializationProblem& problem, const ImuStatistics& imu,
-                             const Matrix3d& R_WB) const {
-    const double duration = imu.samples / problem.calibration().imu.rate_hz;  // s
+  Eigen::MatrixXd covariance(const InitializationProblem& problem, const Matrix3d& R_WB) const {
+    const TrackedFrame& first = problem.keyframe(0);
+    const TrackedFrame& last = problem.keyframe(problem.keyframeCount() - 1);
+    const double duration = secondsBetween(first.t, last.t);
+    const Vector3d turn = turnBetween(problem.calibration().cameras[0].model, first, last);  // rad
     const double gyro = problem.imuNoise().gyro_noise_density;
     const double accel = problem.imuNoise().accel_noise_density;
     const double prior = problem.priors().sigma_accel_mps2;
@@ -170,7 +220,8 @@ class Static : public Initializer {
     M << 0, -1, 0, 1, 0, 0;
     const Eigen::Matrix<double, 2, 3> tilt = M * R_WB / problem.gravityMagnitude();
     Eigen::MatrixXd P = Eigen::MatrixXd::Zero(11, 11);
-    P.diagonal().segment<3>(0).setConstant(gyro * gyro / duration);
+    P.diagonal().segment<3>(0).setConstant(gyro * gyro / duration +
+                                           turn.squaredNorm() / (duration * duration));
     P.diagonal().segment<3>(3).setConstant(prior * prior);
     P.block<2, 3>(6, 3) = prior * prior * tilt;
     P.block<3, 2>(3, 6) = P.block<2, 3>(6, 3).transpose();
