@@ -22,24 +22,32 @@ namespace {
 /** How many keyframes see a landmark with the left camera, and where the middle one of these does. */
 struct Track {
   LandmarkId id = -1;
+  bool stereo = false;  ///< the right camera sees it, too, in some keyframe
   int length = 0;
   Vector2d pixel = Vector2d::Zero();
+
+  /** The closed form starts from the depth that both cameras show, so that comes first. */
+  std::pair<bool, int> rank() const { return {stereo, length}; }
 };
 
 std::vector<Track> tracksOf(const InitializationProblem& problem) {
-  std::map<LandmarkId, std::vector<Vector2d>> seen;
+  std::map<LandmarkId, std::vector<Observation>> seen;
   for (const TrackedFrame* frame : problem.keyframes())
-    for (const Observation& o : frame->observations) seen[o.id].push_back(o.left);
+    for (const Observation& o : frame->observations) seen[o.id].push_back(o);
   std::vector<Track> tracks;
-  for (const auto& [id, pixels] : seen)
-    tracks.push_back({id, static_cast<int>(pixels.size()), pixels[pixels.size() / 2]});
+  for (const auto& [id, all] : seen) {
+    const bool stereo =
+        std::any_of(all.begin(), all.end(), [](const Observation& o) { return o.has_right; });
+    tracks.push_back({id, stereo, static_cast<int>(all.size()), all[all.size() / 2].left});
+  }
   return tracks;
 }
 
-/** The longest tracks, among equals those that are farthest from all that were taken before. */
+/** The longest tracks, those with a depth from both cameras before the others; among equals those that
+ * are farthest from all that were taken before. */
 std::set<LandmarkId> chooseTracks(std::vector<Track> tracks, int count) {
   std::stable_sort(tracks.begin(), tracks.end(),
-                   [](const Track& a, const Track& b) { return a.length > b.length; });
+                   [](const Track& a, const Track& b) { return a.rank() > b.rank(); });
   std::vector<double> distance(tracks.size(), std::numeric_limits<double>::max());
   std::set<LandmarkId> chosen;
   std::vector<char> taken(tracks.size(), 0);
@@ -47,7 +55,7 @@ std::set<LandmarkId> chooseTracks(std::vector<Track> tracks, int count) {
     size_t best = tracks.size();
     for (size_t i = 0; i < tracks.size(); ++i) {
       if (taken[i]) continue;
-      if (best < tracks.size() && tracks[i].length < tracks[best].length) break;
+      if (best < tracks.size() && tracks[i].rank() < tracks[best].rank()) break;
       if (best == tracks.size() || distance[i] > distance[best]) best = i;
     }
     taken[best] = 1;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -73,6 +74,22 @@ TEST(JointMle, GivesTheSameResultBitForBit) {
 TEST(JointMle, RefusesInWords) {
   testing::expectRefusesTooFewTracks(*load());
   testing::expectRefusesBrokenInput(*load());
+}
+
+/** The right camera sees a sixth of the landmarks, whose tracks are the shorter ones. */
+TEST(JointMle, TakesTracksThatBothCamerasSee) {
+  const SyntheticWindowOptions options =
+      testing::noisyOptions(Motion::kAggressive, 0.0, {kBiases.gyro, {0.05, -0.04, 0.03}});
+  testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
+  for (TrackedFrame& frame : window.frames)
+    for (Observation& o : frame.observations) o.has_right = o.has_right && o.id % 6 == 0;
+  auto& last = window.frames.back().observations;
+  last.erase(std::remove_if(last.begin(), last.end(), [](const auto& o) { return o.has_right; }),
+             last.end());
+  const Outcome o = runOn(window, options, *load());
+  ASSERT_TRUE(o.result) << o.result.error().reason;
+  EXPECT_LT(o.errors.gravity_deg, 2.0);  // what counts as a success
+  EXPECT_LT(o.errors.velocity_mps, 0.1);
 }
 
 }  // namespace
