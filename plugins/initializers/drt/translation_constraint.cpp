@@ -29,7 +29,6 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
                                              const std::vector<Matrix3d>& R_VB, double sigma_px,
                                              double min_parallax_rad)
     : keyframe_count_(keyframes.size()), min_parallax_rad_(min_parallax_rad) {
-  sigma_rad_ = sigma_px / std::sqrt(calibration.cameras[0].model.focal().prod());
   std::map<LandmarkId, Landmark> seen;
   for (size_t k = 0; k < keyframes.size(); ++k)
     for (size_t c = 0; c < 2; ++c) {
@@ -38,6 +37,7 @@ TranslationConstraint::TranslationConstraint(const StereoInertialCalibration& ca
       View view;
       view.keyframe = k;
       view.offset = R_VB[k] * camera.T_BC.t;
+      view.sigma_rad = sigma_px / std::sqrt(camera.model.focal().prod());
       for (const Observation& o : keyframes[k]->observations) {
         if (c == 1 && !o.has_right) continue;
         const auto ray = camera.model.unproject(c == 0 ? o.left : o.right);
@@ -125,6 +125,7 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
   for (Landmark& landmark : landmarks_) {
     if (!landmark.hasBase()) continue;
     View& a = landmark.views[landmark.a];
+    const View& b = landmark.views[landmark.b];
     a.residual = 0.0;
     const Vector3d c_a = p[a.keyframe] + a.offset;
     const double z = depth(landmark, p);
@@ -136,9 +137,9 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
       const double distance = std::clamp(view.ray.dot(y), kMinDistance, kMaxDistance);
       // The noise of the view's own ray, of ray a and of the depth, as seen from the view.
       const double sideways = view.ray.cross(a.ray).norm() / landmark.sine;
+      const double of_depth = sideways * std::hypot(a.sigma_rad, b.sigma_rad);
       const double sigma =
-          sigma_rad_ *
-          std::sqrt(distance * distance + z_noise * z_noise * (1.0 + 2.0 * sideways * sideways));
+          std::hypot(view.sigma_rad * distance, a.sigma_rad * z_noise, of_depth * z_noise);
       view.residual = (y - view.ray.dot(y) * view.ray).norm() / sigma;
       if (z <= 0.0 || view.ray.dot(y) <= 0.0) view.residual = 1e3;  // behind a camera
       view.weight = 1.0 / (sigma * sigma);
@@ -148,9 +149,6 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
   if (sizes.empty()) return;
   noise_ = median(sizes) / 1.17741;  // the median of a two-dimensional normal distribution's norm
   const double scale = std::max(1.0, noise_);
-  inlier_share_ = static_cast<double>(std::count_if(
-                      sizes.begin(), sizes.end(), [&](double r) { return r < kInlier * scale; })) /
-                  static_cast<double>(sizes.size());
   if (!robust) return;
   for (Landmark& landmark : landmarks_)
     for (View& view : landmark.views) {

@@ -54,14 +54,13 @@ class TranslationConstraint {
   /** Robust standard deviation of the residuals: 0.4 to 0.8 where the pixels' noise is sigma_px,
    * because residuals that have one direction only are scaled like those with two. */
   double noise() const { return noise_; }
-  /** Share of the rows within four standard deviations. */
-  double inlierShare() const { return inlier_share_; }
 
  private:
   struct View {
     int keyframe = 0;
     Eigen::Vector3d ray;     ///< d, in V
     Eigen::Vector3d offset;  ///< camera centre minus p_k, in V, m
+    double sigma_rad = 0.0;  ///< of the ray, by its camera's focal length
     double weight = 0.0;     ///< of the squared residual in m^2
     double residual = 0.0;   ///< norm, in standard deviations; zero for base view a
   };
@@ -81,8 +80,7 @@ class TranslationConstraint {
   std::vector<Landmark> landmarks_;
   int keyframe_count_ = 0;
   double min_parallax_rad_ = 0.0;
-  double sigma_rad_ = 0.0;
-  double noise_ = 0.0, inlier_share_ = 0.0;
+  double noise_ = 0.0;
 };
 
 }  // namespace etalon::plugins

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <map>
+#include <random>
 #include <utility>
 
 #include "etalon/testing/initializer_checks.h"
@@ -73,6 +74,7 @@ double farthest(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) 
 struct Ray {
   size_t keyframe;
   Vector3d direction, offset;  ///< in V; of the camera's centre from p_k
+  double sigma_rad;
 };
 
 std::map<LandmarkId, std::vector<Ray>> raysOf(const ConstraintCase& c) {
@@ -85,7 +87,8 @@ std::map<LandmarkId, std::vector<Ray>> raysOf(const ConstraintCase& c) {
         const CameraCalibration& calibration = c.window.calibration.cameras[camera];
         const auto ray = calibration.model.unproject(camera == 0 ? o.left : o.right);
         rays[o.id].push_back({k, c.R_VB[k] * calibration.T_BC.R * ray->normalized(),
-                              c.R_VB[k] * calibration.T_BC.t});
+                              c.R_VB[k] * calibration.T_BC.t,
+                              kSigmaPx / std::sqrt(calibration.model.focal().prod())});
       }
   return rays;
 }
@@ -97,8 +100,6 @@ std::map<LandmarkId, std::vector<Ray>> raysOf(const ConstraintCase& c) {
  */
 double cost(const ConstraintCase& c, const std::vector<Vector3d>& p,
             const std::vector<Vector3d>& at) {
-  const double sigma_rad =
-      kSigmaPx / std::sqrt(c.window.calibration.cameras[0].model.focal().prod());
   double sum = 0.0;
   for (const auto& of_landmark : raysOf(c)) {
     const auto& rays = of_landmark.second;
@@ -134,8 +135,9 @@ double cost(const ConstraintCase& c, const std::vector<Vector3d>& p,
       const Vector3d y = centre(a, p) + z * rays[a].direction - centre(i, p);
       const double distance = d.dot(centre(a, at) + z_at * rays[a].direction - centre(i, at));
       const double s = d.cross(rays[a].direction).norm() / sine;
+      const auto noise = [&](size_t j, double z_j) { return std::pow(rays[j].sigma_rad * z_j, 2); };
       const double variance =
-          sigma_rad * sigma_rad * (distance * distance + z_at * z_at * (1.0 + 2.0 * s * s));
+          noise(i, distance) + noise(a, z_at) + s * s * (noise(a, z_at) + noise(b, z_at));
       sum += 0.5 * d.cross(y).squaredNorm() / variance;
     }
   }
@@ -191,7 +193,6 @@ TEST(DrtTranslationConstraint, OneLinearSolutionIsExactWithoutNoiseFromAnywhere)
     constraint.reweight(p, true);
     EXPECT_LT(farthest(solved(constraint, nowhere), c.p), 1e-8);
     EXPECT_LT(constraint.noise(), 1e-6);
-    EXPECT_EQ(constraint.inlierShare(), 1.0);
   }
 }
 
@@ -206,7 +207,6 @@ std::pair<double, double> noiseAtTheTruth(double sigma_px) {
   const double stereo = constraint.noise();
   constraint.chooseWidestBases();
   constraint.reweight(c.p, false);
-  EXPECT_GT(constraint.inlierShare(), 0.98);
   return {stereo, constraint.noise()};
 }
 
@@ -224,6 +224,29 @@ TEST(DrtTranslationConstraint, NoiseIsInProportionToThatOfThePixels) {
   EXPECT_NEAR(twice_widest, 2.0 * widest, 0.05);
 }
 
+/** The right camera sees the same with half the focal length, in as noisy pixels. */
+TEST(DrtTranslationConstraint, EveryCameraHasTheNoiseOfItsOwnFocalLength) {
+  SyntheticWindowOptions options;
+  options.motion = Motion::kAggressive;
+  ConstraintCase c(options);
+  const CameraModel sharp = c.window.calibration.cameras[1].model;
+  const CameraModel wide("pinhole", "none", 752, 480, {229.0, 228.0, 376.0, 240.0}, {});
+  c.window.calibration.cameras[1].model = wide;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, kSigmaPx);
+  const auto noise = [&] { return Eigen::Vector2d(normal(random), normal(random)); };
+  for (TrackedFrame& frame : c.window.frames)
+    for (Observation& o : frame.observations) {
+      o.left += noise();
+      if (o.has_right) o.right = *wide.project(*sharp.unproject(o.right)) + noise();
+    }
+  TranslationConstraint constraint = c.constraint();
+  constraint.chooseWidestBases();
+  constraint.reweight(c.p, false);
+  // As with equal cameras, above; with the left one's for both it would be 1.3 and more.
+  EXPECT_NEAR(constraint.noise(), 0.8, 0.15);
+}
+
 TEST(DrtTranslationConstraint, RobustWeightsKeepOutliersOut) {
   SyntheticWindowOptions options;
   options.motion = Motion::kAggressive;
@@ -236,10 +259,6 @@ TEST(DrtTranslationConstraint, RobustWeightsKeepOutliersOut) {
       if (pass == 10) constraint.chooseWidestBases();
       constraint.reweight(p, robust && pass > 1);
       p = solved(constraint, p);
-    }
-    if (robust) {  // a row has three rays, but the two of its base are selected
-      EXPECT_GT(constraint.inlierShare(), 0.9 * 0.9 * 0.9);
-      EXPECT_LT(constraint.inlierShare(), 0.92);
     }
     return farthest(p, c.p);
   };
