@@ -16,6 +16,7 @@ class Edi : public Initializer {
  public:
   void declareParameters(ParameterSet& parameters) override {
     options_.declare(parameters);
+    options_.declareScale(parameters);
     parameters.add("filter_passes", &filter_passes_, {1, 20},
                    "Runs of the filter, at most, each around what the last one has found.");
     parameters.add("rotation_sigma_deg", &rotation_sigma_deg_, {1e-6, 10.0},

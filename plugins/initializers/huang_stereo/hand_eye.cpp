@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/initialization/predicted_errors.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 
 namespace etalon::plugins {
 
@@ -102,9 +104,11 @@ std::optional<HandEye> solveHandEye(const InitializationProblem& problem,
       if (noise.info() == Eigen::Success) whitening = noise.matrixL().solve(whitening);
     }
     const MatrixXd A = whitening * M;
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> factor(A.transpose() * A);
+    const Eigen::Matrix<double, 6, 6> AtA = A.transpose() * A;
+    if (!isDetermined(AtA)) return std::nullopt;
+    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> factor(AtA);
     response = factor.solve(A.transpose()) * whitening;
-    if (!factor.isPositive() || !response.allFinite()) return std::nullopt;
+    if (!response.allFinite()) return std::nullopt;
     const VectorXd change = response * r;
     result.bias.gyro += change.head<3>();
     result.R_BC = nearestRotation(expSO3(change.tail<3>()) * result.R_BC);
@@ -112,7 +116,7 @@ std::optional<HandEye> solveHandEye(const InitializationProblem& problem,
     const double mean_square = (r - M * change).squaredNorm() / std::max<Index>(1, 3 * n - 6);
     const Matrix3d variance =
         mean_square * (response * response.transpose()).bottomRightCorner<3, 3>();
-    result.sigma_rotation = std::sqrt(variance.diagonal().maxCoeff());
+    result.sigma_rotation = largestSigma(variance);
     constexpr double kStandsStill = 1e-8;
     if (change.norm() < kStandsStill) break;
   }

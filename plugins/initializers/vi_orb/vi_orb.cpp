@@ -15,6 +15,7 @@ class ViOrb : public Initializer {
  public:
   void declareParameters(ParameterSet& parameters) override {
     options_.declare(parameters);
+    options_.declareScale(parameters);
     parameters.add("gyro_passes", &gyro_passes_, {1, 20},
                    "Linear solutions for b_g, at most, each followed by integrating the raw IMU "
                    "anew.");

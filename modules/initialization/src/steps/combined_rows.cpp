@@ -18,9 +18,6 @@ void CombinedRowsOptions::declare(ParameterSet& parameters) {
   parameters.add("weighted", &weighted,
                  "false: the equations as they are, b_a without a prior. true: weighted by the "
                  "covariance of IMU and stereo odometry, with the prior on b_a.");
-  parameters.add("free_scale", &free_scale,
-                 "false: the scale is the stereo camera's. true: it is an unknown, as with one "
-                 "camera.");
   parameters.add("gravity_passes", &passes, {1, 100},
                  "Solutions for gravity's direction and b_a, each linearised at the last one.");
   parameters.add("max_condition", &max_condition, {1.0, 1e12},
@@ -29,6 +26,12 @@ void CombinedRowsOptions::declare(ParameterSet& parameters) {
   parameters.add("max_gravity_deviation_mps2", &max_gravity_deviation_mps2, {0.0, 100.0},
                  "Refuse if gravity, its magnitude free and b_a the mean of its prior, differs "
                  "from its magnitude by more, m/s^2.");
+}
+
+void CombinedRowsOptions::declareScale(ParameterSet& parameters) {
+  parameters.add("free_scale", &free_scale,
+                 "false: the scale is the stereo camera's. true: it is an unknown, as with one "
+                 "camera.");
 }
 
 namespace {

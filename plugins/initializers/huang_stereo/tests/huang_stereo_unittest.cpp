@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/testing/initializer_checks.h"
 
@@ -72,6 +73,9 @@ TEST(HuangStereo, RefusesInWords) {
   options.motion = Motion::kConstantVelocity;
   EXPECT_EQ(runOn(options, *load()).result.error().status, RefusalStatus::kIllConditioned);
 }
+
+/** The rig finds its place in the body, and its landmarks go with it: at the stereo camera's scale. */
+TEST(HuangStereo, HasNoFreeScale) { EXPECT_THROW(load("free_scale = true"), ConfigError); }
 
 }  // namespace
 }  // namespace etalon

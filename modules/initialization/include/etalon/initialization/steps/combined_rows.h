@@ -30,7 +30,9 @@ struct CombinedRowsOptions {
   double max_condition = 1e4;
   double max_gravity_deviation_mps2 = 1.0;
 
+  /** All but `free_scale`. */
   void declare(ParameterSet& parameters);
+  void declareScale(ParameterSet& parameters);
 };
 
 /**
