@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <tuple>
 
 #include "benchmark_side_tables.h"
 #include "etalon/core/errors.h"
@@ -15,46 +14,38 @@
 namespace etalon {
 namespace {
 
-using ResultKey = std::tuple<std::string, int, double, TimeNs>;
-
-/** A figure of one initializer by window; nothing where it has none. */
-using Figures = std::map<ResultKey, double>;
-
-Figures figuresOf(const BenchmarkRecord& record, const std::vector<std::optional<bool>>& success,
-                  const std::string& initializer, const std::string& stage,
-                  const std::string& figure) {
-  Figures figures;
+/** A figure of one initializer in the windows of a shape. */
+FiguresByStart figuresOf(const BenchmarkRecord& record, const WindowShape& shape,
+                         const std::vector<std::optional<bool>>& success,
+                         const std::string& initializer, const std::string& stage,
+                         const std::string& figure) {
+  FiguresByStart figures;
   for (size_t i = 0; i < record.results.size(); ++i) {
     const WindowResult& result = record.results[i];
-    if (result.initializer != initializer) continue;
+    if (result.initializer != initializer || result.shape() != shape) continue;
     double value = WindowErrors::kNone;
     if (figure == kSuccessRate) {
       if (success[i]) value = *success[i] ? 1.0 : 0.0;
     } else if (result.attempt.stage(stage)) {
       value = windowRow(result, stage).errors.*windowMetric(figure).error;
     }
-    if (std::isfinite(value))
-      figures[{result.sequence, result.keyframes, result.rate_hz, result.t0}] = value;
+    if (std::isfinite(value)) figures[{result.sequence, result.t0}] = value;
   }
   return figures;
-}
-
-bool hasShape(const ResultKey& key, const WindowShape& shape) {
-  return std::get<1>(key) == shape.keyframes && std::get<2>(key) == shape.rate_hz;
 }
 
 /** The pairs of one recording, in the order of time. */
 struct Pairs {
   PairedCluster values;
-  std::vector<TimeNs> starts;  ///< of the windows
+  std::vector<TimeNs> starts;  ///< of the windows or runs
 
-  /** The largest number of overlapping windows that begin at or after one of them, including it. */
-  size_t overlapping(double window_s) const {
-    constexpr double kShare = 0.99;  // of a window; two that meet in a keyframe are apart
+  /** The largest number of those that begin before the end of one of them, from that one on. */
+  size_t overlapping(double length_s) const {
+    constexpr double kShare = 0.99;  // of the length; two that meet in a keyframe are apart
     size_t most = 1, last = 0;
     for (size_t first = 0; first < starts.size(); ++first) {
       while (last < starts.size() &&
-             secondsBetween(starts[first], starts[last]) < kShare * window_s)
+             secondsBetween(starts[first], starts[last]) < kShare * length_s)
         ++last;
       most = std::max(most, last - first);
     }
@@ -67,45 +58,6 @@ double differenceOf(const PairedCluster& cluster, bool rate) {
   for (size_t i = 0; i < cluster.a.size(); ++i) differences.push_back(cluster.a[i] - cluster.b[i]);
   const FigureSummary summary = summaryOf(differences);
   return rate ? summary.mean : summary.median;
-}
-
-PairedComparison compareFigures(const Figures& a, const Figures& b, const WindowShape& shape,
-                                bool rate, const std::vector<std::string>& sequences,
-                                const BootstrapOptions& options) {
-  PairedComparison comparison;
-  std::vector<double> paired_a, paired_b;
-  std::map<std::string, Pairs> by_sequence;
-  for (const auto& [key, value] : a) {
-    if (!hasShape(key, shape)) continue;
-    ++comparison.count_a;
-    const auto other = b.find(key);
-    if (other == b.end()) continue;
-    Pairs& pairs = by_sequence[std::get<0>(key)];
-    pairs.values.a.push_back(value);
-    pairs.values.b.push_back(other->second);
-    pairs.starts.push_back(std::get<3>(key));
-    paired_a.push_back(value);
-    paired_b.push_back(other->second);
-  }
-  for (const auto& [key, value] : b)
-    if (hasShape(key, shape)) ++comparison.count_b;
-  const FigureSummary summary_a = summaryOf(paired_a), summary_b = summaryOf(paired_b);
-  comparison.value_a = rate ? summary_a.mean : summary_a.median;
-  comparison.value_b = rate ? summary_b.mean : summary_b.median;
-  std::vector<PairedCluster> clusters;
-  for (const std::string& sequence : sequences) {
-    const auto pairs = by_sequence.find(sequence);
-    if (pairs == by_sequence.end()) continue;
-    clusters.push_back(pairs->second.values);
-    clusters.back().block = pairs->second.overlapping((shape.keyframes - 1) / shape.rate_hz);
-    comparison.apart +=
-        (clusters.back().a.size() + clusters.back().block - 1) / clusters.back().block;
-    comparison.by_recording.push_back({sequence, static_cast<int>(clusters.back().a.size()),
-                                       differenceOf(clusters.back(), rate)});
-  }
-  comparison.interval =
-      pairedBootstrap(clusters, rate ? PairedStatistic::kMean : PairedStatistic::kMedian, options);
-  return comparison;
 }
 
 /** Recordings of the same name must be the same. */
@@ -143,6 +95,8 @@ BenchmarkRecord combineBenchmarks(
       return uses[initializer] > 1 ? prefix + initializer : initializer;
     };
     all.protocol.vi_ba = all.protocol.vi_ba || record.protocol.vi_ba;
+    all.protocol.min_keyframes =
+        std::max(all.protocol.min_keyframes, record.protocol.min_keyframes);
     all.protocol.min_coverage = std::max(all.protocol.min_coverage, record.protocol.min_coverage);
     for (const BenchmarkSequence& sequence : record.sequences)
       if (known.insert(sequence.name).second) all.sequences.push_back(sequence);
@@ -196,6 +150,46 @@ std::vector<std::string> comparedFigures() {
   return figures;
 }
 
+PairedComparison compareFigures(const std::string& figure, const FiguresByStart& a,
+                                const FiguresByStart& b, double length_s,
+                                const std::vector<std::string>& sequences,
+                                const BootstrapOptions& options) {
+  const bool rate = figure == kSuccessRate;
+  PairedComparison comparison;
+  comparison.figure = figure;
+  comparison.count_a = static_cast<int>(a.size());
+  comparison.count_b = static_cast<int>(b.size());
+  std::vector<double> paired_a, paired_b;
+  std::map<std::string, Pairs> by_sequence;
+  for (const auto& [key, value] : a) {
+    const auto other = b.find(key);
+    if (other == b.end()) continue;
+    Pairs& pairs = by_sequence[key.first];
+    pairs.values.a.push_back(value);
+    pairs.values.b.push_back(other->second);
+    pairs.starts.push_back(key.second);
+    paired_a.push_back(value);
+    paired_b.push_back(other->second);
+  }
+  const FigureSummary summary_a = summaryOf(paired_a), summary_b = summaryOf(paired_b);
+  comparison.value_a = rate ? summary_a.mean : summary_a.median;
+  comparison.value_b = rate ? summary_b.mean : summary_b.median;
+  std::vector<PairedCluster> clusters;
+  for (const std::string& sequence : sequences) {
+    const auto pairs = by_sequence.find(sequence);
+    if (pairs == by_sequence.end()) continue;
+    clusters.push_back(pairs->second.values);
+    clusters.back().block = pairs->second.overlapping(length_s);
+    comparison.apart +=
+        (clusters.back().a.size() + clusters.back().block - 1) / clusters.back().block;
+    comparison.by_recording.push_back({sequence, static_cast<int>(clusters.back().a.size()),
+                                       differenceOf(clusters.back(), rate)});
+  }
+  comparison.interval =
+      pairedBootstrap(clusters, rate ? PairedStatistic::kMean : PairedStatistic::kMedian, options);
+  return comparison;
+}
+
 std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const std::string& a,
                                             const std::string& b,
                                             const std::vector<std::string>& figures,
@@ -211,15 +205,14 @@ std::vector<PairedComparison> comparePaired(const BenchmarkRecord& record, const
       const std::vector<std::optional<bool>> success = judgedSuccess(record, stage);
       for (const std::string& figure : figures) {
         PairedComparison comparison =
-            compareFigures(figuresOf(record, success, a, stage, figure),
-                           figuresOf(record, success, b, stage, figure), shape,
-                           figure == kSuccessRate, sequences, options);
+            compareFigures(figure, figuresOf(record, shape, success, a, stage, figure),
+                           figuresOf(record, shape, success, b, stage, figure),
+                           (shape.keyframes - 1) / shape.rate_hz, sequences, options);
         comparison.a = a;
         comparison.b = b;
         comparison.keyframes = shape.keyframes;
         comparison.rate_hz = shape.rate_hz;
         comparison.stage = stage;
-        comparison.figure = figure;
         comparisons.push_back(std::move(comparison));
       }
     }

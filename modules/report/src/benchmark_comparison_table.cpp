@@ -39,18 +39,6 @@ std::vector<std::string> recordingsOf(const std::vector<PairedComparison>& compa
 
 std::string differenceKey(const std::string& sequence) { return "difference_" + sequence; }
 
-/** Says what the number of recordings means for the intervals. */
-std::string sentenceOnRecordings(const std::vector<PairedComparison>& comparisons) {
-  const size_t recordings = recordingsOf(comparisons).size();
-  if (recordings == 1)
-    return " There is one recording: the intervals hold for this flight alone, whose windows have "
-           "its biases and its scene in common.";
-  if (recordings < static_cast<size_t>(kMinRecordings))
-    return " There are " + std::to_string(recordings) +
-           " recordings: too few to show how much recordings differ, the intervals are too narrow.";
-  return "";
-}
-
 /** One table holds several units, so its cells are texts for people and numbers for programs. */
 std::vector<Table::Column> columnsFor(const std::vector<PairedComparison>& comparisons,
                                       bool group_in_title) {
@@ -120,6 +108,17 @@ void addRow(const PairedComparison& c, bool group_in_title, Table* table) {
 }
 
 }  // namespace
+
+std::string sentenceOnRecordings(const std::vector<PairedComparison>& comparisons) {
+  const size_t recordings = recordingsOf(comparisons).size();
+  if (recordings == 1)
+    return " There is one recording: the intervals hold for this flight alone, whose parts have "
+           "its biases and its scene in common.";
+  if (recordings > 0 && recordings < static_cast<size_t>(kMinRecordings))
+    return " There are " + std::to_string(recordings) +
+           " recordings: too few to show how much recordings differ, the intervals are too narrow.";
+  return "";
+}
 
 TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
                             const BootstrapOptions& options, bool group_in_title) {

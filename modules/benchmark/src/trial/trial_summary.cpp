@@ -127,24 +127,6 @@ FigureSummary afterStart(const TrialRecord& record, const TrialVariant& variant,
   return summaryOf(values);
 }
 
-BootstrapInterval differenceOfAte(const TrialRecord& record, const TrialVariant& a,
-                                  const TrialVariant& b, const BootstrapOptions& options) {
-  const std::map<std::string, double> ates = plainAtes(record);
-  std::map<std::string, PairedCluster> clusters;  // by recording
-  for (TrialRun run : record.results) {
-    if (run.fault != kNoFault || !(run.variant == a) || !std::isfinite(run.causal.ate_m)) continue;
-    const double ate_a = run.causal.ate_m;
-    run.variant = b;
-    const auto other = ates.find(resultKey(run));
-    if (other == ates.end() || !std::isfinite(other->second)) continue;
-    clusters[run.recording].a.push_back(ate_a);
-    clusters[run.recording].b.push_back(other->second);
-  }
-  std::vector<PairedCluster> all;
-  for (const auto& [recording, cluster] : clusters) all.push_back(cluster);
-  return pairedBootstrap(all, PairedStatistic::kMedian, options);
-}
-
 std::vector<FailureKind> failuresOf(const TrialRecord& record) {
   std::map<std::string, FailureKind> kinds;
   for (size_t i = 0; i < record.results.size(); ++i) {

@@ -75,17 +75,6 @@ TEST(TrialSummary, ErrorsAfterTheStartAreThoseWithoutAFault) {
   EXPECT_EQ(afterStart(record, two, 3.0, &ErrorsAfterStart::ate_m).count, 0);
 }
 
-TEST(TrialSummary, VariantsAreComparedRunByRun) {
-  const TrialRecord record = exampleTrial();
-  const std::vector<TrialVariant> variants = variantsOf(record);
-  const BootstrapInterval d = differenceOfAte(record, variants[1], variants[0]);
-  EXPECT_EQ(d.pairs, 4);
-  EXPECT_EQ(d.clusters, 2);
-  EXPECT_NEAR(d.difference, 0.001, 1e-12);
-  EXPECT_TRUE(d.significant());
-  EXPECT_FALSE(differenceOfAte(record, variants[0], variants[0]).significant());
-}
-
 TEST(TrialFailures, OfTheSameKindStandTogether) {
   TrialRecord record = exampleTrial();
   for (const size_t i : {2U, 5U}) {

@@ -7,6 +7,7 @@
 
 #include "etalon/core/text.h"
 #include "report_page.h"
+#include "trial/trial_differences.h"
 
 namespace etalon {
 namespace {
@@ -241,29 +242,6 @@ TitledTable recordingTable(const TrialRecord& record, const Variants& variants) 
   return {"recordings", "By recording", "ATE: medians of the runs without a fault.", table};
 }
 
-TitledTable differenceTable(const TrialRecord& record, const Variants& variants) {
-  Table table({{"a", "what flew"},
-               {"b", "less that of"},
-               {"pairs", "runs", true, 0},
-               {"difference_m", "ATE [mm]", true, 2, 1e3},
-               {"low_m", "from", true, 2, 1e3, false, "95 % interval"},
-               {"high_m", "to", true, 2, 1e3, false, "95 % interval"},
-               {"verdict", "significant"}});
-  for (size_t i = 1; i < variants.all.size(); ++i) {
-    const BootstrapInterval d = differenceOfAte(record, variants.all[i], variants.all[0]);
-    table.addRow();
-    table.setText("a", variants.labels[i]);
-    table.setText("b", variants.labels[0]);
-    table.setNumber("pairs", d.pairs);
-    table.setNumber("difference_m", d.difference);
-    table.setNumber("low_m", d.low);
-    table.setNumber("high_m", d.high);
-    table.setText("verdict", d.significant() ? "yes" : "no");
-  }
-  return {"differences", "Differences of the causal ATE, without a fault",
-          "Median of the differences over pairs of runs, paired bootstrap over recordings.", table};
-}
-
 TitledTable failureTable(const TrialRecord& record) {
   Table table({{"recording", "recording"},
                {"from_s", "from [s]", true, 1},
@@ -294,7 +272,7 @@ std::vector<TitledTable> trialTables(const TrialRecord& record) {
   std::vector<TitledTable> tables = {
       variantTable(record, variants), faultTable(record, variants, record.faults.size()),
       afterStartTable(record, variants), recordingTable(record, variants)};
-  if (variants.all.size() > 1) tables.push_back(differenceTable(record, variants));
+  if (variants.all.size() > 1) tables.push_back(differenceTable(record));
   tables.push_back(failureTable(record));
   return tables;
 }

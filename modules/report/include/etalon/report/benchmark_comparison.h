@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,7 +48,8 @@ struct RecordingDifference {
   double difference = WindowErrors::kNone;  ///< of a - b: of the rates, or median of the errors
 };
 
-/** Two initializers on the windows that both have: same sequence, window and first keyframe. */
+/** Two initializers on the windows that both have: same sequence, window and first keyframe; or two
+ * variants of a trial on the runs that both have. */
 struct PairedComparison {
   std::string a, b;
   int keyframes = 0;
@@ -60,7 +62,7 @@ struct PairedComparison {
   double value_a = WindowErrors::kNone, value_b = WindowErrors::kNone;
   /** Of a - b: difference of the rates; median of the differences of the errors. */
   BootstrapInterval interval;
-  int apart = 0;  ///< lower bound of the number of pairs whose windows do not overlap
+  int apart = 0;  ///< lower bound of the number of pairs whose windows (runs) do not overlap
   std::vector<RecordingDifference> by_recording;  ///< those with a pair, in the record's order
 
   /** Smaller differences are not relevant, however significant they are. Errors: kRelevantShare of
@@ -71,6 +73,24 @@ struct PairedComparison {
    * ", this recording alone" follows where a difference was found and there is one recording. */
   std::string verdict() const;
 };
+
+/** A figure by recording and by the start of its window or run, where it is known. */
+using FiguresByStart = std::map<std::pair<std::string, TimeNs>, double>;
+
+/**
+ * Compares a figure of two on the windows or runs that both have. Recordings are the clusters of the
+ * bootstrap; runs of overlapping windows are its blocks. The names `a` and `b` are left empty.
+ * @param figure kSuccessRate, or a key of windowMetrics(), whose unit the figures have
+ * @param length_s of a window or run; infinity: it lasts to the end of the recording
+ * @param sequences recordings, in the order in which they are drawn from and listed
+ */
+PairedComparison compareFigures(const std::string& figure, const FiguresByStart& a,
+                                const FiguresByStart& b, double length_s,
+                                const std::vector<std::string>& sequences,
+                                const BootstrapOptions& options = {});
+
+/** Says what the number of recordings means for the intervals; begins with a blank, or is empty. */
+std::string sentenceOnRecordings(const std::vector<PairedComparison>& comparisons);
 
 /**
  * Every figure of two initializers, for every shape and stage. An error enters where both give a

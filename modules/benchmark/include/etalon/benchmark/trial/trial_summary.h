@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "etalon/benchmark/paired_bootstrap.h"
 #include "etalon/benchmark/summary.h"
 #include "etalon/benchmark/trial/trial_record.h"
 
@@ -35,11 +34,6 @@ std::vector<std::string> describeUncounted(const TrialRecord& record);
 /** A figure of ErrorsAfterStart over the runs without a fault of a variant. */
 FigureSummary afterStart(const TrialRecord& record, const TrialVariant& variant, double after_s,
                          double ErrorsAfterStart::*figure);
-
-/** Of variant `a` less that of `b`, over the runs that both have without a fault: the causal ATE, m.
- * A cluster is a recording. */
-BootstrapInterval differenceOfAte(const TrialRecord& record, const TrialVariant& a,
-                                  const TrialVariant& b, const BootstrapOptions& options = {});
 
 /** How often something made runs fail: reasons that differ in numbers or names alone
  * are one; the most frequent first. */
