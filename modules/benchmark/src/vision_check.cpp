@@ -1,12 +1,11 @@
 #include "etalon/benchmark/vision_check.h"
 
-#include <cmath>
 #include <optional>
 #include <vector>
 
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/statistics.h"
-#include "etalon/evaluation/alignment.h"
+#include "etalon/evaluation/trajectory_evaluation.h"
 
 namespace etalon {
 namespace {
@@ -15,20 +14,10 @@ constexpr WindowShape kShape{10, 4.0};
 constexpr double kEveryS = 1.0;
 
 /** m; nothing where a keyframe has no ground truth. */
-std::optional<double> absoluteError(const std::vector<TimeNs>& stamps,
-                                    const std::vector<Eigen::Vector3d>& estimate,
-                                    const GroundTruth& truth) {
-  std::vector<Eigen::Vector3d> positions;
-  for (const TimeNs t : stamps) {
-    const auto state = truth.at(t);
-    if (!state) return std::nullopt;
-    positions.push_back(state->T_WB.t);
-  }
-  const Alignment alignment = alignPoints(positions, estimate, AlignmentType::kSE3);
-  double squares = 0.0;
-  for (size_t k = 0; k < positions.size(); ++k)
-    squares += (positions[k] - alignment * estimate[k]).squaredNorm();
-  return std::sqrt(squares / static_cast<double>(positions.size()));
+std::optional<double> absoluteError(const Trajectory& estimate, const GroundTruth& truth) {
+  const AssociatedTrajectories both = associate(estimate, truth);
+  if (both.estimate.size() < estimate.size()) return std::nullopt;
+  return absoluteErrors(both, AlignmentType::kSE3).position_m.rmse;
 }
 
 }  // namespace
@@ -44,14 +33,11 @@ VisionCheck checkByVision(const SequenceTracks& tracks, const GroundTruth& recor
     if (problem.keyframeCount() < kShape.keyframes) continue;
     const auto& solution = problem.visualSolution();
     if (!solution) continue;
-    std::vector<TimeNs> stamps;
-    std::vector<Eigen::Vector3d> estimate;
-    for (int k = 0; k < problem.keyframeCount(); ++k) {
-      stamps.push_back(problem.keyframe(k).t);
-      estimate.push_back(solution->T_VB[k].t);
-    }
-    const auto from_recorded = absoluteError(stamps, estimate, recorded);
-    const auto from_corrected = absoluteError(stamps, estimate, corrected);
+    Trajectory estimate;
+    for (int k = 0; k < problem.keyframeCount(); ++k)
+      estimate.push_back({problem.keyframe(k).t, solution->T_VB[k]});
+    const auto from_recorded = absoluteError(estimate, recorded);
+    const auto from_corrected = absoluteError(estimate, corrected);
     if (!from_recorded || !from_corrected) continue;
     before.push_back(*from_recorded);
     after.push_back(*from_corrected);

@@ -15,19 +15,12 @@ namespace etalon {
 namespace {
 
 /** RMS of the values that are known; NaN without any. */
-class RootMeanSquare {
- public:
-  void add(double value) {
-    if (!std::isfinite(value)) return;
-    sum_ += value * value;
-    ++count_;
-  }
-  double value() const { return count_ == 0 ? WindowErrors::kNone : std::sqrt(sum_ / count_); }
-
- private:
-  double sum_ = 0.0;
-  int count_ = 0;
-};
+double rmsOfKnown(std::vector<double> values) {
+  values.erase(std::remove_if(values.begin(), values.end(),
+                              [](double value) { return !std::isfinite(value); }),
+               values.end());
+  return statisticsOf(std::move(values)).rmse;
+}
 
 class Judgement {
  public:
@@ -91,23 +84,45 @@ class Judgement {
         absoluteErrors(both, flown_.started ? AlignmentType::kYawPosition : AlignmentType::kSE3);
     errors.ate_yaw_m = yaw.position_m.rmse;
     errors.rotation_deg = yaw.rotation_deg.rmse;
-    const int second = static_cast<int>(std::lround(imageRate(flown_.images)));
-    if (second < 1) return errors;
-    const TrajectoryErrors relative =
-        relativeErrors(both, {static_cast<double>(second), DeltaUnit::kFrames});
+    const TrajectoryErrors relative = errorsOverASecond(both);
     errors.rpe_m = relative.position_m.rmse;
     errors.rpe_deg = relative.rotation_deg.rmse;
     return errors;
   }
 
+  /** Errors of the motion from a pose to the one that is a second later, to half a frame, and from
+   * that one on. Where there is none, the next pose takes the place of the first. */
+  TrajectoryErrors errorsOverASecond(const AssociatedTrajectories& both) const {
+    const double rate_hz = imageRate(flown_.images);
+    if (!(rate_hz >= 1.0)) return {};
+    const TimeNs half_frame = durationNs(0.5 / rate_hz);
+    const auto& [estimate, reference] = both;
+    AssociatedTrajectories motions;
+    for (size_t i = 0, j = 0; i < estimate.size();) {
+      const TimeNs end = estimate[i].t + kNanosecondsPerSecond;
+      while (j < estimate.size() && estimate[j].t < end - half_frame) ++j;
+      if (j == estimate.size()) break;
+      if (estimate[j].t > end + half_frame) {
+        ++i;
+        continue;
+      }
+      motions.estimate.push_back({estimate[j].t, estimate[i].T_WB.inverse() * estimate[j].T_WB});
+      motions.reference.push_back(
+          {reference[j].t, reference[i].T_WB.inverse() * reference[j].T_WB});
+      i = j;
+    }
+    return absoluteErrors(motions, std::nullopt);
+  }
+
   void compareWithPredicted() {
-    RootMeanSquare error, sigma;
+    std::vector<double> error, sigma;
     for (const FlightErrors& e : errors_) {
       if (!std::isfinite(e.position_m.error) || !std::isfinite(e.position_m.sigma)) continue;
-      error.add(e.position_m.error);
-      sigma.add(e.position_m.sigma);
+      error.push_back(e.position_m.error);
+      sigma.push_back(e.position_m.sigma);
     }
-    if (sigma.value() > 0.0) run_.error_over_predicted = error.value() / sigma.value();
+    const double predicted = rmsOfKnown(sigma);
+    if (predicted > 0.0) run_.error_over_predicted = rmsOfKnown(error) / predicted;
   }
 
   ErrorsAfterStart afterStart(double after_s) const {
@@ -128,14 +143,14 @@ class Judgement {
     const AssociatedTrajectories both = associate(part, truth_);
     if (coversEnough(both.estimate.size(), part.size(), kMinCoverage))
       errors.ate_m = absoluteErrors(both, AlignmentType::kYawPosition).position_m.rmse;
-    RootMeanSquare velocity, tilt;
+    std::vector<double> velocity, tilt;
     for (size_t i = 0; i < errors_.size(); ++i) {
       if (!inside(flown_.estimates[i].t)) continue;
-      velocity.add(errors_[i].velocity_mps.error);
-      tilt.add(errors_[i].tilt_deg.error);
+      velocity.push_back(errors_[i].velocity_mps.error);
+      tilt.push_back(errors_[i].tilt_deg.error);
     }
-    errors.velocity_mps = velocity.value();
-    errors.tilt_deg = tilt.value();
+    errors.velocity_mps = rmsOfKnown(velocity);
+    errors.tilt_deg = rmsOfKnown(tilt);
     return errors;
   }
 

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
 #include "etalon/core/so3.h"
 #include "trial/trial_flight.h"
 
@@ -102,6 +105,23 @@ TEST_F(TrialJudgement, ErrorsCountFromTheStart) {
   // 3 cm in five of eleven seconds, 1 cm an axis predicted.
   EXPECT_NEAR(run.error_over_predicted, 0.03 * std::sqrt(101.0 / 221.0) / (0.01 * std::sqrt(3.0)),
               1e-6);
+}
+
+TEST_F(TrialJudgement, RpeIsOverASecondWhereverPosesAreMissing) {
+  for (FrameEstimate& e : flown_.estimates) e.nav.T_WB.t.x() += 0.01 * 1e-9 * e.t;  // 1 cm a second
+  const std::vector<FrameEstimate> all = flown_.estimates;
+  const auto rpe = [&](const std::function<bool(size_t)>& isThere) {
+    flown_.estimates.clear();
+    flown_.smoothed.clear();
+    for (size_t i = 0; i < all.size(); ++i)
+      if (isThere(i)) flown_.estimates.push_back(all[i]);
+    return judged().causal.rpe_m;
+  };
+  // The tolerance is for rounding alone.
+  EXPECT_NEAR(rpe([](size_t) { return true; }), 0.01, 1e-9);
+  EXPECT_NEAR(rpe([](size_t i) { return i % 2 == 0; }), 0.01, 1e-9);
+  EXPECT_NEAR(rpe([](size_t i) { return i < 110 || i > 150; }), 0.01, 1e-9);  // a gap of 2 s
+  EXPECT_TRUE(std::isnan(rpe([](size_t i) { return i < 20; })));              // 0.95 s in all
 }
 
 TEST_F(TrialJudgement, WhatHasNotLastedHasNoErrors) {
