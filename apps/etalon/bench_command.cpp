@@ -148,7 +148,7 @@ int bench(const BenchArguments& arguments) {
                clockTime(outcome.frontend_s).c_str(), clockTime(outcome.windows_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record);
-  const bool lost = printLostWindows(outcome.record);
+  const bool lost = printLost(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
   return lost ? kPluginDied : kOk;
 }

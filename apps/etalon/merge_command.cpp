@@ -6,7 +6,6 @@
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/trial/trial.h"
 #include "etalon/report/report.h"
-#include "etalon/report/trial_tables.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
 #include "support/print_tables.h"
@@ -21,30 +20,29 @@ struct MergeArguments {
   bool overwrite = false, verbose = false;
 };
 
-int mergeRuns(const MergeArguments& arguments) {
-  const TrialOutcome outcome =
-      mergeTrials(arguments.folders, arguments.out, arguments.overwrite, trialReportHtml);
-  std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
-  for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record);
-  return kOk;
+/** Says what was joined and what it lacks. Returns the exit code. */
+template <typename Record>
+int tellMerged(const Record& record, const std::vector<std::string>& files, size_t parts) {
+  std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", record.results.size(), parts,
+               parts == 1 ? "part" : "parts");
+  for (const std::string& file : files) std::fprintf(stderr, "  %s\n", file.c_str());
+  printShortfalls(record);
+  const bool lost = printLost(record);
+  if (printRecordingErrors(record)) return kDataErrorExit;
+  return lost ? kPluginDied : kOk;
 }
 
 int merge(const MergeArguments& arguments) {
-  const TableFormat format = tableFormatFromName(arguments.format);
-  if (std::all_of(arguments.folders.begin(), arguments.folders.end(), isTrialFolder))
-    return mergeRuns(arguments);
-  const BenchmarkOutcome outcome =
-      mergeBenchmarks(arguments.folders, arguments.out, arguments.overwrite, benchmarkReportHtml);
-  printBenchmarkTables(outcome.record, format, arguments.verbose);
-  const size_t parts = arguments.folders.size();
-  std::fprintf(stderr, "\n%zu results of %zu %s\nwritten:\n", outcome.results_found, parts,
-               parts == 1 ? "part" : "parts");
-  for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
-  printShortfalls(outcome.record);
-  const bool lost = printLostWindows(outcome.record);
-  if (printRecordingErrors(outcome.record)) return kDataErrorExit;
-  return lost ? kPluginDied : kOk;
+  const auto& [folders, out, format_name, overwrite, verbose] = arguments;
+  const TableFormat format = tableFormatFromName(format_name);
+  if (std::all_of(folders.begin(), folders.end(), isTrialFolder)) {
+    const TrialOutcome trial = mergeTrials(folders, out, overwrite, trialReportHtml);
+    printTrialTables(trial.record, format, verbose);
+    return tellMerged(trial.record, trial.files, folders.size());
+  }
+  const BenchmarkOutcome benchmark = mergeBenchmarks(folders, out, overwrite, benchmarkReportHtml);
+  printBenchmarkTables(benchmark.record, format, verbose);
+  return tellMerged(benchmark.record, benchmark.files, folders.size());
 }
 
 }  // namespace
@@ -67,7 +65,8 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_flag(
       "-v,--verbose", arguments->verbose,
-      "As text: a table for each figure with a row for each recording, not one table");
+      "As text: a table for each figure with a row for each recording, not one table; of a trial "
+      "all tables");
   command->footer(
       "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "
       "not be used by any part (the others are done), 4 an initializer crashed, ended the process "

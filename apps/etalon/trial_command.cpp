@@ -9,7 +9,6 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/report.h"
-#include "etalon/report/trial_tables.h"
 #include "options/configuration_options.h"
 #include "options/ground_truth_option.h"
 #include "options/suite_options.h"
@@ -88,19 +87,6 @@ std::string describe(const BenchmarkProgress& p) {
   return text;
 }
 
-void print(const TrialOutcome& outcome, const TrialArguments& arguments) {
-  const TableFormat format = tableFormatFromName(arguments.suite.format);
-  if (format == TableFormat::kCsv) {
-    std::fputs(runsCsv(outcome.record.results).c_str(), stdout);
-  } else if (format == TableFormat::kText && !arguments.suite.verbose) {
-    std::fputs(trialPage(outcome.record, textStyle()).c_str(), stdout);
-  } else {
-    for (const TitledTable& table : trialTables(outcome.record))
-      std::printf("%s\n", toString(table, format, textStyle()).c_str());
-  }
-  std::fflush(stdout);
-}
-
 /** @throws ConfigError for a kind that there is not */
 void checkOdometries(const TrialArguments& arguments) {
   for (const std::string& kind : arguments.odometries) {
@@ -116,6 +102,7 @@ void checkOdometries(const TrialArguments& arguments) {
 int trial(const TrialArguments& arguments) {
   arguments.ground_truth.check(arguments.sources);
   arguments.configuration.requireNotIn(arguments.suite.out);
+  const TableFormat format = tableFormatFromName(arguments.suite.format);
   const std::vector<TrialSetting> settings = readSettings(arguments);
   checkOdometries(arguments);
   TrialOptions options;
@@ -151,18 +138,15 @@ int trial(const TrialArguments& arguments) {
                  outcome.runs_found + outcome.runs_made, outcome.runs_missing);
     return kInterrupted;
   }
-  print(outcome, arguments);
+  printTrialTables(outcome.record, format, arguments.suite.verbose);
   std::fprintf(stderr, "\n%zu runs (%zu were there already) in %s\nwritten:\n",
                outcome.runs_found + outcome.runs_made, outcome.runs_found,
                clockTime(outcome.wall_s).c_str());
   for (const std::string& file : outcome.files) std::fprintf(stderr, "  %s\n", file.c_str());
   printShortfalls(outcome.record);
+  const bool lost = printLost(outcome.record);
   if (printRecordingErrors(outcome.record)) return kDataErrorExit;
-  const auto died = [](const TrialRun& run) {
-    return run.status == kStatusCrashed || run.status == kStatusTimeLimit;
-  };
-  const auto& runs = outcome.record.results;
-  return std::any_of(runs.begin(), runs.end(), died) ? kPluginDied : kOk;
+  return lost ? kPluginDied : kOk;
 }
 
 /** What flies. */

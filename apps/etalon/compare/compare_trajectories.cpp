@@ -8,7 +8,6 @@
 #include "etalon/core/printable.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/report/plot.h"
-#include "etalon/report/trial_tables.h"
 #include "support/print_tables.h"
 #include "support/systems.h"
 
@@ -38,13 +37,7 @@ void compareTrajectories(const CompareArguments& arguments, TableFormat format) 
   const std::vector<NamedText> systems = systemsOf(arguments.runs, arguments.recordings.size());
   const TrialRecord record = trialOfTrajectories(systems, arguments.recordings, TrialProtocol());
   if (!arguments.plot.empty()) drawSystems(arguments, systems);
-  if (format == TableFormat::kText && !arguments.verbose)
-    std::fputs(trialPage(record, textStyle(arguments.bold)).c_str(), stdout);
-  else if (format == TableFormat::kCsv)
-    std::fputs(runsCsv(record.results).c_str(), stdout);
-  else
-    for (const TitledTable& table : trialTables(record))
-      std::printf("%s\n", toString(table, format).c_str());
+  printTrialTables(record, format, arguments.verbose, arguments.bold);
   for (const std::string& sentence : describeUncounted(record))
     std::fprintf(stderr, "warning: %s\n", printable(sentence).c_str());
 }

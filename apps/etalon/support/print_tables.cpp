@@ -13,6 +13,7 @@
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/printable.h"
 #include "etalon/report/benchmark_overview.h"
+#include "etalon/report/trial_tables.h"
 #include "support/read_summary.h"
 
 namespace etalon::app {
@@ -31,6 +32,27 @@ int widthOfStdout() {
   if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
   return kUnknown;
 }
+
+/** Counts what crashed or used up its time. */
+class Losses {
+ public:
+  explicit Losses(std::string noun) : noun_(std::move(noun)) {}
+
+  void count(const std::string& what, const std::string& status) {
+    if (status == kStatusCrashed || status == kStatusTimeLimit) ++lost_[{what, status}];
+  }
+  /** Returns whether there are any. */
+  bool print() const {
+    for (const auto& [what, count] : lost_)
+      std::fprintf(stderr, "warning: %s: %s (%s)\n", printable(what.first).c_str(),
+                   counted(count, noun_).c_str(), what.second.c_str());
+    return !lost_.empty();
+  }
+
+ private:
+  std::string noun_;
+  std::map<std::pair<std::string, std::string>, size_t> lost_;  ///< by what was lost and status
+};
 
 }  // namespace
 
@@ -60,15 +82,28 @@ void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format, boo
   std::fflush(stdout);  // keeps the order with stderr in a common log
 }
 
-bool printLostWindows(const BenchmarkRecord& record) {
-  std::map<std::pair<std::string, std::string>, size_t> lost;  // by initializer and status
+void printTrialTables(const TrialRecord& record, TableFormat format, bool verbose, bool bold) {
+  if (format == TableFormat::kCsv)
+    std::fputs(runsCsv(record.results).c_str(), stdout);
+  else if (format == TableFormat::kText && !verbose)
+    std::fputs(trialPage(record, textStyle(bold)).c_str(), stdout);
+  else
+    for (const TitledTable& table : trialTables(record))
+      std::printf("%s\n", toString(table, format, textStyle(bold)).c_str());
+  std::fflush(stdout);
+}
+
+bool printLost(const BenchmarkRecord& record) {
+  Losses losses("result");
   for (const WindowResult& result : record.results)
-    if (result.attempt.status == kStatusCrashed || result.attempt.status == kStatusTimeLimit)
-      ++lost[{result.initializer, result.attempt.status}];
-  for (const auto& [what, count] : lost)
-    std::fprintf(stderr, "warning: %s: %s (%s)\n", what.first.c_str(),
-                 counted(count, "result").c_str(), what.second.c_str());
-  return !lost.empty();
+    losses.count(result.initializer, result.attempt.status);
+  return losses.print();
+}
+
+bool printLost(const TrialRecord& record) {
+  Losses losses("run");
+  for (const TrialRun& run : record.results) losses.count(labelOf(run.variant, record), run.status);
+  return losses.print();
 }
 
 void printShortfalls(const BenchmarkRecord& record) {

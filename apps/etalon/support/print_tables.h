@@ -21,9 +21,15 @@ void printOverview(const BenchmarkRecord& record, const TextStyle& style);
  * `verbose` all headlines; all in one table as CSV. */
 void printBenchmarkTables(const BenchmarkRecord& record, TableFormat format, bool verbose);
 
-/** Says on stderr in how many windows an initializer crashed or used up its time. Returns whether
- * there are any. */
-bool printLostWindows(const BenchmarkRecord& record);
+/** Prints a trial's tables to stdout: as text its page, or with `verbose` all of them; as CSV all
+ * runs. @param bold as of textStyle() */
+void printTrialTables(const TrialRecord& record, TableFormat format, bool verbose,
+                      bool bold = false);
+
+/** Says on stderr in how many windows (runs) an initializer crashed or used up its time. Returns
+ * whether there are any. */
+bool printLost(const BenchmarkRecord& record);
+bool printLost(const TrialRecord& record);
 
 /** Prints what a benchmark left out to stderr: unreadable images, recordings too short for a
  * window, windows without enough ground truth. */
