@@ -56,6 +56,7 @@ void TrialWorker::run(const TrialTask& task, size_t first, const DoPart& do_part
 const TrialCut& TrialWorker::cutOf(const TrialTask& task) {
   if (cut_ && cut_of_ == task.cut) return *cut_;
   cut_.reset();  // not two at a time
+  images_ = 0;
   const BenchmarkSequence& sequence = record_.sequences[task.sequence];
   const TimeNs from = sequence.first_image + durationNs(task.from_s);
   cut_.emplace(sequence.source, task.from_s, options_.protocol.seconds, TrialCut::kMostBytes,
@@ -207,7 +208,7 @@ TrialRun TrialWorker::emptyRun(const TrialTask& task, size_t fault) const {
   run.from_s = task.from_s;
   run.variant = task.variant;
   run.fault = options_.faults[fault].name;
-  run.images = images_;
+  run.images = run.frames = images_;  // until the run tells how many were delivered
   return run;
 }
 
