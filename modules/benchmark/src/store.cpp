@@ -201,19 +201,28 @@ WindowResult resultFromText(const std::string& text) {
   return resultFromJson(JsonReader(json, kName));
 }
 
+namespace {
+
+/** Drops what a writer left that was killed in the middle of a line. */
+void dropUnfinishedLine(const std::string& file) {
+  if (!fs::exists(file)) return;
+  const std::string text = readText(file);
+  const size_t end = text.rfind('\n') + 1;  // 0 where there is no line
+  if (end < text.size()) fs::resize_file(file, end);
+}
+
+}  // namespace
+
 void LineStore::read(
     const std::string& sequence,
-    const std::function<void(const std::string& line, const std::string& place)>& use) {
+    const std::function<void(const std::string& line, const std::string& place)>& use) const {
   const std::string file = path(sequence);
   if (!fs::exists(file)) return;
   const std::string text = readText(file);
   size_t begin = 0;
   for (int line = 1; begin < text.size(); ++line) {
     const size_t end = text.find('\n', begin);
-    if (end == std::string::npos) {  // the writer was killed in the middle of this line
-      fs::resize_file(file, begin);
-      break;
-    }
+    if (end == std::string::npos) break;  // not yet, or never, written to its end
     use(text.substr(begin, end - begin), file + ":" + std::to_string(line));
     begin = end + 1;
   }
@@ -221,7 +230,10 @@ void LineStore::read(
 
 void LineStore::append(const std::string& sequence, const std::string& line) {
   std::ofstream& file = files_[sequence];
-  if (!file.is_open()) file.open(path(sequence), std::ios::binary | std::ios::app);
+  if (!file.is_open()) {
+    dropUnfinishedLine(path(sequence));
+    file.open(path(sequence), std::ios::binary | std::ios::app);
+  }
   file << line + "\n" << std::flush;
   if (!file)
     throw DataError(path(sequence), 0, std::string("cannot be written: ") + std::strerror(errno));
@@ -233,7 +245,7 @@ std::string LineStore::path(const std::string& sequence) const {
 
 ResultStore::ResultStore(const std::string& folder) : lines_(pathIn(folder, "windows")) {}
 
-std::vector<WindowResult> ResultStore::read(const std::string& sequence) {
+std::vector<WindowResult> ResultStore::read(const std::string& sequence) const {
   std::vector<WindowResult> results;
   lines_.read(sequence, [&results](const std::string& line, const std::string& place) {
     results.push_back(resultFromJson(JsonReader(parseJson(line, place, 0), place)));

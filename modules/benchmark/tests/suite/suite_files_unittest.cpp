@@ -104,7 +104,7 @@ TEST(SuiteJson, NamesPlaceAndReason) {
   EXPECT_THROW(readText("/nowhere/at/all"), DataError);
 }
 
-TEST(LineStore, KeepsLinesInOrderAndDropsOneThatWasCut) {
+TEST(LineStore, KeepsLinesInOrderAndDropsOneThatWasCutWhenTheNextIsAppended) {
   const testing::TemporaryFolder folder;
   LineStore store(folder.path());
   for (const char* line : {"one", "two", "three"}) store.append("flight", line);
@@ -124,6 +124,7 @@ TEST(LineStore, KeepsLinesInOrderAndDropsOneThatWasCut) {
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 2);
   read();
   EXPECT_THAT(lines, ElementsAre("one", "two"));
+  EXPECT_EQ(readText(file), "one\ntwo\nthre");
   LineStore(folder.path()).append("flight", "four");
   read();
   EXPECT_THAT(lines, ElementsAre("one", "two", "four"));

@@ -76,11 +76,13 @@ class LineStore {
  public:
   explicit LineStore(std::string folder) : folder_(std::move(folder)) {}
 
-  /** Calls `use` for every line of a recording, with the line's place for messages; a line that was
-   * cut in the middle of writing is dropped from the file. */
-  void read(const std::string& sequence,
-            const std::function<void(const std::string& line, const std::string& place)>& use);
-  /** @throws DataError if it cannot be written */
+  /** Calls `use` for every line of a recording, with the line's place for messages. A last line
+   * without an end is left out: its writer is still at it, or was killed. */
+  void read(
+      const std::string& sequence,
+      const std::function<void(const std::string& line, const std::string& place)>& use) const;
+  /** The first call drops a last line without an end. Call it under the FolderLock.
+   * @throws DataError if it cannot be written */
   void append(const std::string& sequence, const std::string& line);
 
  private:
@@ -96,7 +98,7 @@ class ResultStore {
   explicit ResultStore(const std::string& folder);
 
   /** Reads a sequence's lines (LineStore::read()). @throws DataError for lines that are no results */
-  std::vector<WindowResult> read(const std::string& sequence);
+  std::vector<WindowResult> read(const std::string& sequence) const;
 
   /** @throws DataError if it cannot be written */
   void append(const WindowResult& result);
