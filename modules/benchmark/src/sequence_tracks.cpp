@@ -1,5 +1,6 @@
 #include "etalon/benchmark/sequence_tracks.h"
 
+#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -52,11 +53,20 @@ std::string recordingName(const std::string& source) {
   return (file ? path.stem() : path.filename()).string();
 }
 
+std::string fileName(const std::string& text) {
+  std::string name = text;
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 &&
+        std::string("._+-").find(c) == std::string::npos)
+      c = '_';
+  return name;
+}
+
 void requireDifferentNames(const std::vector<std::string>& sources) {
   std::set<std::string> names;
   for (const std::string& source : sources)
-    if (!names.insert(recordingName(source)).second)
-      throw ConfigError("two recordings are called '" + recordingName(source) +
+    if (!names.insert(fileName(recordingName(source))).second)
+      throw ConfigError("two recordings are called '" + fileName(recordingName(source)) +
                         "'; their folders or files need different names (" + source + ")");
 }
 

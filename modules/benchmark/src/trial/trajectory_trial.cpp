@@ -38,6 +38,7 @@ class TrajectoryTrial {
     record_.protocol = protocol;
     record_.protocol.seconds = 0.0;
     record_.faults = {{kNoFault, ""}};
+    requireDifferentNames(recordings);
     for (const std::string& recording : recordings) open(recording);
     for (const NamedText& system : systems) read(system);
   }
@@ -76,9 +77,10 @@ class TrajectoryTrial {
   }
 
   /** What the file's name says of its run; nothing if it is of none of the recordings. */
-  std::optional<Part> partOf(const std::string& stem) const {
+  std::optional<Part> partOf(const fs::path& file) const {
+    const std::string stem = fileName(file.stem().string());
     for (size_t r = 0; r < record_.sequences.size(); ++r) {
-      const std::string& name = record_.sequences[r].name;
+      const std::string name = fileName(record_.sequences[r].name);
       if (stem == name) return Part{r, 0.0, kNoFault, true};
       if (stem.compare(0, name.size() + 1, name + "-") != 0) continue;
       const std::string rest = stem.substr(name.size() + 1);
@@ -100,14 +102,14 @@ class TrajectoryTrial {
       any = true;
     };
     if (!fs::is_directory(system.text)) {
-      const std::optional<Part> part = partOf(fs::path(system.text).stem().string());
+      const std::optional<Part> part = partOf(system.text);
       if (part || record_.sequences.size() == 1) add(system.text, part.value_or(Part()));
     } else {
       std::set<fs::path> sorted;
       for (const auto& entry : fs::directory_iterator(system.text))
         if (entry.path().extension() == ".tum") sorted.insert(entry.path());
       for (const fs::path& file : sorted)
-        if (const auto part = partOf(file.stem().string())) add(file, *part);
+        if (const auto part = partOf(file)) add(file, *part);
     }
     if (!any)
       throw ConfigError("'" + system.text +

@@ -1,23 +1,14 @@
 #include "etalon/benchmark/trial/trial_record.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
+#include "etalon/benchmark/sequence_tracks.h"
 #include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
-
-std::string fileName(const std::string& text) {
-  std::string name = text;
-  for (char& c : name)
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 &&
-        std::string("._+-").find(c) == std::string::npos)
-      c = '_';
-  return name;
-}
 
 std::string joinedFilled(const std::vector<std::string>& words, const std::string& between) {
   std::vector<std::string> filled;

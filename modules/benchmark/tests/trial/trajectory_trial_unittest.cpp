@@ -69,6 +69,24 @@ TEST_F(TrajectoryTrialTest, HoldsSystemsAgainstTheSameImages) {
   EXPECT_TRUE(missingResults(record).empty() || record.protocol.from_s.size() == 2);
 }
 
+TEST_F(TrajectoryTrialTest, FindsTheTrajectoriesOfARecordingWhoseNameHasABlank) {
+  write("tiny.tum", 0);
+  std::filesystem::copy_file(folder_ / "tiny.tum", folder_ / "theirs/my flight.tum");
+  std::filesystem::copy_file(folder_ / "tiny.tum",
+                             folder_ / "ours" / trajectoryName("my flight", 0.0, kNoFault));
+  std::filesystem::rename(folder_ / "tiny", folder_ / "my flight");
+  const TrialRecord record =
+      trialOfTrajectories({{"ours", folder_ / "ours"}, {"theirs", folder_ / "theirs"}},
+                          {folder_ / "my flight"}, TrialProtocol());
+  ASSERT_EQ(record.results.size(), 2U);
+  for (const TrialRun& run : record.results) EXPECT_EQ(run.poses, 6) << resultKey(run);
+  std::filesystem::copy(folder_ / "my flight", folder_ / "my_flight",
+                        std::filesystem::copy_options::recursive);
+  EXPECT_THROW(trialOfTrajectories({{"ours", folder_ / "ours"}},
+                                   {folder_ / "my flight", folder_ / "my_flight"}, TrialProtocol()),
+               ConfigError);
+}
+
 TEST_F(TrajectoryTrialTest, OneFileOfOneRecordingMayHaveAnyName) {
   write("x.tum", 0);
   const TrialRecord record = judged({{"x", folder_ / "x.tum"}});

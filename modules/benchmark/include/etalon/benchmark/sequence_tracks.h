@@ -43,7 +43,11 @@ struct Interrupted : public std::exception {
 /** A recording's own name: its folder's, without "mav0"; its file's, without extension. */
 std::string recordingName(const std::string& source);
 
-/** @throws ConfigError if two recordings have the same name, a recording given twice for instance */
+/** The text with other characters than letters, digits and `._+-` as `_`, for names of files. */
+std::string fileName(const std::string& text);
+
+/** @throws ConfigError if two recordings have the same name or would have the same fileName(), a
+ * recording given twice for instance */
 void requireDifferentNames(const std::vector<std::string>& sources);
 
 /** Everything of the recording but its tracks. */

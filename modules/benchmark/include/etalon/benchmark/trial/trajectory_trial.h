@@ -17,7 +17,7 @@ namespace etalon {
  * early has less coverage. Of faults the names are known alone: images that a fault took away count.
  * @param systems names, each with its folder or file
  * @throws ConfigError, naming it, for a system without a file of these recordings, or with
- * the name of another
+ * the name of another, and for two recordings of the same name
  * @throws DataError for recordings and files that cannot be read
  */
 TrialRecord trialOfTrajectories(const std::vector<NamedText>& systems,

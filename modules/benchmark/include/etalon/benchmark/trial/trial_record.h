@@ -74,7 +74,7 @@ struct TrialRun {
   bool silent = false;   ///< it was wrong, and no event said so
   double seconds = 0.0;  ///< from the first image to the last
   int images = 0;        ///< pairs of images in the part of the recording
-  int frames = 0;        ///< of these, delivered: what a fault left over
+  int frames = 0;        ///< of these, delivered: what a fault left over; all if it was broken off
   int poses = 0;         ///< frames that have a causal pose
   double fault_at_s = WindowErrors::kNone;  ///< first measurement that the fault changed
   double started_s = WindowErrors::kNone;   ///< odometry with the IMU began; a system: first pose
@@ -124,7 +124,7 @@ std::vector<std::string> tooShort(const TrialRecord& record);
 std::string resultKey(const TrialRun& run);
 
 /** Name of the trajectory of a run in the folder of a variant or system:
- * RECORDING-FROM-FAULT.tum, FROM as `%g`, other characters than letters, digits and `._+-` as `_`. */
+ * fileName() of RECORDING-FROM-FAULT, FROM as `%g`, and `.tum`. */
 std::string trajectoryName(const std::string& recording, double from_s, const std::string& fault);
 
 /** Name of the folder of a variant. */
