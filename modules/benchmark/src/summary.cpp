@@ -197,6 +197,7 @@ std::vector<SummaryRow> summarize(const BenchmarkRecord& record) {
 
 FigureSummary gyroBound(const BenchmarkRecord& record, const WindowShape& shape,
                         const std::string& sequence, double GyroWindowBound::*bound) {
+  if (record.protocol.min_keyframes > 0) return {};
   std::map<std::pair<std::string, int>, double> by_window;
   for (const WindowResult& result : record.results)
     if (result.shape() == shape && (sequence == kAllSequences || result.sequence == sequence))

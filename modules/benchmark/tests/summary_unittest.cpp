@@ -164,6 +164,16 @@ TEST(Summary, EveryWindowHasItsRows) {
   EXPECT_EQ(rows[24].count, rows[0].count);
 }
 
+TEST(Summary, TheGyrosBoundIsOfWindowsThatDoNotGrow) {
+  BenchmarkRecord record = exampleBenchmark();
+  const auto bound = [&] { return gyroBound(record, {10, 4.0}, "V1", &GyroWindowBound::rre_deg); };
+  EXPECT_EQ(bound().count, 5);
+  EXPECT_NEAR(bound().median, 0.03, 1e-12);  // of 0.01 to 0.05; rounding alone
+  record.protocol.min_keyframes = 3;
+  EXPECT_EQ(bound().count, 0);
+  EXPECT_TRUE(std::isnan(bound().median));
+}
+
 TEST(Summary, WithoutViBaThereIsOneStage) {
   BenchmarkRecord record = exampleBenchmark();
   record.protocol.vi_ba = false;

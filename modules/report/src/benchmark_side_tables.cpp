@@ -219,11 +219,12 @@ std::string boundNote(const BenchmarkRecord& record, const std::string& key) {
            "that "
            "fits the window's ground truth best, over all windows; rotations that vision has a "
            "part "
-           "in may be better." +
+           "in may be better; none where windows grow." +
            copiesNote(record);
   if (key == "gyro_bias_rps")
     return " Lower bound, ground truth: the gyro bias that fits the window's true rotations best, "
-           "against the one that the ground truth states, over all windows. Where errors equal it, "
+           "against the one that the ground truth states, over all windows (none where windows "
+           "grow). Where errors equal it, "
            "they measure the ground truth's bias, not the estimate's; whether the covariance of "
            "b_g is right is judged on simulation (covariance.consistent of etalon check-plugin).";
   return " Tilt: of the ground truth's world against gravity.";

@@ -37,12 +37,13 @@ std::string lines(const SummaryRow& row) {
                        row.initializer, row.stage};
   std::string csv = line(kSuccessRate, "rate", label, row.judged, row.success_rate) +
                     line("good_estimates", "rate", label, row.judged, row.good_estimate_rate) +
-                    line("refusals", "count", label, row.count, row.count - row.accepted);
+                    line("refusals", "count", label, row.count, row.count - row.accepted) +
+                    line("false_accepts", "count", label, row.judged, row.false_accepts);
   const std::vector<WindowMetric> metrics = windowMetrics();
   for (size_t m = 0; m < metrics.size(); ++m) csv += lines(metrics[m].key, label, row.errors[m]);
   const std::vector<WindowMetric> nees = neesMetrics();
   for (size_t m = 0; m < nees.size(); ++m) csv += lines(nees[m].key, label, row.nees[m]);
-  return csv + lines("runtime_ms", label, row.runtime_ms) +
+  return csv + lines("window_s", label, row.window_s) + lines("runtime_ms", label, row.runtime_ms) +
          lines("stereo_odometry_ms", label, row.stereo_odometry_ms);
 }
 

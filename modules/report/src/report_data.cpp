@@ -127,14 +127,15 @@ class ResultData {
     return index;
   }
 
-  /** Stamps of the window's keyframes and true positions: the same for all initializers. */
+  /** Stamps of the window's keyframes and true positions: the same for all initializers, but for
+   * windows that grew to other numbers of keyframes. */
   size_t framesOf(const WindowResult& result, size_t sequence, size_t shape) {
-    const auto key = std::make_tuple(sequence, shape, result.window);
-    const auto [place, is_new] = frame_index_.emplace(key, frames_.size());
-    if (is_new) frames_.push_back({Json::array(), nullptr});
-    Json& frame = frames_[place->second];
     const std::vector<TimeNs>& stamps = result.attempt.keyframes;
-    if (!frame[0].empty() || stamps.empty()) return place->second;
+    const auto key = std::make_tuple(sequence, shape, result.window, stamps.size());
+    const auto [place, is_new] = frame_index_.emplace(key, frames_.size());
+    if (!is_new) return place->second;
+    frames_.push_back({Json::array(), nullptr});
+    Json& frame = frames_.back();
     std::map<TimeNs, Eigen::Vector3d> truth;
     for (const StampedState& state : result.truth)
       if (state.T_WB.t.allFinite()) truth.emplace(state.t, state.T_WB.t);
@@ -192,7 +193,7 @@ class ResultData {
   std::vector<WindowMetric> metrics_;
   std::vector<TimeNs> first_images_;
   Dictionary sequences_, initializers_, statuses_, reasons_, timings_;
-  std::map<std::tuple<size_t, size_t, int>, size_t> frame_index_;
+  std::map<std::tuple<size_t, size_t, int, size_t>, size_t> frame_index_;
   Json shapes_ = Json::array(), frames_ = Json::array(), results_ = Json::array();
 };
 

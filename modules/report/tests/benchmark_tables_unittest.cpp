@@ -239,6 +239,8 @@ TEST(BenchmarkTables, CsvIsOneTidyTable) {
   for (const char* expected : {"\nsuccess,rate,10,4,all,V1,good,init,5,0.6\n",
                                "\ngood_estimates,rate,10,4,all,V1,bad,vi_ba,5,0.4\n",
                                "\nrefusals,count,10,4,all,all,bad,vi_ba,6,3\n",
+                               "\nfalse_accepts,count,10,4,all,V1,good,init,5,2\n",
+                               "\nwindow_s,median,10,4,all,V1,good,vi_ba,0,\n",
                                "\nate_m,p90,10,4,all,V1,good,init,5,0.026\n",
                                "\nruntime_ms: VI-BA,median,10,4,all,all,good,,6,20\n",
                                "\nnoise_gyro_factor,,10,4,all,V1,good,vi_ba,5,2\n",

@@ -44,6 +44,23 @@ TEST(ReportData, TextsStandOnceAndResultsReferToThem) {
   }
 }
 
+TEST(ReportData, WindowsThatGrewToOtherLengthsHaveKeyframesOfTheirOwn) {
+  BenchmarkRecord record = testing::exampleBenchmark();
+  for (WindowResult& result : record.results)
+    for (const StampedState& state : result.truth) result.attempt.keyframes.push_back(state.t);
+  // "good" was accepted with three keyframes in the first window, "bad" with all of them.
+  record.results[0].attempt.keyframes.resize(3);
+  record.results[0].truth.resize(3);
+  const json data = reportData(record);
+  const auto frame = [&](size_t i) {
+    return data.at("frames").at(data.at("results").at(i).at(7).get<size_t>());
+  };
+  EXPECT_EQ(frame(0).at(0).size(), 3U);
+  EXPECT_EQ(frame(1).at(0).size(), 10U);
+  EXPECT_EQ(frame(1).at(1).size(), 30U);
+  EXPECT_EQ(data.at("results").at(2).at(7), data.at("results").at(3).at(7));  // the same window
+}
+
 TEST(ReportData, LimitsAreThoseOfSuccess) {
   int limits = 0;
   const json data = reportData(testing::exampleBenchmark());

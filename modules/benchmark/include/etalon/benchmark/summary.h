@@ -84,7 +84,7 @@ std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
 std::vector<SummaryRow> summarize(const BenchmarkRecord& record);
 
 /** Statistics of a lower bound of WindowResult::gyro_bound over the windows of a shape and sequence
- * (or kAllSequences), every window once. */
+ * (or kAllSequences), every window once. Nothing where windows grow: each initializer has its own. */
 FigureSummary gyroBound(const BenchmarkRecord& record, const WindowShape& shape,
                         const std::string& sequence, double GyroWindowBound::*bound);
 
