@@ -56,6 +56,28 @@ std::string stroke(const Color& color, double width) {
   return text;
 }
 
+constexpr double kDash = 6.0, kGap = 4.0;  // px
+
+/** The pieces of a dashed line, which goes on around its corners. */
+std::vector<std::vector<cv::Point2d>> dashesOf(const std::vector<cv::Point2d>& points) {
+  std::vector<std::vector<cv::Point2d>> dashes;
+  double phase = 0.0;  // since the beginning of the last dash
+  for (size_t i = 1; i < points.size(); ++i) {
+    const cv::Point2d a = points[i - 1], b = points[i];
+    const double length = cv::norm(b - a);
+    for (double s = 0.0; s < length;) {
+      const bool drawn = phase < kDash;
+      const double step = std::min(length - s, (drawn ? kDash : kDash + kGap) - phase);
+      if (phase == 0.0) dashes.push_back({a + (b - a) * (s / length)});
+      s += step;
+      if (drawn) dashes.back().push_back(a + (b - a) * (s / length));
+      phase += step;
+      if (phase >= kDash + kGap) phase = 0.0;
+    }
+  }
+  return dashes;
+}
+
 std::string filled(const Color& color) { return "fill=\"" + hex(color) + "\""; }
 
 std::vector<cv::Point2d> cornersOf(const cv::Rect2d& box) {
@@ -97,20 +119,21 @@ void PlotCanvas::line(cv::Point2d a, cv::Point2d b, const Color& color, double w
 }
 
 void PlotCanvas::dashedLine(cv::Point2d a, cv::Point2d b, const Color& color, double width) {
-  constexpr double kDash = 6.0, kGap = 4.0;
-  const double length = cv::norm(b - a);
-  for (double s = 0.0; s < length; s += kDash + kGap)
-    line(a + (b - a) * (s / length), a + (b - a) * (std::min(length, s + kDash) / length), color,
-         width);
+  polyline({a, b}, color, width, true);
 }
 
-void PlotCanvas::polyline(const std::vector<cv::Point2d>& points, const Color& color,
-                          double width) {
+void PlotCanvas::polyline(const std::vector<cv::Point2d>& points, const Color& color, double width,
+                          bool dashed) {
   if (points.empty()) return;
-  std::vector<cv::Point> fixed;
-  for (const cv::Point2d& p : points) fixed.push_back(toFixed(p));
-  cv::polylines(image_, fixed, false, color, toThickness(width), cv::LINE_AA, kShift);
-  shape("polyline", points, stroke(color, width));
+  for (const auto& piece :
+       dashed ? dashesOf(points) : std::vector<std::vector<cv::Point2d>>{points}) {
+    std::vector<cv::Point> fixed;
+    for (const cv::Point2d& p : piece) fixed.push_back(toFixed(p));
+    cv::polylines(image_, fixed, false, color, toThickness(width), cv::LINE_AA, kShift);
+  }
+  std::string style = stroke(color, width);
+  if (dashed) style += format(" stroke-dasharray=\"%g %g\"", kDash, kGap);
+  shape("polyline", points, style);
 }
 
 void PlotCanvas::disc(cv::Point2d centre, double radius, const Color& color) {

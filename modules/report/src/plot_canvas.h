@@ -21,7 +21,8 @@ class PlotCanvas {
 
   void line(cv::Point2d a, cv::Point2d b, const Color& color, double width = 1.0);
   void dashedLine(cv::Point2d a, cv::Point2d b, const Color& color, double width = 1.0);
-  void polyline(const std::vector<cv::Point2d>& points, const Color& color, double width = 1.0);
+  void polyline(const std::vector<cv::Point2d>& points, const Color& color, double width = 1.0,
+                bool dashed = false);
   void disc(cv::Point2d centre, double radius, const Color& color);
   void diamond(cv::Point2d centre, double radius, const Color& color);
   void frame(const cv::Rect2d& box, const Color& color, double width = 1.0);

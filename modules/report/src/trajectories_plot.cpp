@@ -19,12 +19,9 @@ const Color kTruthColor(160, 160, 160), kTextColor(30, 30, 30);
 constexpr double kTextSize = 10.5;
 
 /** Colours that differ in print and for the colour-blind (Okabe and Ito, 2008). */
-Color colorOf(size_t run) {
-  static const std::array<Color, 7> kColors = {
-      Color(178, 114, 0), Color(0, 94, 213),   Color(115, 158, 0), Color(167, 121, 204),
-      Color(0, 159, 230), Color(233, 180, 86), Color(20, 20, 20)};
-  return kColors[run % kColors.size()];
-}
+const std::array<Color, 7> kColors = {Color(178, 114, 0),   Color(0, 94, 213),  Color(115, 158, 0),
+                                      Color(167, 121, 204), Color(0, 159, 230), Color(233, 180, 86),
+                                      Color(20, 20, 20)};
 
 /** What is drawn of a trajectory at an instant. */
 struct Sample {
@@ -37,6 +34,7 @@ struct Curve {
   Color color;
   double width = 1.4;
   std::vector<Sample> samples;
+  bool dashed = false;
 };
 
 /** Brings an angle to the turn nearest to the one before, deg. */
@@ -84,7 +82,7 @@ void drawCurves(const std::vector<Curve>& curves, const PlotArea& area, PlotCanv
       const cv::Point2d p = place(s);
       points.push_back(area.at(p.x, p.y));
     }
-    canvas->polyline(points, curve.color, curve.width);
+    canvas->polyline(points, curve.color, curve.width, curve.dashed);
   }
 }
 
@@ -123,7 +121,8 @@ void drawLegend(const std::vector<Curve>& curves, PlotCanvas* canvas) {
       y += 22;
     }
     const double middle = y - 0.5 * kTextSize;
-    canvas->line({x, middle}, {x + 30, middle}, curve.color, std::max(2.0, curve.width));
+    canvas->polyline({{x, middle}, {x + 30, middle}}, curve.color, std::max(2.0, curve.width),
+                     curve.dashed);
     canvas->text({x + 38, y}, curve.name, kTextSize, kTextColor);
     x += width;
   }
@@ -154,7 +153,8 @@ void drawTrajectories(const std::string& path, const std::vector<NamedTrajectory
     curves.push_back({"ground truth", kTruthColor, 3.5, samplesOf(truth, first, R_first)});
   }
   for (size_t i = 0; i < runs.size(); ++i)
-    curves.push_back({runs[i].name, colorOf(i), 1.4, samplesOf(aligned[i], first, R_first)});
+    curves.push_back({runs[i].name, kColors[i % kColors.size()], 1.4,
+                      samplesOf(aligned[i], first, R_first), i / kColors.size() % 2 == 1});
 
   PlotCanvas canvas(kWidth, kHeight);
   drawLegend(curves, &canvas);

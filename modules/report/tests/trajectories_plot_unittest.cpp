@@ -131,6 +131,20 @@ TEST_F(TrajectoriesPlot, TheLegendNamesEveryRunAndTheTruthIfThereIsOne) {
   EXPECT_THAT(svgOf(runs, {}), Not(HasSubstr("ground truth")));
 }
 
+TEST_F(TrajectoriesPlot, FromTheEighthRunOnLinesAreDashedInTheLegendToo) {
+  const auto dashed = [&](size_t count) {
+    const std::string svg = svgOf(std::vector<NamedTrajectory>(count, {"a", spiral()}), {});
+    size_t lines = 0;
+    for (size_t at = svg.find("dasharray"); at != std::string::npos;
+         at = svg.find("dasharray", at + 1))
+      ++lines;
+    return lines;
+  };
+  EXPECT_EQ(dashed(7), 0U);
+  EXPECT_EQ(dashed(8), 8U);  // the top view, six panels, the legend
+  EXPECT_EQ(dashed(13), 6 * 8U);
+}
+
 TEST_F(TrajectoriesPlot, AGroundTruthOfAnotherTimeIsNotDrawn) {
   GroundTruth truth = truthOfSpiral();
   for (StampedState& state : truth.states) state.t += 1'000'000'000'000;
