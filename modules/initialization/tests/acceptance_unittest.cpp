@@ -13,6 +13,8 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/initialization/predicted_errors.h"
+#include "etalon/initialization/steps/visual_inertial_problem.h"
+#include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
 namespace {
@@ -239,6 +241,29 @@ TEST(Acceptance, RefusesWhereHardlyAnyLandmarkIsKnown) {
   EXPECT_EQ(decision.error().status, RefusalStatus::kTooFewTracks);
   EXPECT_EQ(*decision.error().value, 0.05);
   EXPECT_THAT(decision.error().reason, HasSubstr("can be triangulated"));
+}
+
+/** The right camera sees three landmarks in ten; at rest the others cannot be triangulated. */
+TEST(Acceptance, LandmarksWithoutDepthAtRestDoNotDisagree) {
+  testing::SyntheticWindowOptions options;
+  options.motion = testing::Motion::kStandstill;
+  options.sigma_px = options.assumed_sigma_px = 0.5;
+  options.gyro_noise_factor = options.accel_noise_factor = 1.0;
+  testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
+  for (TrackedFrame& frame : window.frames)
+    for (Observation& o : frame.observations) o.has_right = o.has_right && o.id % 10 < 3;
+  Initialization truth;
+  truth.states = window.truth;
+  truth.bias = window.bias;
+  VisualInertialBaOptions ba;
+  ba.check_noise = true;
+  const VisualInertialBaResult refined = solveVisualInertialBa(
+      visualInertialProblem(testing::makeProblem(window, options), truth), ba);
+  const int all = refined.bundle.window.measurements.size();
+  EXPECT_LT(refined.inlier_measurements, all / 2);  // the share that is wanted
+  EXPECT_LT(refined.measurements, all);
+  const Expected<void> decision = judge(refined, {});
+  EXPECT_TRUE(decision) << decision.error().reason;
 }
 
 TEST(LargestSigma, IsThatOfTheWeakestDirectionWhichIsNoAxis) {
