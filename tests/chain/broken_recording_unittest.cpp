@@ -63,7 +63,7 @@ TEST(BrokenRecording, AWrongLineIsRefusedWithItsNumber) {
   words.replace("imu0/data.csv", "\n1400000000000000000,", "\n1400000000000000000,fast,");
   expectRefused(words.path(), {words.file("imu0/data.csv") + ":2"});
   const RecordingCopy twice(kFlight);
-  twice.replace("cam0/data.csv", "\n1400000000050000000,", "\n1400000000000000000,");
+  twice.replace("cam0/data.csv", "\n1400000000150000000,", "\n1400000000100000000,");
   expectRefused(twice.path(), {twice.file("cam0/data.csv") + ":3"});
 }
 

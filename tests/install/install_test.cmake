@@ -64,6 +64,10 @@ foreach(file README.md LICENSE docs/writing-a-plugin.md docs/notation.md example
 endforeach()
 run(ignored bash "${CMAKE_CURRENT_LIST_DIR}/check_links.sh" "${documentation}")
 
+# A program that uses the headers of run logs and reports needs nothing but the package.
+run(ignored "${CMAKE_COMMAND}" -S "${CMAKE_CURRENT_LIST_DIR}/headers" -B "${WORK_FOLDER}/headers" "-DCMAKE_PREFIX_PATH=${moved}")
+run(ignored "${CMAKE_COMMAND}" --build "${WORK_FOLDER}/headers")
+
 # A plugin written, built, checked and run elsewhere against the moved package, as docs/writing-a-plugin.md says.
 run(guide "${CMAKE_COMMAND}" -E env "ETALON=${moved}" bash "${CMAKE_CURRENT_LIST_DIR}/run_guide.sh"
     "${documentation}/docs/writing-a-plugin.md" "${SOURCE_FOLDER}/examples/plugin" "${WORK_FOLDER}/guide")

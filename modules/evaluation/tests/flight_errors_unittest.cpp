@@ -47,7 +47,7 @@ struct EstimatedFlight {
 
 /** Expects all errors of the frame but the named ones to be zero to rounding. */
 void expectOnly(const FlightErrors& errors,
-                const std::vector<std::pair<PredictedError FlightErrors::*, double>>& expected) {
+                const std::vector<std::pair<ErrorAndSigma FlightErrors::*, double>>& expected) {
   for (const FlightFigure& figure : flightFigures()) {
     double value = 0.0;
     for (const auto& [member, error] : expected)

@@ -216,7 +216,7 @@ class Judgement {
         said = std::min(said, event.t);
     for (size_t i = 0; i < errors_.size(); ++i) {
       const TimeNs t = flown_.estimates[i].t;
-      const PredictedError& e = errors_[i].position_m;
+      const ErrorAndSigma& e = errors_[i].position_m;
       if (t >= said) return;
       if ((flown_.fault_at && t < *flown_.fault_at) || !(e.error > kSilentM) ||
           !(e.error > kSilentSigmas * e.sigma))

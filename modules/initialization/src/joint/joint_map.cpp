@@ -141,7 +141,8 @@ tl::unexpected<Refusal> notAtRest(const JointMapOptions& options, const TrackInf
 
 Expected<void> check(const JointMapOptions& options, const TrackInformation& tracks,
                      const JointEstimate& estimate) {
-  const auto known = checkGravityDirection(estimate.sigma_gravity, options.max_sigma_gravity_deg);
+  Expected<void> known =
+      checkGravityDirection(estimate.sigma_gravity, options.max_sigma_gravity_deg);
   if (!known) return known;
   const double share = tracks.inlierShare(kChi2Outlier);
   if (!(share >= options.min_inlier_share))

@@ -50,7 +50,7 @@ Json rowsOf(const std::vector<FrameEstimate>& estimates, const std::vector<Fligh
     const auto truth = ground_truth.at(e.t);
     for (int i = 0; i < 3; ++i) row.push_back(truth ? rounded(truth->T_WB.t[i]) : Json(nullptr));
     for (const FlightFigure& figure : flightFigures()) {
-      const PredictedError& predicted = errors[drawn[k]].*figure.member;
+      const ErrorAndSigma& predicted = errors[drawn[k]].*figure.member;
       row.push_back(rounded(predicted.error));
       row.push_back(rounded(predicted.sigma));
     }
@@ -102,7 +102,7 @@ Table errorTable(const std::vector<FlightErrors>& errors) {
     double error = 0.0, sigma = 0.0;
     int count = 0;
     for (const FlightErrors& e : errors) {
-      const PredictedError& p = e.*figure.member;
+      const ErrorAndSigma& p = e.*figure.member;
       if (!std::isfinite(p.error)) continue;
       error += p.error * p.error;
       sigma += p.sigma * p.sigma;

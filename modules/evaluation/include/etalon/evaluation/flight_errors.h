@@ -9,7 +9,7 @@
 namespace etalon {
 
 /** The size of an error, and its predicted standard deviation; NaN where it is not known. */
-struct PredictedError {
+struct ErrorAndSigma {
   double error = std::numeric_limits<double>::quiet_NaN();
   double sigma = std::numeric_limits<double>::quiet_NaN();
 };
@@ -21,7 +21,7 @@ struct PredictedError {
  * the root of the covariance's trace predicts.
  */
 struct FlightErrors {
-  PredictedError position_m, tilt_deg, yaw_deg, velocity_mps, gyro_bias_rps, accel_bias_mps2;
+  ErrorAndSigma position_m, tilt_deg, yaw_deg, velocity_mps, gyro_bias_rps, accel_bias_mps2;
 };
 
 /** A figure of FlightErrors, for tables and charts. */
@@ -30,7 +30,7 @@ struct FlightFigure {
   const char* name;  ///< for people
   const char* unit;  ///< of `factor` times the value
   double factor;
-  PredictedError FlightErrors::*member;
+  ErrorAndSigma FlightErrors::*member;
 };
 const std::vector<FlightFigure>& flightFigures();
 
