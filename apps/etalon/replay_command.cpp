@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "commands.h"
 #include "etalon/benchmark/sequence_tracks.h"
@@ -58,7 +59,7 @@ class Replay {
 
   /** To the end of the source, or until the run shall stop. */
   void run() {
-    while (const auto event = source_.next()) {
+    while (auto event = source_.next()) {
       if (state_.stop) {
         interrupted_ = true;
         return;
@@ -66,11 +67,11 @@ class Replay {
       if (const auto* sample = std::get_if<ImuSample>(&*event)) {
         pipeline_.add(*sample);
       } else {
-        const StereoFrame& frame = std::get<StereoFrame>(*event);
+        auto& frame = std::get<StereoFrame>(*event);
         if (died_ && truncateToMrptTick(frame.t) > truncateToMrptTick(*died_->processed)) return;
         if (images_.empty()) state_.first_image = frame.t;
         images_.push_back({frame.t, absolute(frame.left_path), absolute(frame.right_path)});
-        pipeline_.add(frame);
+        pipeline_.add(std::move(frame));
         if (window_) window_->update();
       }
       report(false);

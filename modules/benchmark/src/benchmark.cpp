@@ -192,10 +192,10 @@ class Benchmark {
     sequence.frontend_ms = tracks_[s]->frontend_ms;
     if (sequence.has_ground_truth) {
       const GroundTruth& truth = tracks_[s]->ground_truth;
-      sequence.ground_truth_check = checkGroundTruth(truth, recording.imuSamples());
-      sequence.gyro_agreement =
-          gyroAgreement(truth, recording.imuSamples(), sequence.ground_truth_check.bias.gyro,
-                        recording.calibration().imu.noise.gyro_noise_density);
+      const std::vector<ImuSample> imu = recording.imuMeasurements();
+      sequence.ground_truth_check = checkGroundTruth(truth, imu);
+      sequence.gyro_agreement = gyroAgreement(truth, imu, sequence.ground_truth_check.bias.gyro,
+                                              recording.calibration().imu.noise.gyro_noise_density);
     }
     recordings_[s].reset();
   }

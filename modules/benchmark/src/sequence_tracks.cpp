@@ -12,7 +12,6 @@
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
-#include "etalon/imu/imu_limits.h"
 #include "etalon/pipeline/front_stage.h"
 
 namespace etalon {
@@ -75,8 +74,7 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
   tracks.calibration = recording.calibration();
   tracks.ground_truth = recording.groundTruth();
   if (!recording.imageStamps().empty()) tracks.first_image = recording.imageStamps().front();
-  for (const ImuSample& sample : recording.imuSamples())
-    if (isMeasurement(sample)) tracks.imu.add(sample);
+  for (const ImuSample& sample : recording.imuMeasurements()) tracks.imu.add(sample);
   return tracks;
 }
 
