@@ -62,8 +62,8 @@ std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
         imu.covers(begin->t, end.t) && imu.longestGap(begin->t, end.t) <= kMaxImuGapS)
       intervals.push_back(
           {*begin, end, Preintegration(imu.between(begin->t, end.t), ImuBias(), {})});
-    // Before the next state is the nearest one, no step finds an interval: a damaged stamp would give
-    // years of them.
+    // Until the next state is the nearest one, no step finds an interval, and a damaged stamp can be
+    // years away: these steps are passed at once.
     if (begin == &end) t += (begin->t + ((begin + 1)->t - begin->t) / 2 - 1 - t) / step * step;
     begin = &end;
   }
