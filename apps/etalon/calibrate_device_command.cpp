@@ -21,7 +21,6 @@
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
-#include "support/read_summary.h"
 #include "support/supervised_run.h"
 
 namespace etalon::app {

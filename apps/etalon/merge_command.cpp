@@ -5,6 +5,7 @@
 #include "commands.h"
 #include "etalon/benchmark/benchmark.h"
 #include "etalon/benchmark/trial/trial.h"
+#include "etalon/core/errors.h"
 #include "etalon/report/report.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -32,7 +33,7 @@ int tellMerged(const Record& record, const std::vector<std::string>& files, size
   return lost ? kPluginDied : kOk;
 }
 
-int merge(const MergeArguments& arguments) {
+int merge(const MergeArguments& arguments) try {
   const auto& [folders, out, format_name, overwrite, verbose] = arguments;
   const TableFormat format = tableFormatFromName(format_name);
   if (std::all_of(folders.begin(), folders.end(), isTrialFolder)) {
@@ -43,6 +44,8 @@ int merge(const MergeArguments& arguments) {
   const BenchmarkOutcome benchmark = mergeBenchmarks(folders, out, overwrite, benchmarkReportHtml);
   printBenchmarkTables(benchmark.record, format, verbose);
   return tellMerged(benchmark.record, benchmark.files, folders.size());
+} catch (const DataError& e) {
+  throw Error(e.what());  // 3 says that the parts were joined
 }
 
 }  // namespace
@@ -68,10 +71,9 @@ void addMergeCommand(CLI::App& app, int* exit_code) {
       "As text: a table for each figure with a row for each recording, not one table; of a trial "
       "all tables");
   command->footer(
-      "Exit codes: 0 done, 2 usage, or parts that do not belong together, 3 a recording could "
-      "not be used by any part (the others are done), 4 an initializer crashed, ended the process "
-      "or "
-      "used up its time in some windows.");
+      "Exit codes: 0 done, 2 usage, or parts that cannot be read or do not belong together, 3 a "
+      "recording could not be used by any part (the others are done), 4 an initializer crashed, "
+      "ended the process or used up its time in some windows.");
   command->callback([arguments, exit_code] { *exit_code = merge(*arguments); });
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "etalon/core/printable.h"
+#include "etalon/core/text.h"
 #include "support/print_stage_errors.h"
 #include "support/read_summary.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,16 @@ TEST(MergeBenchmarks, SaysAtTheEndWhatWasLeftOut) {
   EXPECT_THAT(result.err, HasSubstr("V1: 3 of 140 stereo pairs could not be read"));
   EXPECT_THAT(result.err, HasSubstr("V2: too short for 10 keyframes at 4 Hz (needs 2.12 s, has "
                                     "2.00 s): 0 windows"));
+}
+
+TEST(MergeBenchmarks, OfAPartThatCannotBeReadJoinsNothing) {
+  const TemporaryFolder folder, out;
+  const std::string path = writeExample(folder);
+  std::ofstream(path + "/benchmark.json") << "{\"run\": ";
+  const CommandResult result = runEtalon({"merge", path, "--out", out.path() + "/all"});
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("benchmark.json"));
+  EXPECT_FALSE(std::filesystem::exists(out.path() + "/all"));
 }
 
 TEST(MergeBenchmarks, PrintsOneCsvTable) {

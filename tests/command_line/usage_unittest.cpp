@@ -70,7 +70,7 @@ TEST(Usage, EveryCommandHasItsOwnExitCodes) {
       {"calibrate-device", "used up its time"},
       {"replay", "130 interrupted (what was flown is written"},
       {"bench", "4 an initializer crashed"},
-      {"merge", "2 usage, or parts that do not belong together"},
+      {"merge", "2 usage, or parts that cannot be read or do not belong together"},
       {"plugins", "2 usage, or no initializer is there, 3 the one that --describe names"},
       {"check-plugin", "1 a check failed"}};
   for (const auto& [command, words] : codes) {

@@ -4,7 +4,6 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/text.h"
-#include "support/read_summary.h"
 
 namespace etalon::app {
 

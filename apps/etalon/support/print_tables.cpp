@@ -12,9 +12,9 @@
 #include "etalon/benchmark/trial/trial_summary.h"
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/trial_tables.h"
-#include "support/read_summary.h"
 
 namespace etalon::app {
 

@@ -4,13 +4,10 @@
 #include <cstdio>
 
 #include "etalon/core/printable.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/sensor_source.h"
 
 namespace etalon::app {
-
-std::string counted(size_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
 
 void printReadProblems(int unreadable_pairs, const std::vector<std::string>& warnings) {
   if (unreadable_pairs > 0) {

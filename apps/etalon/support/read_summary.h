@@ -5,9 +5,6 @@
 
 namespace etalon::app {
 
-/** "1 frame", "3 frames". */
-std::string counted(size_t count, const std::string& noun);
-
 /** Says how many stereo pairs could not be read, if any, and prints the reader's warnings, which
  * name only the first of these pairs, on stderr. */
 void printReadProblems(int unreadable_pairs, const std::vector<std::string>& warnings);

@@ -70,6 +70,10 @@ std::string htmlText(const std::string& text) {
   return escaped;
 }
 
+std::string counted(std::size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 std::string joined(const std::vector<std::string>& words, const std::string& between) {
   std::string text;
   for (const std::string& word : words) text.append(text.empty() ? "" : between).append(word);

@@ -22,10 +22,10 @@ MatrixXd information(int rows, std::mt19937* random) {
 TEST(NormalEquations, AreDeterminedByAsManyEquationsAsUnknownsAndNotByFewer) {
   std::mt19937 random(4);
   for (int trial = 0; trial < 200; ++trial) {
-    EXPECT_TRUE(isDetermined(information(12, &random)));
+    EXPECT_TRUE(ScaledCholesky(information(12, &random)).determined());
     for (const int rows : {3, 6, 7}) {
       const MatrixXd singular = information(rows, &random);
-      EXPECT_FALSE(isDetermined(singular)) << rows;
+      EXPECT_FALSE(ScaledCholesky(singular).determined()) << rows;
       EXPECT_EQ(inverseOrEmpty(singular).size(), 0) << rows;
     }
   }
@@ -35,18 +35,18 @@ TEST(NormalEquations, ReadTheLowerTriangle) {
   std::mt19937 random(4);
   MatrixXd H = information(12, &random);
   H.triangularView<Eigen::StrictlyUpper>().setZero();
-  EXPECT_TRUE(isDetermined(H));
+  EXPECT_TRUE(ScaledCholesky(H).determined());
 }
 
 TEST(NormalEquations, AreNotDeterminedWhereTheyAreNotFiniteOrZero) {
   MatrixXd H = MatrixXd::Identity(3, 3);
   H(1, 1) = 0.0;
-  EXPECT_FALSE(isDetermined(H));
+  EXPECT_FALSE(ScaledCholesky(H).determined());
   H(1, 1) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(isDetermined(H));
+  EXPECT_FALSE(ScaledCholesky(H).determined());
   H = MatrixXd::Identity(3, 3);
   H(2, 0) = H(0, 2) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(isDetermined(H));
+  EXPECT_FALSE(ScaledCholesky(H).determined());
 }
 
 TEST(NormalEquations, GiveNoCovarianceThatIsNotFinite) {

@@ -22,9 +22,6 @@ nlohmann::json rounded(double value);
 /** `%g`. */
 std::string number(double value);
 
-/** "1 window", "2 windows". */
-std::string counted(size_t count, const std::string& noun);
-
 template <typename Items, typename Text>
 std::string joined(const Items& items, const std::string& separator, const Text& textOf) {
   std::string result;

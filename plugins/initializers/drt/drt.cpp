@@ -1,11 +1,10 @@
-#include <Eigen/Cholesky>
-
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/linear_alignment.h"
 #include "etalon/initialization/steps/normal_epipolar_step.h"
 #include "etalon/initialization/steps/translation_step.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 #include "imu_alignment.h"
 #include "reprojection_refinement.h"
 #include "translation_constraint.h"
@@ -151,10 +150,11 @@ class Drt : public Initializer {
       // The first position is the gauge; the loose variant knows positions alone.
       if (tight_) imu.addTo(*state, &H, &gradient);
       const Eigen::Index size = (tight_ ? imu.size() : n) - 3;
-      const Eigen::LDLT<Eigen::MatrixXd> factor(H.block(3, 3, size, size));
+      const ScaledCholesky factor(H.block(3, 3, size, size));
       Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
-      step.segment(3, size) = factor.solve(-gradient.segment(3, size));
-      if (!factor.isPositive() || !step.allFinite()) {
+      if (factor.determined())
+        step.segment(3, size) = factor.solve(-gradient.segment(3, size));
+      if (!factor.determined() || !step.allFinite()) {
         summary.stop(Termination::kSingular, "the tracks do not determine the translations");
         return summary;
       }

@@ -6,6 +6,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
 #include "etalon/initialization/steps/world_errors.h"
+#include "etalon/optimization/bundle/normal_equations.h"
 
 namespace etalon::plugins {
 
@@ -57,9 +58,9 @@ SolverSummary ReprojectionRefinement::refine(const ImuAlignment* imu, int passes
     VectorXd gradient = VectorXd::Zero(all), step = VectorXd::Zero(all);
     addTo(1.0, &H, &gradient);
     if (imu) imu->addTo(*state, &H, &gradient);
-    const Eigen::LDLT<MatrixXd> factor(H.block(3, 3, size, size));
-    step.segment(3, size) = factor.solve(-gradient.segment(3, size));
-    if (!factor.isPositive() || !step.allFinite()) {
+    const ScaledCholesky factor(H.block(3, 3, size, size));
+    if (factor.determined()) step.segment(3, size) = factor.solve(-gradient.segment(3, size));
+    if (!factor.determined() || !step.allFinite()) {
       summary.stop(Termination::kSingular, "the tracks do not determine the positions");
       return summary;
     }

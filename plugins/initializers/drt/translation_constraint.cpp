@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "etalon/core/statistics.h"
+#include "etalon/optimization/residuals/cauchy.h"
 
 namespace etalon::plugins {
 
@@ -120,7 +121,6 @@ int TranslationConstraint::fewestViews() const {
 
 void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust) {
   constexpr double kMinDistance = 0.2, kMaxDistance = 100.0;  // m
-  constexpr double kCauchyWidth = 2.385;                      // 95 % efficient on normal residuals
   std::vector<double> sizes;
   for (Landmark& landmark : landmarks_) {
     if (!landmark.hasBase()) continue;
@@ -147,7 +147,7 @@ void TranslationConstraint::reweight(const std::vector<Vector3d>& p, bool robust
     }
   }
   if (sizes.empty()) return;
-  noise_ = median(sizes) / 1.17741;  // the median of a two-dimensional normal distribution's norm
+  noise_ = median(sizes) / kRayleighMedian;
   const double scale = std::max(1.0, noise_);
   if (!robust) return;
   for (Landmark& landmark : landmarks_)

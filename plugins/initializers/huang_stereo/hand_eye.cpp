@@ -104,9 +104,8 @@ std::optional<HandEye> solveHandEye(const InitializationProblem& problem,
       if (noise.info() == Eigen::Success) whitening = noise.matrixL().solve(whitening);
     }
     const MatrixXd A = whitening * M;
-    const Eigen::Matrix<double, 6, 6> AtA = A.transpose() * A;
-    if (!isDetermined(AtA)) return std::nullopt;
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> factor(AtA);
+    const ScaledCholesky factor(A.transpose() * A);
+    if (!factor.determined()) return std::nullopt;
     response = factor.solve(A.transpose()) * whitening;
     if (!response.allFinite()) return std::nullopt;
     const VectorXd change = response * r;

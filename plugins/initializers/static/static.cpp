@@ -10,6 +10,7 @@
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
+#include "etalon/optimization/residuals/cauchy.h"
 
 namespace etalon::plugins {
 
@@ -66,8 +67,6 @@ std::vector<double> displacements(const TrackedFrame& a, const TrackedFrame& b) 
  */
 Vector3d turnBetween(const CameraModel& camera, const TrackedFrame& a, const TrackedFrame& b) {
   constexpr int kRounds = 5;
-  constexpr double kCauchyWidth = 2.385;      // 95 % efficient on normal residuals
-  constexpr double kMedianToSigma = 1.17741;  // of the norm of two normal coordinates
   constexpr double kFalseAlarmRate = 0.001, kLeastSigma = 1e-12;
   std::vector<std::pair<Vector3d, Vector3d>> bearings;
   forCommon(a, b, [&](const Observation& first, const Observation& later) {
@@ -80,7 +79,7 @@ Vector3d turnBetween(const CameraModel& camera, const TrackedFrame& a, const Tra
     std::vector<double> sizes;
     for (const auto& [f, turned] : bearings)
       sizes.push_back((f.cross(turned) - (w - f * f.dot(w))).norm());
-    const double sigma = std::max(kLeastSigma, median(sizes) / kMedianToSigma);
+    const double sigma = std::max(kLeastSigma, median(sizes) / kRayleighMedian);
     Matrix3d H = Matrix3d::Zero();
     Vector3d g = Vector3d::Zero();
     for (size_t i = 0; i < bearings.size(); ++i) {

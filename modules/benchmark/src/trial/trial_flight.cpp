@@ -23,14 +23,14 @@ std::string refusalOf(const std::vector<InitializationAttempt>& attempts) {
 
 }  // namespace
 
-void TrialFlight::feed(const SensorEvent& event) {
+void TrialFlight::feed(SensorEvent event) {
   if (const auto* sample = std::get_if<ImuSample>(&event)) {
     pipeline_.add(*sample);
     return;
   }
-  const auto& frame = std::get<StereoFrame>(event);
+  auto& frame = std::get<StereoFrame>(event);
   images_.push_back(frame.t);
-  pipeline_.add(frame);
+  pipeline_.add(std::move(frame));
 }
 
 Flown TrialFlight::finish() {

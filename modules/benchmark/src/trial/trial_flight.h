@@ -28,7 +28,7 @@ class TrialFlight {
               const PipelineInitializers& initializers)
       : pipeline_(calibration, options, initializers) {}
 
-  void feed(const SensorEvent& event);
+  void feed(SensorEvent event);
   /** Ends the flight. */
   Flown finish();
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/ground_truth_file.h"
@@ -12,7 +13,7 @@ namespace {
 
 /** Delivers all that is left of a source. */
 void feedAll(SensorSource* source, TrialFlight* flight) {
-  while (const auto event = source->next()) flight->feed(*event);
+  while (auto event = source->next()) flight->feed(std::move(*event));
 }
 
 TrialRun brokenOff(TrialRun run, const IsolatedOutcome& outcome) {
@@ -103,9 +104,9 @@ IsolatedOutcome TrialWorker::flyTogether(const TrialTask& task, const TrialCut& 
     for (size_t i = first; i < runs->size(); ++i) {
       FaultyRun& faulty = (*runs)[i];
       for (; fed < faulty.cut.same; ++fed) {
-        const auto event = plain->next();
+        auto event = plain->next();
         if (!event) break;
-        trunk->feed(*event);
+        trunk->feed(std::move(*event));
       }
       tell(resultToText(faulty.fault == 0 ? end(emptyRun(task, 0), trunk.get(), faulty, *plain)
                                           : flyOn(task, &faulty, trunk.get())));

@@ -9,6 +9,7 @@
 #include "epipolar/epipolar_bias_covariance.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
+#include "etalon/optimization/residuals/cauchy.h"
 
 namespace etalon {
 namespace {
@@ -17,8 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kMedianToSigma = 1.4826;  // of a normal distribution
-constexpr double kCauchyWidth = 2.385;     // 95 % efficient on normal residuals
-constexpr double kTukeyWidth = 4.685;      // likewise
+constexpr double kTukeyWidth = 4.685;      // 95 % efficient on normal residuals
 constexpr double kInlier = 4.0;            // standard deviations
 constexpr double kConverged = 2e-5;        // rad/s, a fifth of what the gyro's noise allows in 2 s
 
@@ -82,8 +82,8 @@ void EpipolarBiasEstimator::integrateRotations(const Vector3d& b_g, int span) {
 void EpipolarBiasEstimator::fillResiduals(EpipolarPair* pair, const Matrix3d& R,
                                           bool rotation_only) const {
   const double sigma = sigma_rad_[pair->camera];
-  // Rayleigh's median, so that the robust standard deviation is one here as well.
-  const double rotation_scale = 1.0 / (kMedianToSigma * 1.17741 * std::sqrt(2.0) * sigma);
+  // So that the robust standard deviation is one here as well.
+  const double rotation_scale = 1.0 / (kMedianToSigma * kRayleighMedian * std::sqrt(2.0) * sigma);
   const Vector3d& t = pair->direction;
   std::vector<double> sizes;
   sizes.reserve(pair->matches.size());

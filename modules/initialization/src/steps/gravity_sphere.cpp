@@ -50,7 +50,7 @@ double secularRoot(const Vector3d& beta, const Vector3d& gap, double radius) {
 
 /** A, b split into y and g, and y eliminated. */
 struct Reduced {
-  Eigen::LDLT<MatrixXd> factor_y;
+  ScaledCholesky factor_y;
   MatrixXd A_yg;
   VectorXd b_y;
   Matrix3d A_g;
@@ -66,9 +66,9 @@ struct Reduced {
     if (n == 0 || !ok) return;
     A_yg = A.topRightCorner(n, 3);
     b_y = b.head(n);
-    ok = isDetermined(A.topLeftCorner(n, n));
+    factor_y = ScaledCholesky(A.topLeftCorner(n, n));
+    ok = factor_y.determined();
     if (!ok) return;
-    factor_y.compute(A.topLeftCorner(n, n));
     const VectorXd y = factor_y.solve(b_y);
     A_g -= A_yg.transpose() * factor_y.solve(A_yg);
     A_g = (0.5 * (A_g + A_g.transpose())).eval();
@@ -162,7 +162,7 @@ NormConstrainedSolution refineOnTangentPlane(const MatrixXd& A, const VectorXd& 
   Vector3d g = radius * g_seed.normalized();
   // Of all unknowns: what elimination leaves of a gravity that nothing determines is rounding.
   const MatrixXd T = tangentUnknowns(A.rows() - 3, g);
-  if (!isDetermined(T.transpose() * A * T)) return solutionNotDetermined();
+  if (!ScaledCholesky(T.transpose() * A * T).determined()) return solutionNotDetermined();
   const double initial_cost = reduced.cost(g);
   for (int iteration = 0; iteration < iterations; ++iteration) {
     const Eigen::Matrix<double, 3, 2> B = tangentBasis(g);

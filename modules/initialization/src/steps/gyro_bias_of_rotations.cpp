@@ -73,14 +73,13 @@ Expected<RotationBias> gyroBiasOfRotations(const InitializationProblem& problem,
       J = whitening * J;
       r = whitening * r;
     }
-    const Matrix3d JtJ = J.transpose() * J;
-    const Eigen::LDLT<Matrix3d> factor(JtJ);
-    const Vector3d step = factor.solve(J.transpose() * r);
-    result.response = factor.solve(J.transpose());
-    if (whitening.size() > 0) result.response *= whitening;
-    if (!isDetermined(JtJ) || !step.allFinite())
+    const ScaledCholesky factor(J.transpose() * J);
+    if (!factor.determined() || !r.allFinite())
       return refuse(RefusalStatus::kIllConditioned, "the rotations of ",
                     Value(problem.keyframeCount()), " keyframes do not determine the gyro bias");
+    result.response = factor.solve(J.transpose());
+    const Vector3d step = result.response * r;
+    if (whitening.size() > 0) result.response *= whitening;
     result.bias.gyro += step;
     for (Preintegration& p : result.preintegrations) p = p.reintegrated(result.bias);
     constexpr double kStandsStill = 1e-6;  // rad/s

@@ -117,8 +117,8 @@ class InertialOnlyProblem {
     Eigen::MatrixXd H;
     Eigen::VectorXd b;
     evaluate(s, &H, &b);
-    if (!isDetermined(H)) return {};
-    const Eigen::LDLT<Eigen::MatrixXd> factor(H);
+    const ScaledCholesky factor(H);
+    if (!factor.determined()) return {};
     out.by_residuals = -factor.solve(AtW);
     out.by_prior_mean = factor.solve(prior);
     out.by_gyro_bias = factor.solve(gyro);
@@ -168,9 +168,10 @@ class InertialOnlyProblem {
 /** Covariance of biases and gravity direction, and the weakest direction's information of the
  * latter. */
 void fillCovariance(const Eigen::MatrixXd& H, InertialOnlyResult* result) {
-  if (!isDetermined(H)) return;
+  const ScaledCholesky factor(H);
+  if (!factor.determined()) return;
   const Eigen::MatrixXd covariance =
-      H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), 8)).topRows(8);
+      factor.solve(Eigen::MatrixXd::Identity(H.rows(), 8)).topRows(8);
   if (!covariance.allFinite()) return;
   result->covariance = 0.5 * (covariance + covariance.transpose());
   const Eigen::Matrix2d gravity =

@@ -191,9 +191,10 @@ LinearAlignmentResult alignLinearly(const std::vector<SE3>& T_VB,
                                     const ImuBias& bias, const LinearAlignmentOptions& options) {
   if (T_VB.size() < 3) return alignmentNotDetermined();  // six rows for nine unknowns
   AlignmentEquations equations(T_VB.size());
-  if (!fill(T_VB, preintegrations, bias, options, &equations) || !isDetermined(equations.H))
-    return alignmentNotDetermined();
-  const Vector3d free = equations.H.ldlt().solve(equations.b).tail<3>();
+  if (!fill(T_VB, preintegrations, bias, options, &equations)) return alignmentNotDetermined();
+  const ScaledCholesky factor(equations.H);
+  if (!factor.determined()) return alignmentNotDetermined();
+  const Vector3d free = factor.solve(equations.b).tail<3>();
   if (!(free.norm() > 0.0) || !free.allFinite()) return alignmentNotDetermined();
   LinearAlignmentResult result =
       unpack(options.tangent_iterations > 0
@@ -230,9 +231,9 @@ LinearAlignmentResponse linearAlignmentResponse(const std::vector<SE3>& T_VB,
     if (noise.info() != Eigen::Success) return {};
     AtW = noise.solve(A).transpose();
   }
-  const MatrixXd AtWA = AtW * A;
-  if (!isDetermined(AtWA)) return {};
-  response.by_rows = basis * AtWA.ldlt().solve(AtW);
+  const ScaledCholesky factor(AtW * A);
+  if (!factor.determined()) return {};
+  response.by_rows = basis * factor.solve(AtW);
   return response;
 }
 

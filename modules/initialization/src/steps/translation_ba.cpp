@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "etalon/optimization/bundle/normal_equations.h"
 #include "etalon/optimization/residuals/huber.h"
 
 namespace etalon {
@@ -35,10 +36,11 @@ class TranslationSolver {
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n + 3, n + 3);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 3);
     for (int l = 0; l < window_.landmarkCount(); ++l) addToReducedSystem(l, &H, &b);
-    const Eigen::LDLT<Eigen::MatrixXd> factor(H.bottomRightCorner(n, n));
+    const ScaledCholesky factor(H.bottomRightCorner(n, n));
+    if (!factor.determined()) return false;
     Eigen::VectorXd dt = Eigen::VectorXd::Zero(n + 3);
     dt.tail(n) = factor.solve(b.tail(n));
-    if (!factor.isPositive() || !(factor.rcond() > 1e-15) || !dt.allFinite()) return false;
+    if (!dt.allFinite()) return false;
     for (int k = 1; k < window_.keyframe_count; ++k) result_.T_VB[k].t += dt.segment<3>(3 * k);
     if (options_.landmarks_free) moveLandmarks(dt);
     *step_norm = dt.lpNorm<Eigen::Infinity>();

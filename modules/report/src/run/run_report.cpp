@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 #include "etalon/evaluation/flight_errors.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/report/comparison_table.h"

@@ -4,6 +4,9 @@
 
 namespace etalon {
 
+/** Median of the norm of two standard normal coordinates, sqrt(2 ln 2) (Rayleigh's distribution). */
+constexpr double kRayleighMedian = 1.17741;
+
 /**
  * The value in the middle; of an even number the upper of the two, so that it is one of the values.
  * quantile(values, 0.5) takes their mean. NaN for an empty set or if a value is NaN.

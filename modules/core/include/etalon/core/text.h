@@ -27,6 +27,9 @@ std::string htmlText(const std::string& text);
 /** The words with `between` between them. */
 std::string joined(const std::vector<std::string>& words, const std::string& between = ", ");
 
+/** "1 frame", "3 frames". */
+std::string counted(std::size_t count, const std::string& noun);
+
 /** Characters of UTF-8 text: bytes that do not continue one. */
 std::size_t displayWidth(const std::string& text);
 

@@ -2,6 +2,7 @@
 
 // Normal equations and their inverse.
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace etalon {
@@ -37,11 +38,33 @@ struct NormalEquations {
 };
 
 /**
- * Whether a symmetric matrix, of which the lower triangle is read, is numerically positive definite
- * once it is scaled to a unit diagonal: its unknowns are then determined. Positive pivots do not say
- * so, because those of a singular matrix are rounding errors of either sign.
+ * Cholesky factor of a symmetric matrix, of which the lower triangle is read, scaled to a unit
+ * diagonal: the units of its blocks differ by many orders of magnitude. Positive pivots do not say
+ * that the unknowns are determined, because those of a singular matrix are rounding errors of either
+ * sign; the condition of the scaled matrix does.
  */
-bool isDetermined(const Eigen::MatrixXd& information);
+class ScaledCholesky {
+ public:
+  ScaledCholesky() = default;
+  explicit ScaledCholesky(const Eigen::MatrixXd& information);
+
+  /** Whether the matrix is numerically positive definite: solve() may be called only then. */
+  bool determined() const { return determined_; }
+
+  /** information^-1 rhs. */
+  template <typename Derived>
+  Eigen::Matrix<double, Eigen::Dynamic, Derived::ColsAtCompileTime> solve(
+      const Eigen::MatrixBase<Derived>& rhs) const {
+    Eigen::Matrix<double, Eigen::Dynamic, Derived::ColsAtCompileTime> x = scale_.asDiagonal() * rhs;
+    factor_.solveInPlace(x);
+    return scale_.asDiagonal() * x;
+  }
+
+ private:
+  Eigen::VectorXd scale_;
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+  bool determined_ = false;
+};
 
 /** Inverse of a symmetric positive definite matrix, symmetrised; empty if it is not numerically so.
  */

@@ -11,5 +11,11 @@ constexpr double kCauchyChi2 = 4.0;
  * scaled by 1 / (0.723 * 1.092), so that the covariance is the one that the estimate has.
  */
 constexpr double kCauchyGain = 1.267;
+/**
+ * Width of the loss in standard deviations of a scalar residual with which it is 95 % as efficient on
+ * normal residuals as least squares (Holland and Welsch, Robust regression using iteratively
+ * reweighted least-squares, 1977).
+ */
+constexpr double kCauchyWidth = 2.385;
 
 }  // namespace etalon
