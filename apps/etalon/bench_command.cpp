@@ -13,6 +13,7 @@
 #include "etalon/report/report.h"
 #include "options/configuration_options.h"
 #include "options/ground_truth_option.h"
+#include "options/recording_option.h"
 #include "options/suite_options.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -202,7 +203,7 @@ void addBenchCommand(CLI::App& app, int* exit_code) {
       "The exhaustive initialization test: every initializer on a window every few seconds of "
       "every recording, without and with VI-BA. Prints one table; writes windows.csv, summary.csv "
       "and report.html. An interrupted benchmark is resumed by the same command.");
-  command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files")->required();
+  command->add_option("SRC", arguments->sources, kSourceFormats)->required();
   arguments->ground_truth.add(command);
   addProtocolOptions(command, arguments.get());
   command

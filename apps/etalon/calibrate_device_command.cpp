@@ -18,6 +18,7 @@
 #include "etalon/pipeline/run_configuration.h"
 #include "noise_table.h"
 #include "options/configuration_options.h"
+#include "options/recording_option.h"
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
@@ -286,7 +287,7 @@ void addCalibrateDeviceCommand(CLI::App& app, int* exit_code) {
       "Fly recordings of one device and write what they tell of it, without ground truth: the "
       "noise of gyro, accelerometer and pixels from the residuals of VI-BA at two intervals, and "
       "where the biases of its next flight will be. The file is used with -c after a run's own.");
-  command->add_option("SRC", arguments->sources, "EuRoC folders and .rawlog files");
+  command->add_option("SRC", arguments->sources, kSourceFormats);
   command->add_option("--out", arguments->out, "Device file to write (INI)")
       ->required()
       ->check(checkOutputPath());

@@ -122,7 +122,10 @@ void addSimulateCommand(CLI::App& app, int* exit_code) {
       ->needs(trajectory);
   addImageOptions(command, &o.render);
   command->add_flag("--noise-free", o.noise_free, "No noise and no biases, in IMU and images");
-  command->add_option("--threads", o.threads, "That render; 0: all. Does not change the result")
+  command
+      ->add_option(
+          "--threads", o.threads,
+          "Threads that render; 0: as many as there are processors. The result is the same")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
   command->callback([arguments, duration, exit_code] {

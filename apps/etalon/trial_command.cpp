@@ -11,6 +11,7 @@
 #include "etalon/report/report.h"
 #include "options/configuration_options.h"
 #include "options/ground_truth_option.h"
+#include "options/recording_option.h"
 #include "options/suite_options.h"
 #include "support/checks.h"
 #include "support/print_recording_errors.h"
@@ -212,7 +213,7 @@ void addTrialCommand(CLI::App& app, int* exit_code) {
       "Fly recordings from many starts with every initializer, odometry and setting, without and "
       "with faults, beside other systems' trajectories. Prints what survives and how accurate it "
       "is; writes runs.csv and report.html. An interrupted trial is resumed by the same command.");
-  command->add_option("SRC", arguments->sources, "Recordings")->required();
+  command->add_option("SRC", arguments->sources, kSourceFormats)->required();
   arguments->ground_truth.add(command);
   addVariantOptions(command, arguments.get());
   addProtocolOptions(command, arguments.get());

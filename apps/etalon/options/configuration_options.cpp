@@ -25,8 +25,10 @@ void ConfigurationOptions::addConfig(CLI::App* command) {
 }
 
 void ConfigurationOptions::addInitializer(CLI::App* command) {
-  command->add_option("--initializer", initializer,
-                      "Initializer plugin (etalon plugins lists them)");
+  command->add_option(
+      "--initializer", initializer,
+      "Initializer plugin (etalon plugins lists them), or auto: static at rest, else the "
+      "one of section [auto]");
 }
 
 void ConfigurationOptions::addOverrides(CLI::App* command) {

@@ -9,7 +9,7 @@ void FaultOption::add(CLI::App* command) {
   command->add_option("--fault", text,
                       "Faults that happen to the recording, as on a line of config/faults.ini: "
                       "\"covered from=8 for=1, lost percent=10\"");
-  command->add_option("--fault-seed", seed, "Of what is random in them")
+  command->add_option("--fault-seed", seed, "Seed of the faults' random numbers")
       ->check(checkWholeNumber())
       ->capture_default_str();
 }

@@ -28,9 +28,10 @@ void StereoTrackerOptions::declare(ParameterSet& parameters) {
                  "Landmarks nearer to the camera are not matched between left and right, m.");
   parameters.add("min_correlation", &min_correlation, {-1.0, 1.0},
                  "Normalised correlation that a patch must reach in the right image.");
-  parameters.add("anchor_window_px", &anchor_window_px, {7, 63},
-                 "Side of the patch that a track keeps from its first frame and is aligned with in "
-                 "later left and right images, px (odd).");
+  parameters.add(
+      "anchor_window_px", &anchor_window_px, {7, 63},
+      "Side of the patch that a track keeps from its first frame, or from where its scale "
+      "has changed, and is aligned with in later left and right images, px (odd).");
   parameters.add("anchor_iterations", &anchor_iterations, {1, 1000},
                  "Iterations of that alignment, at most: one that takes more fails.");
   parameters.add("anchor_epsilon_px", &anchor_epsilon_px, {1e-6, 1.0},

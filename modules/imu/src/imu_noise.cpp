@@ -43,7 +43,8 @@ double densityOf(const std::vector<ImuSample>& samples, Eigen::Vector3d ImuSampl
 void ImuNoiseOptions::declare(ParameterSet& parameters) {
   parameters.add("gyro_noise_factor", &gyro_noise_factor, {0.1, 1000.0},
                  "The gyro's white-noise density is the data sheet's times this factor where a "
-                 "window's samples show vibration (a flying platform).");
+                 "window's samples show vibration (a flying platform), and always in the odometry "
+                 "after the start.");
   parameters.add("min_gyro_noise_factor", &min_gyro_noise_factor, {0.1, 1000.0},
                  "Where they show less than gyro_noise_factor, the density is what they show, but "
                  "no less than the data sheet's times this factor. At gyro_noise_factor or above, "

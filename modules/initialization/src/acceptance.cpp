@@ -17,16 +17,18 @@ void AcceptanceOptions::declare(ParameterSet& parameters) {
                  "The same of the last keyframe's velocity, m/s.");
   parameters.add("gyro_bias_rps", &gyro_bias_rps, {0.0, 100.0},
                  "The same of the gyro bias, rad/s.");
-  parameters.add("confidence", &confidence, {0.01, 1.0 - 1e-9},
+  parameters.add("confidence", &confidence, {0.01, 0.999999},
                  "Probability with which each of the three is kept, by the estimate's own "
                  "covariance.");
   parameters.add("false_alarm_rate", &false_alarm_rate, {0.0, 0.5},
                  "Share of good windows that each chi-square test may refuse: of the residuals of "
                  "gyro, accelerometer and vision (assuming noise_margin times the configured "
-                 "noise), and of b_g and b_a against their prior. 0: no such test.");
+                 "noise), of b_g and b_a against their prior, and of an estimate against that of "
+                 "the window before. 0: no such test.");
   parameters.add("noise_margin", &noise_margin, {0.1, 1e9},
                  "Factor by which a sensor's noise (standard deviation) may exceed the configured "
-                 "one before its residuals are refused; no IMU fits its factors exactly.");
+                 "one before its residuals are refused, because no IMU fits its factors exactly; "
+                 "the difference from the window before has the same margin.");
   parameters.add("min_inlier_share", &min_inlier_share, {0.0, 1.0},
                  "Refuse if a smaller share of the visual measurements of landmarks that can be "
                  "triangulated agrees with the solution.");

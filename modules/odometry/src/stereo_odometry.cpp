@@ -11,18 +11,22 @@ void StereoOdometryOptions::declare(ParameterSet& parameters) {
   parameters.add("sigma_px", &sigma_px, {0.01, 100.0},
                  "Standard deviation of a tracked pixel coordinate, px.");
   parameters.add("pose_chi2", &pose_chi2, {0.1, 1e9},
-                 "Squared residual (in sigma_px) above which a landmark is an outlier of a frame's "
-                 "pose; wider than the 95 % of 5.991, because the landmarks are not exact either.");
-  parameters.add("min_pose_inliers", &min_pose_inliers, {6, 10000},
-                 "A frame that fewer measurements agree on is not located: its pose is predicted.");
+                 "Stereo odometry (until a start is accepted; with kind = stereo_visual after it, "
+                 "too): squared residual (in sigma_px) above which a landmark is an outlier of a "
+                 "frame's pose; wider than the 95 % of 5.991, because the landmarks are not exact "
+                 "either.");
+  parameters.add(
+      "min_pose_inliers", &min_pose_inliers, {6, 10000},
+      "Stereo odometry: a frame that fewer measurements agree on is not located, and its "
+      "pose is predicted.");
   parameters.add("window_keyframes", &window_keyframes, {2, 100},
-                 "Keyframes in the window of the odometry's bundle adjustment.");
+                 "Stereo odometry: keyframes in the window of its bundle adjustment.");
   parameters.add("ba_rounds", &ba_rounds, {0, 10},
-                 "Rounds of bundle adjustment at every keyframe of the running odometry; 0: none.");
+                 "Stereo odometry: rounds of bundle adjustment at every keyframe; 0: none.");
   parameters.add("ba_iterations", &ba_iterations, {1, 200}, "Iterations of such a round, at most.");
   parameters.add("max_prediction_s", &max_prediction_s, {0.0, 1e6},
-                 "Where no frame can be located, the last velocity is kept for this long, s; "
-                 "from then on the position stays.");
+                 "Stereo odometry: where no frame can be located, the last velocity is kept for "
+                 "this long, s; from then on the position stays.");
 }
 
 StereoOdometry::StereoOdometry(const StereoInertialCalibration& calibration,

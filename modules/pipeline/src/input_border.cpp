@@ -101,7 +101,7 @@ void InputOptions::declare(ParameterSet& parameters) {
                  "IMU samples with a larger specific force are dropped, m/s^2.");
   parameters.add("gyro_range_rps", &gyro_range_rps, {0.0, 1e6},
                  "End of the gyro's range: a sample there shows less than the truth, rad/s; 0: the "
-                 "largest value, where it comes several times in a row.");
+                 "largest value, where it comes four times in a row or six times in all.");
   parameters.add("accel_range_mps2", &accel_range_mps2, {0.0, 1e6},
                  "The same of the accelerometer, m/s^2.");
 }

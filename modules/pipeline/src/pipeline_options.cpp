@@ -12,8 +12,9 @@ ParameterSet pipelineSection(PipelineOptions* options) {
                "Name of the initializer plugin (etalon plugins), or auto: see section [auto].");
   pipeline.add("min_keyframes", &options->min_keyframes, {2, 200},
                "Keyframes of the first window that is tried. It grows with every keyframe until "
-               "what [acceptance] wants is predicted and two windows in a row agree. If equal to "
-               "keyframes, all windows have that length, and none is compared with another.");
+               "what [acceptance] wants is predicted and two windows in a row agree. If this is "
+               "not less than keyframes, and with initializer = auto, all windows have the length "
+               "keyframes, and none is compared with another.");
   pipeline.add("keyframes", &options->keyframes, {2, 200},
                "Keyframes in the initialization window, at most: from then on it slides.");
   pipeline.add("keyframe_rate_hz", &options->keyframe_rate_hz, {0.1, 100.0},

@@ -34,8 +34,7 @@ class Drt : public Initializer {
         "mean (as published, zero). The loose one fixes it.");
     parameters.add(
         "weighting", &robust_, {{"robust", true}, {"none", false}},
-        "Rows of the constraint weighted by noise and residual, or by noise at the first "
-        "solution alone.");
+        "Rows of the constraint weighted by noise and residual (robust), or by noise alone.");
     parameters.add("passes", &passes_, {5, 100},
                    "Linear solutions, at most; between two the rows are weighted anew. The "
                    "refinement may take three times as many.");
@@ -48,7 +47,7 @@ class Drt : public Initializer {
                    "sigma_px promises.");
     parameters.add("refine", &refine_,
                    "Take the linear solution on to the least reprojection error, rotations held; "
-                   "no: as published, off by the square of the pixels' noise.");
+                   "false: as published, off by the square of the pixels' noise.");
     nec_.declare(parameters);
   }
   bool needsVisualSolution() const override { return false; }
@@ -152,8 +151,7 @@ class Drt : public Initializer {
       const Eigen::Index size = (tight_ ? imu.size() : n) - 3;
       const ScaledCholesky factor(H.block(3, 3, size, size));
       Eigen::VectorXd step = Eigen::VectorXd::Zero(imu.size());
-      if (factor.determined())
-        step.segment(3, size) = factor.solve(-gradient.segment(3, size));
+      if (factor.determined()) step.segment(3, size) = factor.solve(-gradient.segment(3, size));
       if (!factor.determined() || !step.allFinite()) {
         summary.stop(Termination::kSingular, "the tracks do not determine the translations");
         return summary;

@@ -14,12 +14,12 @@ class JointClosedForm : public Initializer {
   void declareParameters(ParameterSet& parameters) override {
     map_.declare(parameters);
     parameters.add("accel_bias", &map_.model.estimate_accel_bias,
-                   {{"prior", false}, {"estimate", true}},
+                   {{"mean", false}, {"estimate", true}},
                    "b_a stays at the mean of its prior (as published: zero), or is an unknown with "
                    "that prior.");
     parameters.add(
         "imu_noise", &map_.model.imu_noise,
-        "Weight the rows by the noise of the IMU as well; no: the IMU counts as exact (as "
+        "Weight the rows by the noise of the IMU as well; false: the IMU counts as exact (as "
         "published).");
   }
   bool needsVisualSolution() const override { return false; }

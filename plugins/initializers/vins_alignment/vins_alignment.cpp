@@ -30,8 +30,9 @@ class VinsAlignment : public Initializer {
                    {{"none", RowWeights::kNone},
                     {"imu", RowWeights::kImu},
                     {"imu_and_vision", RowWeights::kImuAndVision}},
-                   "Weights of the alignment's rows: none (as published), by the covariance of the "
-                   "preintegration, or by that and the covariance of stereo odometry.");
+                   "Weights of the rows for b_g and for the alignment: none (as published), by the "
+                   "covariance of the preintegration, or by that and the covariance of stereo "
+                   "odometry.");
     parameters.add(
         "gyro_passes", &gyro_passes_, {1, 20},
         "Linear solutions for b_g, at most, each followed by integrating the raw IMU anew "

@@ -17,8 +17,10 @@ void NormalEpipolarStepOptions::declare(ParameterSet& parameters) {
   parameters.add("nec_weighting", &solver.noise_weighted, {{"noise", true}, {"none", false}},
                  "Smallest eigenvalue relative to the covariance of the normals, or as it is (as "
                  "published).");
-  parameters.add("nec_min_matches", &solver.min_matches, {5, 100000},
-                 "A pair that shares fewer landmarks in a camera is left out (published: 15).");
+  parameters.add(
+      "nec_min_matches", &solver.min_matches, {5, 100000},
+      "A pair that shares fewer landmarks in a camera is left out (published: 15). Refuse if "
+      "neighbours share fewer in each camera.");
   parameters.add("nec_max_matches", &solver.max_matches, {5, 100000},
                  "Most matches used of a pair of keyframes that are not neighbours.");
   parameters.add("nec_rounds", &solver.rounds, {1, 1000},

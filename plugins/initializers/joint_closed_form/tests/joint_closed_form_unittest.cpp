@@ -51,7 +51,7 @@ TEST(JointClosedForm, IsExactInTheFormPublishedWhereTheAccelerometerBiasIsKnown)
     SCOPED_TRACE(testing::toString(motion));
     SyntheticWindowOptions options = hardlyAnyPriors(motion);
     options.priors.mean.accel = kBiases.accel;
-    testing::expectWithin(runOn(options, *load("imu_noise = no\naccel_bias = prior" + kToTheEnd)),
+    testing::expectWithin(runOn(options, *load("imu_noise = no\naccel_bias = mean" + kToTheEnd)),
                           testing::kNumericalPrecision);
   }
 }
@@ -108,7 +108,7 @@ TEST(JointClosedForm, ErrsAsItsCovarianceSays) {
 }
 
 TEST(JointClosedForm, ClaimsNoCovarianceInTheFormsPublished) {
-  for (const char* ini : {"imu_noise = no", "accel_bias = prior"}) {
+  for (const char* ini : {"imu_noise = no", "accel_bias = mean"}) {
     const Outcome o = runOn(testing::drawnOptions(Motion::kGentle, 1, 0.5), *load(ini));
     ASSERT_TRUE(o.result) << o.result.error().reason;
     EXPECT_EQ(o.result->covariance.size(), 0);
