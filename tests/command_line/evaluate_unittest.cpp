@@ -132,6 +132,43 @@ TEST(EvaluateCommand, SaysThatNoTwoPosesAreSoFarApart) {
   EXPECT_THAT(result.err, HasSubstr("no two poses are 500 frames apart"));
 }
 
+/** Along a line at a speed that changes, at 100 Hz, `late_s` late. */
+std::string lineTum(double late_s) {
+  std::string text = "# t x y z qx qy qz qw\n";
+  for (int k = 0; k < 1000; ++k) {
+    const double s = 0.01 * k - late_s;
+    char line[200];
+    std::snprintf(line, sizeof line, "%d.%09d %.9f 2 1 0 0 0 1\n", 1400000000 + k / 100,
+                  k % 100 * 10'000'000, s + std::sin(s));
+    text += line;
+  }
+  return text;
+}
+
+TEST(EvaluateCommand, TheTimeShiftIsBesideATableForPeopleAndApartFromOneForPrograms) {
+  const TemporaryFolder folder;
+  const std::string truth = folder.write("truth.tum", lineTum(0.02));
+  const std::string estimate = folder.write("estimate.tum", lineTum(0.0));
+  const std::string words = "ground truth is 20.0";
+  for (const char* format : {"text", "markdown"}) {
+    const CommandResult people =
+        runEtalon({"evaluate", estimate, truth, "--estimate-offset", "--format", format});
+    EXPECT_EQ(people.exit_code, 0) << people.err;
+    EXPECT_THAT(people.out, AllOf(HasSubstr(words), HasSubstr(" ms late; ATE aligned in SE(3) ")));
+    EXPECT_THAT(people.err, IsEmpty());
+  }
+  const CommandResult programs =
+      runEtalon({"evaluate", estimate, truth, "--estimate-offset", "--format", "csv"});
+  EXPECT_EQ(programs.exit_code, 0);
+  EXPECT_THAT(programs.err, HasSubstr(words));
+  EXPECT_EQ(programs.out, runEtalon({"evaluate", estimate, truth, "--format", "csv"}).out);
+  // A circle at a constant speed is the same circle a little later.
+  const std::string circle = folder.write("circle.tum", circleTum(0.0));
+  const CommandResult refused = runEtalon({"evaluate", circle, circle, "--estimate-offset"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("no time shift: the motion is too even"));
+}
+
 TEST(EvaluateCommand, DrawsAPlot) {
   const TemporaryFolder folder;
   const std::string truth = folder.write("truth.tum", circleTum(0.0));

@@ -95,6 +95,24 @@ TEST(TimeOffset, IsDiscernibleOnlyIfItExplainsMoreThanNone) {
   EXPECT_FALSE(none.discernible()) << none.offset_s;
 }
 
+TEST(TimeOffset, IsDiscernibleByItsGainAndItsStandardDeviationTogether) {
+  TimeOffsetEstimate estimate;
+  estimate.clear = true;
+  estimate.offset_s = -0.02;
+  estimate.sigma_s = 1e-3;
+  estimate.correlation = 0.95;
+  estimate.correlation_at_zero = 0.944;
+  EXPECT_TRUE(estimate.discernible());
+  estimate.correlation_at_zero = 0.946;  // hardly better than none
+  EXPECT_FALSE(estimate.discernible());
+  estimate.correlation_at_zero = 0.8;
+  estimate.sigma_s = 7e-3;  // 2.9 of them
+  EXPECT_FALSE(estimate.discernible());
+  estimate.sigma_s = 1e-3;
+  estimate.clear = false;
+  EXPECT_FALSE(estimate.discernible());
+}
+
 TEST(TimeOffset, SeesThatAnAxisIsInverted) {
   std::vector<ImuSample> imu = exampleImu(1.0);
   const auto sound = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3);

@@ -63,6 +63,16 @@ TEST(NestedWindows, DisagreeWhereOneIsFartherOffThanItsCovarianceSays) {
   EXPECT_FALSE(agree(earlier, later, options));
 }
 
+TEST(NestedWindows, TheMarginIsOneOfStandardDeviations) {
+  AcceptanceOptions options;
+  options.noise_margin = 3.0;  // 9 * 31.26 = 16.77^2
+  InitializationAttempt later = attempt(0, 4, 1.0);
+  later.init->bias.gyro.x() = 16.7 * kSigma;
+  EXPECT_TRUE(agree(attempt(0, 3, 0.0), later, options));
+  later.init->bias.gyro.x() = 16.9 * kSigma;
+  EXPECT_FALSE(agree(attempt(0, 3, 0.0), later, options));
+}
+
 TEST(NestedWindows, WithoutAnythingToCompareThereIsNothingToBelieve) {
   const AcceptanceOptions options;
   const auto status = [&](const InitializationAttempt& earlier) {

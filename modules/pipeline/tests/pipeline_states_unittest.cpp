@@ -190,6 +190,75 @@ TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
             1e-3);  // roll and pitch are the initializer's
 }
 
+/** The flight in the order of its stamps without the samples between `first` and `last`, which is
+ * longer than anything is integrated across, and with the lenses covered in one frame. */
+std::unique_ptr<Pipeline> flownWithoutImu(TimeNs first, TimeNs last, size_t covered) {
+  const Flight& flight = Flight::instance();
+  PipelineOptions options;
+  options.keyframes = kStateWindow;
+  options.keyframe_rate_hz = kFrameRateHz;
+  options.window.refine = false;
+  options.input.max_gap_s = 0.15;
+  PipelineInitializers initializers;
+  initializers.name = "truth";
+  initializers.initializer = std::make_shared<Scripted>(trueInitialization);
+  auto pipeline = std::make_unique<Pipeline>(flight.calibration, options, initializers);
+  auto sample = flight.imu.begin();
+  for (size_t k = 0; k < flight.frames.size(); ++k) {
+    StereoFrame frame = flight.frames[k];
+    for (; sample != flight.imu.end() && sample->t <= frame.t; ++sample)
+      if (sample->t <= first || sample->t >= last) pipeline->add(*sample);
+    if (k == covered) {
+      frame.left = cv::Mat(frame.left.size(), CV_8UC1, cv::Scalar(1.0));
+      frame.right = cv::Mat(frame.right.size(), CV_8UC1, cv::Scalar(1.0));
+    }
+    pipeline->add(frame);
+  }
+  pipeline->finish();
+  return pipeline;
+}
+
+/** Standard deviation of the yaw across the second start, in the last frame, rad; 0 if there was
+ * none. */
+double sigmaYawOfJump(const Pipeline& pipeline) {
+  const Vector3d vertical_B = pipeline.estimates().back().nav.T_WB.R.row(2);
+  for (const PipelineEvent& event : pipeline.events()) {
+    if (!event.jump) continue;
+    const Eigen::Matrix3d P = event.jump->covariance.topLeftCorner<3, 3>();
+    return std::sqrt(vertical_B.dot(P * vertical_B));
+  }
+  return 0.0;
+}
+
+const PipelineEvent* lossOf(const Pipeline& pipeline) {
+  for (const PipelineEvent& event : pipeline.events())
+    if (!event.remark && event.state == PipelineState::kLost) return &event;
+  return nullptr;
+}
+
+TEST_F(PipelineStates, WithoutImagesAndImuItIsLostAndMayHaveTurned) {
+  // Lost in frame 4; frame 5 is not located either, and no gyro says how it turned until then.
+  const auto flown = flownWithoutImu(flight().frames[3].t, flight().frames[5].t - 5'000'000, 4);
+  const PipelineEvent* loss = lossOf(*flown);
+  ASSERT_NE(loss, nullptr);
+  EXPECT_EQ(loss->t, flight().frames[4].t);
+  EXPECT_THAT(loss->reason, HasSubstr("neither images nor the IMU"));
+  ASSERT_EQ(flown->state(), PipelineState::kInertial);
+  // 0.5 rad/s for the 0.1 s before the loss and the 0.195 s of the jump after it.
+  EXPECT_NEAR(sigmaYawOfJump(*flown), 0.5 * std::hypot(0.1, 0.195), 1e-3);
+}
+
+TEST_F(PipelineStates, LostInAJumpOfTheClockItMayHaveTurnedForAsLong) {
+  // Frame 4 is located without IMU; frame 5, the first one after the jump, is not.
+  const auto flown = flownWithoutImu(flight().frames[3].t, flight().frames[5].t - 5'000'000, 5);
+  const PipelineEvent* loss = lossOf(*flown);
+  ASSERT_NE(loss, nullptr);
+  EXPECT_EQ(loss->t, flight().frames[5].t);
+  ASSERT_EQ(flown->state(), PipelineState::kInertial);
+  // The odometry went on by the 0.1 s of the frames before.
+  EXPECT_NEAR(sigmaYawOfJump(*flown), 0.5 * std::hypot(0.1, 0.195), 1e-3);
+}
+
 TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
   constexpr TimeNs kJump = 5 * kNanosecondsPerSecond;
   const TimeNs middle = flight().frames[4].t;
@@ -222,13 +291,16 @@ TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {
 
 /** Images stamped 20 ms late; the initializer refuses until it is given the IMU of their instants,
  * and then says the truth. */
-std::unique_ptr<Pipeline> flownLate(CalibrationMode mode) {
+std::unique_ptr<Pipeline> flownLate(CalibrationMode mode, int most_keyframes = kFrames - 1,
+                                    double imu_from_s = 0.0) {
   constexpr TimeNs kLate = 20'000'000;
   const Flight& flight = Flight::instance();
   PipelineOptions options;
-  options.keyframes = options.min_keyframes = kFrames - 1;
+  options.keyframes = most_keyframes;
+  options.min_keyframes = kFrames - 1;
   options.keyframe_rate_hz = kFrameRateHz;
   options.window.refine = false;
+  options.window.acceptance.false_alarm_rate = 0.0;  // a window need not be confirmed
   options.fixed_lag.calibration.time_offset = mode;
   PipelineInitializers initializers;
   initializers.name = "late";
@@ -248,7 +320,8 @@ std::unique_ptr<Pipeline> flownLate(CalibrationMode mode) {
     return result;
   });
   auto pipeline = std::make_unique<Pipeline>(flight.calibration, options, initializers);
-  for (const ImuSample& sample : flight.imu) pipeline->add(sample);
+  for (const ImuSample& sample : flight.imu)
+    if (secondsBetween(flight.imu.front().t, sample.t) >= imu_from_s) pipeline->add(sample);
   for (StereoFrame frame : flight.frames) {
     frame.t += kLate;
     pipeline->add(frame);
@@ -279,6 +352,15 @@ TEST_F(PipelineStates, StampsThatAreLateAreSaidAndCorrectedAtTheStart) {
   }
   // Where the platform is at the stamp, not at the image, 20 ms of 1 m/s before.
   EXPECT_LT(positionError(pipeline.estimates().back()), 0.01);
+}
+
+TEST_F(PipelineStates, AnImageTakenBeforeTheImuBeganLeavesTheWindowOnceTheStampsAreKnownToBeLate) {
+  // The IMU begins 10 ms after the first image was taken, 10 ms before its stamp.
+  const auto late = flownLate(CalibrationMode::kAuto, kFrames, 0.01);
+  ASSERT_EQ(late->attempts().size(), 2U);
+  EXPECT_EQ(late->attempts()[0].keyframes.front(), flight().frames[0].t + 20'000'000);
+  EXPECT_EQ(late->attempts()[1].keyframes.front(), flight().frames[1].t + 20'000'000);
+  EXPECT_TRUE(late->attempts()[1].accepted());
 }
 
 TEST_F(PipelineStates, StampsThatAreToBeTakenAsGivenAreNotCorrected) {

@@ -259,6 +259,19 @@ TEST_F(PipelineWithAuto, WaitsUntilEnoughOfTheWindowMoves) {
   EXPECT_EQ(pipeline.handedOverAt(), flight().frames[kWindowKeyframes + 2].t);
 }
 
+TEST_F(PipelineWithAuto, AWindowThatTellsNeitherRestNorMotionCountsAsRest) {
+  PipelineOptions options = this->options();
+  options.auto_initializer.min_motion_share = 1.0;
+  Pipeline pipeline = this->pipeline(options, answers({rests(), says(gap()), says(moves())}),
+                                     [](const InitializationProblem& problem) {
+                                       return visualSolutionIn(problem, SE3(), biasInMotion());
+                                     });
+  add(&pipeline, 0, kWindowKeyframes + 2);
+  EXPECT_TRUE(pipeline.waitsForMotion());
+  add(&pipeline, kWindowKeyframes + 2, kWindowKeyframes + 3);
+  EXPECT_EQ(pipeline.handedOverAt(), flight().frames[kWindowKeyframes + 2].t);
+}
+
 TEST_F(PipelineWithAuto, TheGyroBiasOfTheStartIsThePriorUnlessMeasurementsWouldCountTwice) {
   std::vector<BiasPriors> priors;
   Pipeline pipeline = this->pipeline(options(), answers({rests(), says(moves())}),

@@ -51,6 +51,14 @@ TEST(RepeatedImages, AtRestTheSameImageIsBelieved) {
   }
 }
 
+TEST(RepeatedImages, TracksInAnImageThatRepeatsTheOneBeforeAreNoMotion) {
+  RepeatedImages repeated = afterTwoFrames(0.1);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_FALSE(repeated.isRepeated(imageOf(2), imageOf(3), imuOf(0.0)));
+    repeated.tracked(tracksAt(1.0 + k));
+  }
+}
+
 TEST(RepeatedImages, InMotionItIsNotAndUntilANewOneComes) {
   RepeatedImages repeated = afterTwoFrames(3.0);
   for (int k = 0; k < 3; ++k) EXPECT_TRUE(repeated.isRepeated(imageOf(2), imageOf(3), imuOf(0.0)));

@@ -96,6 +96,31 @@ TEST(CalibrationWatch, CorrectsWhatIsCertainlyWrongAndSaysSoOnce) {
   EXPECT_EQ(findingOf(watch, "principal points").verdict, Verdict::kNotObserved);
 }
 
+TEST(CalibrationWatch, WhatWasCorrectedOnceFollowsTheEstimateAlsoWhereThatIsNearWhatWasGiven) {
+  Measured measured;
+  measured.measure(kTimeOffset, 0.004, 2e-5);
+  CalibrationWatch watch{CalibrationOptions()};
+  ASSERT_TRUE(measured.update(&watch, 0.05));
+  // One that is known far better: 0.2 ms, two standard deviations with what tracks share.
+  measured.measure(kTimeOffset, 2e-4, 1e-7);
+  ASSERT_TRUE(measured.update(&watch, 1.1));
+  EXPECT_EQ(findingOf(watch, "time offset").verdict, Verdict::kAgrees);
+  EXPECT_NEAR(measured.window.calibration.now[kTimeOffset], 2e-4, 1e-6);
+  EXPECT_THAT(findingOf(watch, "time offset").words, HasSubstr("the estimate is used"));
+}
+
+TEST(CalibrationWatch, ACorrectionFollowsNoChangeThatIsShortBesideWhatIsKnown) {
+  for (const double step : {1e-5, 3e-5}) {
+    Measured measured;
+    measured.measure(kTimeOffset, 0.004, 2e-5);
+    CalibrationWatch watch{CalibrationOptions()};
+    ASSERT_TRUE(measured.update(&watch, 0.05));
+    // The mean of both moves by half the step; a standard deviation is 1.4e-5 s.
+    measured.measure(kTimeOffset, 0.004 + step, 2e-5);
+    EXPECT_EQ(measured.update(&watch, 1.1).has_value(), step > 2e-5);
+  }
+}
+
 TEST(CalibrationWatch, RefusesWhatNoCalibrationCanBeOffBy) {
   for (const CalibrationMode mode : {CalibrationMode::kAuto, CalibrationMode::kOn}) {
     Measured measured;
