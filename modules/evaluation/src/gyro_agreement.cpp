@@ -25,14 +25,13 @@ GyroAgreement gyroAgreement(const GroundTruth& ground_truth, const std::vector<I
   GyroAgreement agreement;
   if (!(gyro_noise_density > 0.0)) return agreement;
   const ImuBuffer buffer(imu);
+  const TimeNs margin = durationNs(kMaxStepS);  // so that the samples around a step are seen
   std::vector<double> sizes;
   double squares = 0.0;
   for (size_t k = 1; k < ground_truth.states.size(); ++k) {
     const StampedState &begin = ground_truth.states[k - 1], &end = ground_truth.states[k];
     const double dt = secondsBetween(begin.t, end.t);
-    if (dt > kMaxStepS || !buffer.covers(begin.t, end.t) ||
-        buffer.longestGap(begin.t, end.t) > kMaxStepS)
-      continue;
+    if (dt > kMaxStepS || buffer.longestGap(begin.t - margin, end.t + margin) > kMaxStepS) continue;
     const ImuBias used = {ground_truth.has_biases ? begin.bias.gyro : bias,
                           Eigen::Vector3d::Zero()};
     const Eigen::Matrix3d dR = Preintegration(buffer.between(begin.t, end.t), used, {}).deltas().dR;

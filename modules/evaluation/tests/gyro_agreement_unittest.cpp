@@ -98,6 +98,14 @@ TEST(GyroAgreement, CorrectionsLargerThanTheNoiseAreTheTruthsOwn) {
   EXPECT_FALSE(flight.agreement().isCopy());
 }
 
+TEST(GyroAgreement, WhereTheImuHasAGapNothingIsCompared) {
+  TurningFlight flight;
+  copyGyro(&flight);
+  flight.imu.erase(flight.imu.begin() + 800, flight.imu.begin() + 1000);
+  EXPECT_LT(flight.agreement().rms, 0.01);
+  EXPECT_TRUE(flight.agreement().isCopy());
+}
+
 TEST(GyroAgreement, WhatCannotBeToldIsNotSaid) {
   TurningFlight flight;
   EXPECT_TRUE(std::isnan(gyroAgreement(flight.truth, flight.imu, kBias, 0.0).median));
