@@ -233,12 +233,15 @@ Eigen::MatrixXd gaugeDirections(const Window& window) {
   return N;
 }
 
-TEST(FixedLagWindow, PriorCostsNothingAlongPositionAndYaw) {
+class FixedLagPrior : public ::testing::TestWithParam<bool> {};
+
+TEST_P(FixedLagPrior, CostsNothingAlongPositionAndYaw) {
   const SimulatedFlight flight = shortFlight(6.0);
   Tracks tracks(flight.calibration, {});
   NavState start = flight.startAt(0, startSigma(), 1).state;
   Window window =
       windowAt(flight.calibration, {0, 0, -9.81}, start, flight.frames[0].t, withoutGauge(start));
+  if (GetParam()) addCalibrationColumns(flight.calibration, &window);
   tracks.createLandmarks(measure(flight.calibration, flight.frames[0], 0.35), &window);
   WindowSolver solver({});
   for (size_t i = 1; i < flight.frames.size(); ++i) {
@@ -254,6 +257,8 @@ TEST(FixedLagWindow, PriorCostsNothingAlongPositionAndYaw) {
   // A metre or a radian of all together costs a billionth of that: rounding, 100 times repeated.
   EXPECT_LT(cost.maxCoeff(), 1e-5) << cost.transpose();
 }
+
+INSTANTIATE_TEST_SUITE_P(WithAndWithoutCalibration, FixedLagPrior, ::testing::Bool());
 
 }  // namespace
 }  // namespace etalon::fixed_lag

@@ -104,8 +104,12 @@ std::optional<HandEye> solveHandEye(const InitializationProblem& problem,
       if (noise.info() == Eigen::Success) whitening = noise.matrixL().solve(whitening);
     }
     const MatrixXd A = whitening * M;
-    const ScaledCholesky factor(A.transpose() * A);
-    if (!factor.determined()) return std::nullopt;
+    const MatrixXd AtA = A.transpose() * A;
+    const ScaledCholesky factor(AtA);
+    // Turns about one axis of the body leave its column empty but for rounding, which scaling lifts.
+    const Vector3d rotation = AtA.diagonal().tail<3>();
+    if (!factor.determined() || rotation.minCoeff() < 1e-15 * rotation.maxCoeff())
+      return std::nullopt;
     response = factor.solve(A.transpose()) * whitening;
     if (!response.allFinite()) return std::nullopt;
     const VectorXd change = response * r;

@@ -1,11 +1,9 @@
 #include "sliding.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "etalon/core/so3.h"
 #include "etalon/map/view_selection.h"
 #include "rest.h"
 #include "window_solver.h"
@@ -60,21 +58,6 @@ LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) 
   return rows;
 }
 
-/** Takes out of rows of pixels what rounding has left in them of moving and turning everything, which
- * costs nothing: with the calibration among the unknowns it would add up. */
-void takeOutGauge(const Window& window, LinearRows* rows) {
-  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(rows->unknowns(), 6);
-  for (const WindowState& state : window.states) {
-    if (state.column + 6 > rows->unknowns()) break;
-    const SE3& T_WB = state.linearization.T_WB;
-    N.block<3, 3>(state.column, 0) = T_WB.R.transpose();
-    N.block<3, 3>(state.column + 3, 0) = -hat(T_WB.t);
-    N.block<3, 3>(state.column + 3, 3).setIdentity();
-  }
-  const Eigen::MatrixXd left = rows->A * N;
-  rows->A.noalias() -= left * (N.transpose() * N).ldlt().solve(N.transpose());
-}
-
 /** The rows that leave, over the window's first `unknowns` columns: those of the prior, the IMU, a
  * rest and ended landmarks. */
 LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
@@ -88,7 +71,6 @@ LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<La
     terms.linearize(window, ended, static_cast<int>(oldest_full), &visual,
                     window.calibration.unknown);
     visual_rows = touchedRows(visual, unknowns);
-    if (window.calibration.unknown) takeOutGauge(window, &visual_rows);
   }
   const bool at_rest = window.states[oldest_full + 1].at_rest;
   LinearRows rows(window.prior.rows() + 15 + (at_rest ? 9 : 0) + visual_rows.rows(), unknowns);

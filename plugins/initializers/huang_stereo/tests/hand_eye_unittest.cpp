@@ -98,7 +98,8 @@ Turning turning(const std::function<Vector3d(double)>& rate, double sigma_rad, u
 
 /** The rotation of the cameras about that axis is any; without noise nothing but the rank says so. */
 TEST(HandEye, IsNotDeterminedByTurnsAboutOneAxisHoweverExactTheyAre) {
-  for (const Vector3d& axis : {Vector3d(0.6, 0.0, 0.8), Vector3d(0.36, 0.48, 0.8)}) {
+  for (const Vector3d& axis : {Vector3d(0.6, 0.0, 0.8), Vector3d(0.36, 0.48, 0.8),
+                               Vector3d(1.0, 0.0, 0.0), Vector3d(0.0, 0.0, 1.0)}) {
     const Turning one = turning([&](double t) { return (0.5 + std::sin(3.0 * t)) * axis; }, 0.0, 1);
     EXPECT_FALSE(solveHandEye(one.problem, one.visual, false, 10)) << axis.transpose();
   }
