@@ -7,7 +7,7 @@
 // frame has observations, and afterwards every track is a new one; right: the right camera sees
 // nothing; drop: there are no frames; imu: there is no IMU. --wrong NAME=NUMBER: the odometry is given
 // a calibration that is wrong by so much (WrongCalibration: time_offset, camera_rotation,
-// stereo_rotation, baseline, focal); prints what it says of it.
+// stereo_rotation, baseline, focal, radial, radial_k3); prints what it says of it.
 //
 // Prints a line for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE
 // over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth
@@ -102,9 +102,10 @@ void makeWrong(const std::vector<std::string>& arguments, SequenceTracks* tracks
     const auto numbers = wrong.numbers();
     const auto number = numbers.find(argument.substr(0, equals));
     if (number == numbers.end() || equals == std::string::npos)
-      throw ConfigError("--wrong " + argument +
-                        ": expected time_offset, camera_rotation, "
-                        "stereo_rotation, baseline or focal, '=' and a number");
+      throw ConfigError(
+          "--wrong " + argument +
+          ": expected time_offset, camera_rotation, stereo_rotation, baseline, focal, "
+          "radial or radial_k3, '=' and a number");
     *number->second = std::stod(argument.substr(equals + 1));
   }
   tracks->calibration = wrong.given(tracks->calibration);

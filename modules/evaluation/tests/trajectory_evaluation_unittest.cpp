@@ -86,16 +86,6 @@ TEST(AbsoluteErrors, WithAndWithoutAlignment) {
   EXPECT_GT(absoluteErrors(moved, std::nullopt).rotation_deg.min, 100.0);
 }
 
-TEST(RelativeErrors, OverFrames) {
-  // Steps 1 -> 2 and 2 -> 3 are off by 0.1 m, the other four are right.
-  const ErrorStatistics one = relativeErrors(bent(), {1, DeltaUnit::kFrames}).position_m;
-  EXPECT_EQ(one.count, 6u);
-  EXPECT_NEAR(one.sse, 0.02, 1e-15);
-  const ErrorStatistics three = relativeErrors(bent(), {3, DeltaUnit::kFrames}).position_m;
-  EXPECT_EQ(three.count, 2u);  // 0 -> 3 -> 6
-  EXPECT_NEAR(three.max, 0.0, 1e-15);
-}
-
 TEST(RelativeErrors, OverMetresOfTheEstimatesPath) {
   // Steps of 0.4, sqrt(0.17), sqrt(0.17), 0.4 ... m: 1 m is passed at poses 3 and 6.
   const ErrorStatistics metre = relativeErrors(bent(), {1.0, DeltaUnit::kMeters}).position_m;

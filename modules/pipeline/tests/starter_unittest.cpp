@@ -1,0 +1,111 @@
+// Attempts at a start: what one keeps, finds and checks.
+
+#include "etalon/pipeline/starter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "etalon/pipeline/window_initialization.h"
+#include "etalon/testing/synthetic_window.h"
+#include "scripted_flight.h"
+
+namespace etalon::pipeline_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(Starter, AnAcceptedAttemptKeepsItsEstimatesHoweverOldItIs) {
+  const testing::SyntheticWindowOptions window_options;
+  const testing::SyntheticWindow synthetic = testing::makeSyntheticWindow(window_options);
+  const InitializationProblem problem = testing::makeProblem(synthetic, window_options);
+  KeyframeWindow window(3, 4.0);
+  for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
+  int asked = 0;
+  PipelineInitializers initializers;
+  initializers.at_rest_name = "at_rest";
+  initializers.at_rest =
+      std::make_shared<Scripted>([&](const InitializationProblem&) -> InitializationResult {
+        if (asked++ > 0) return refuse(RefusalStatus::kImuGap, "a gap in the IMU");
+        Initialization truth;
+        truth.states = synthetic.truth;
+        return truth;
+      });
+  WindowOptions options;
+  options.refine = false;
+  Starter starter(initializers, {}, options, {}, false);
+  const auto make = [&](const WindowOptions&) { return problem; };
+  ASSERT_EQ(starter.attempt(window, make), Starter::Outcome::kStarts);
+  for (size_t i = 0; i < Starter::kDetailedAttempts + 2; ++i)
+    ASSERT_EQ(starter.attempt(window, make), Starter::Outcome::kRefused);
+  ASSERT_EQ(starter.attempts().size(), Starter::kDetailedAttempts + 3);
+  EXPECT_TRUE(starter.attempts().front().accepted());
+  EXPECT_TRUE(starter.attempts().front().init.has_value());
+}
+
+TEST(InitializationAttempt, AnOffsetThatIsFoundAddsToTheOneInUse) {
+  testing::SyntheticWindowOptions options;
+  options.motion = testing::Motion::kAggressive;
+  testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
+  std::vector<ImuSample> samples = window.imu.samples();
+  for (ImuSample& sample : samples) sample.t += 20'000'000;
+  window.imu = ImuBuffer(samples);
+  window.keyframe_indices.erase(window.keyframe_indices.begin());  // which it no longer covers
+  const InitializationProblem problem = testing::makeProblem(window, options);
+  const Scripted refusing([](const InitializationProblem&) {
+    return refuse(RefusalStatus::kNotConverged, "as it always does");
+  });
+  WindowOptions in_use;
+  in_use.time_offset_s = 0.0125;
+  const auto found = attemptInitialization(problem, refusing, {}).time_offset,
+             more = attemptInitialization(problem, refusing, in_use).time_offset;
+  ASSERT_TRUE(found && more);
+  EXPECT_NEAR(found->offset_s, 0.02, 3.0 * found->sigma_s);
+  EXPECT_DOUBLE_EQ(more->offset_s, found->offset_s + 0.0125);
+}
+
+/** Without the residuals' check nothing could be refused by them. */
+TEST(Refine, ChecksTheNoiseWhereTheAcceptanceJudgesByItOrItIsWanted) {
+  const testing::SyntheticWindowOptions options;
+  const testing::SyntheticWindow window = testing::makeSyntheticWindow(options);
+  const InitializationProblem problem = testing::makeProblem(window, options);
+  Initialization truth;
+  truth.states = window.truth;
+  truth.bias = window.bias;
+  const auto degreesOfFreedom = [&](double false_alarm_rate, bool wanted) {
+    WindowOptions with;
+    with.acceptance.false_alarm_rate = false_alarm_rate;
+    with.check_noise = wanted;
+    return refine(problem, truth, with, nullptr).noise.gyro.dof;
+  };
+  EXPECT_GT(degreesOfFreedom(0.001, false), 0.1);
+  EXPECT_GT(degreesOfFreedom(0.0, true), 0.1);
+  EXPECT_EQ(degreesOfFreedom(0.0, false), 0.0);
+}
+
+TEST(InitializationAttempt, WithoutItsEstimatesItStillSaysWhatHappened) {
+  InitializationAttempt attempt;
+  attempt.keyframes = {1, 2};
+  attempt.init = Initialization();
+  attempt.init->states.resize(2);
+  attempt.init_timings = {{"solve", 1.0}};
+  attempt.has_vi_ba = true;
+  attempt.vi_ba.states.resize(2);
+  attempt.vi_ba.covariance.resize(24, 24);
+  attempt.landmarks[3] = Eigen::Vector3d::Zero();
+  attempt.decision = refuse(RefusalStatus::kImplausible, "why");
+  attempt.dropEstimates();
+  EXPECT_FALSE(attempt.init);
+  EXPECT_THAT(attempt.poses(), IsEmpty());
+  EXPECT_EQ(attempt.vi_ba.covariance.size(), 0);
+  EXPECT_THAT(attempt.landmarks, IsEmpty());
+  EXPECT_THAT(attempt.keyframes, ElementsAre(1, 2));
+  EXPECT_EQ(attempt.init_timings.size(), 1U);
+  EXPECT_EQ(attempt.decision.error().reason, "why");
+}
+
+}  // namespace
+}  // namespace etalon::pipeline_test
