@@ -125,8 +125,16 @@ class Replay {
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();
       const InitializationAttempt& attempt = pipeline_.attempts()[reported_];
-      const bool handover = pipeline_.initializedAt() && attempt.t > *pipeline_.initializedAt();
-      printAttempt(attempt, images_.front().t, handover, configuration_.initializers.at_rest_name);
+      const bool started = pipeline_.initializedAt() && attempt.t > *pipeline_.initializedAt();
+      const bool handed_over = pipeline_.handedOverAt() == attempt.t;
+      const bool waits = started && pipeline_.waitsForMotion() &&
+                         attempt.initializer == configuration_.initializers.at_rest_name;
+      std::string accepted = started ? "initialized again" : "initialized";
+      if (handed_over)
+        accepted = "handed over to " + attempt.initializer;
+      else if (!attempt.initializer.empty())
+        accepted += " by " + attempt.initializer;
+      printAttempt(attempt, images_.front().t, accepted, waits);
     }
     for (; events_reported_ < pipeline_.events().size(); ++events_reported_) {
       const PipelineEvent& event = pipeline_.events()[events_reported_];

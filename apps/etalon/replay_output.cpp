@@ -27,15 +27,16 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
   return text;
 }
 
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
-                  const std::string& at_rest) {
-  std::string text = attempt.accepted() ? (handover ? "handed over" : "initialized")
-                                        : "not yet, because " + attempt.decision.error().reason;
-  if (handover && attempt.initializer == at_rest)
-    text = "still waiting for motion, because " + attempt.decision.error().reason;
-  if (!attempt.initializer.empty())
-    text = attempt.accepted() ? text + (handover ? " to " : " by ") + attempt.initializer
-                              : attempt.initializer + ": " + text;
+void printAttempt(const InitializationAttempt& attempt, TimeNs first_image,
+                  const std::string& accepted, bool waits_for_motion) {
+  const std::string& name = attempt.initializer;  // empty without `auto`
+  std::string text;
+  if (attempt.accepted())
+    text = accepted;
+  else
+    text = (name.empty() ? "" : name + ": ") +
+           (waits_for_motion ? "still waiting for motion, because " : "not yet, because ") +
+           attempt.decision.error().reason;
   std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
   std::fflush(stdout);
 }

@@ -16,11 +16,12 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
 /**
  * Prints whether the attempt was accepted, or why not yet.
  *
- * @param handover whether the odometry already runs from a start at rest
- * @param at_rest name of the initializer at rest; empty if there is none
+ * @param accepted what it has done if it was
+ * @param waits_for_motion whether the odometry runs from a start at rest, and this attempt by the
+ *        initializer at rest says why that is not over
  */
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image, bool handover,
-                  const std::string& at_rest);
+void printAttempt(const InitializationAttempt& attempt, TimeNs first_image,
+                  const std::string& accepted, bool waits_for_motion);
 
 /** Prints a change of the pipeline's state and the jump of the pose that came with it. */
 void printEvent(const PipelineEvent& event, TimeNs first_image);

@@ -144,6 +144,22 @@ TEST(SilentFaults, ACameraThatHangsIsToldAndItsFramesAreNotLocated) {
   EXPECT_EQ(faultOf(run, "frame_repeats_image").at("count"), 5);
 }
 
+TEST(SilentFaults, AFlightThatIsLostStartsAnew) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() + "/run";
+  const CommandResult result = replay(kFlight, out,
+                                      {"--from", kInMotion, "--fault", "covered from=0.9 for=0.3",
+                                       "--set", "odometry.max_dead_reckoning_s=0.1"});
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr(" s  lost: "), HasSubstr(" s  initialized again\n"),
+                    HasSubstr("the pose jumped by "), Not(HasSubstr("waiting for motion"))));
+  const json run = readJson(out + "/initialization.json");
+  int accepted = 0;
+  for (const json& attempt : run.at("attempts")) accepted += attempt.at("status") == "success";
+  EXPECT_EQ(accepted, 2);
+}
+
 TEST(SilentFaults, AJumpOfTheClockIsToldAndNothingIsIntegratedAcrossIt) {
   const RecordingCopy copy(kFlight);
   const std::string middle = "1400000002525000000";

@@ -173,12 +173,15 @@ TEST(PoseCovariance, BecomesThatOfMrptsSixNumbers) {
   }
 }
 
-TEST(PoseCovariance, ThatIsUnknownOrNoNumberIsZero) {
+TEST(PoseCovariance, IsZeroOfAnExactPoseAndLargeWhereItIsNotKnown) {
   const StampedPose pose{5, SE3()};
   EXPECT_EQ(toObservation(pose, "pose").pose.cov.asEigen().norm(), 0.0);
   Eigen::Matrix<double, 6, 6> P = Eigen::Matrix<double, 6, 6>::Identity();
   P(2, 3) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(toObservation(pose, "pose", P).pose.cov.asEigen().norm(), 0.0);
+  const Eigen::Matrix<double, 6, 6> unknown = toObservation(pose, "pose", P).pose.cov.asEigen();
+  EXPECT_TRUE(unknown.isDiagonal());
+  EXPECT_EQ(unknown(0, 0), 1e6);                   // m^2
+  EXPECT_NEAR(unknown(5, 5), M_PI * M_PI, 1e-12);  // rad^2
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ std::vector<FlightErrors> flightErrors(const std::vector<FrameEstimate>& estimat
   std::optional<SE3> T_WG;  // since the last start
   for (const FrameEstimate& e : estimates) {
     all.emplace_back();
-    if (!e.pose_covariance.allFinite()) {
+    if (!e.motion_variance.allFinite()) {  // stereo odometry, before a start
       T_WG.reset();
       continue;
     }

@@ -103,7 +103,7 @@ TEST(FlightErrors, WhatIsPredictedIsTheRootOfTheTraceInWorldAxes) {
 
 TEST(FlightErrors, PositionAndYawCountFromTheLastStart) {
   EstimatedFlight flight;
-  // From frame 5 on the world is a new one; in between one frame has no prediction.
+  // From frame 5 on the world is a new one; in between stereo odometry runs for a frame.
   const SE3 jump(expSO3({0.0, 0.0, 0.7}), {1.0, 1.0, 0.0});
   for (size_t k = 5; k < 10; ++k) {
     FrameEstimate& e = flight.estimates[k];
@@ -112,7 +112,7 @@ TEST(FlightErrors, PositionAndYawCountFromTheLastStart) {
   }
   EXPECT_GT(flight.errors()[6].position_m.error, 1.0);
   EXPECT_NEAR(flight.errors()[6].yaw_deg.error, 0.7 / kDeg, 1e-6);
-  flight.estimates[4].pose_covariance.setConstant(FrameEstimate::kUnknown);
+  flight.estimates[4].motion_variance.setConstant(FrameEstimate::kUnknown);
   const auto errors = flight.errors();
   for (const size_t k : {3, 5, 9}) expectOnly(errors[k], {});
   for (const FlightFigure& figure : flightFigures()) {

@@ -97,6 +97,8 @@ void Pipeline::estimate(const FrontFrame& frame) {
     follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
   if (was_lost && frames_not_located_ > not_located)
     lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_step_s_), imu);
+  if (state_ == PipelineState::kLost)
+    estimates_.back().pose_covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
   clock_step_s_ = 0.0;
   const bool located = state_ != PipelineState::kVisual || not_located == frames_not_located_;
   remark(frame.t,

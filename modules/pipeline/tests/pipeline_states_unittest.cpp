@@ -244,6 +244,14 @@ TEST_F(PipelineStates, WithoutImagesAndImuItIsLostAndMayHaveTurned) {
   EXPECT_EQ(loss->t, flight().frames[4].t);
   EXPECT_THAT(loss->reason, HasSubstr("neither images nor the IMU"));
   ASSERT_EQ(flown->state(), PipelineState::kInertial);
+  double sigma = 0.0;  // of the pose, as far as it may have gone since
+  for (const FrameEstimate& e : flown->estimates()) {
+    if (e.state != PipelineState::kLost) continue;
+    const double now = std::sqrt(e.pose_covariance.trace());
+    EXPECT_GE(now, sigma);
+    sigma = now;
+  }
+  EXPECT_GT(sigma, 0.01);
   // 0.5 rad/s for the 0.1 s before the loss and the 0.195 s of the jump after it.
   EXPECT_NEAR(sigmaYawOfJump(*flown), 0.5 * std::hypot(0.1, 0.195), 1e-3);
 }

@@ -180,7 +180,13 @@ obs::CObservationRobotPose toObservation(const StampedPose& pose, const std::str
   observation.sensorLabel = label;
   observation.pose.mean = toMrptPose(pose.T_WB);
   observation.pose.cov.setZero();
-  if (!covariance.allFinite() || covariance.isZero()) return observation;
+  if (covariance.isZero()) return observation;
+  if (!covariance.allFinite()) {  // zero would say that the pose is exact
+    constexpr double kFarM = 1e3, kAnyAngleRad = M_PI;
+    observation.pose.cov.asEigen().diagonal() << Eigen::Vector3d::Constant(kFarM * kFarM),
+        Eigen::Vector3d::Constant(kAnyAngleRad * kAnyAngleRad);
+    return observation;
+  }
   const mrpt::poses::CPose3D& mean = observation.pose.mean;
   Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
   J.topRightCorner<3, 3>().setIdentity();

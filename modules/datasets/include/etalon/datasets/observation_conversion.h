@@ -35,7 +35,8 @@ mrpt::obs::CObservationIMU toObservation(const ImuSample& sample);
 /**
  * T_WB as MRPT's observation.
  * @param covariance of the pose's error, [rotation, position]: T_WB = (R Exp(d), t + e), rad and m;
- *        becomes MRPT's, of x, y, z, yaw, pitch and roll; zero where it is not known
+ *        becomes MRPT's, of x, y, z, yaw, pitch and roll: that of a kilometre and any angle where it
+ *        is not finite, because zero, which it is without, says that the pose is exact
  */
 mrpt::obs::CObservationRobotPose toObservation(
     const StampedPose& pose, const std::string& label,

@@ -18,9 +18,10 @@ struct FrameEstimate {
   PipelineState state = PipelineState::kVisual;
   NavState nav;  ///< in W; velocity and biases are zero while stereo odometry runs
   /** Of the pose's error since the last start, [rotation, position] in the order of state_index, rad
-   * and m. NaN while stereo odometry runs. */
+   * and m. NaN before the first start; while lost LostPose::covariance(). */
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Constant(kUnknown);
-  /** Of the errors of velocity and biases, in the order of state_index. NaN likewise. */
+  /** Of the errors of velocity and biases, in the order of state_index. NaN while stereo odometry
+   * runs. */
   Eigen::Matrix<double, 9, 1> motion_variance = Eigen::Matrix<double, 9, 1>::Constant(kUnknown);
 
   /** Standard deviations of all errors, in the order of state_index. */
