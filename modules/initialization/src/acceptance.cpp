@@ -148,22 +148,21 @@ Expected<void> judgePrediction(const Eigen::MatrixXd& covariance, const Eigen::M
   };
   const PredictedError tilt = predicted(6, 2), velocity = predicted(8, 3), gyro = predicted(0, 3);
   if (const double bound = degrees(tilt.bound); !(bound <= options.gravity_deg))
-    return refuse(Status::kIllConditioned, "gravity may be off by ", Value(bound, 2), " deg",
+    return refuse(Status::kIllConditioned, "gravity may be off by ", Value(bound), " deg",
                   confidence, ", ", whereInWords(tilt, "about", R_WB), "; at most ",
-                  Bound(options.gravity_deg, 2),
+                  Bound(options.gravity_deg),
                   " is wanted: tilt, or accelerate sideways, so that the accelerometer's bias "
                   "shows");
   if (!(velocity.bound <= options.velocity_mps))
-    return refuse(Status::kIllConditioned, "the velocity may be off by ", Value(velocity.bound, 3),
+    return refuse(Status::kIllConditioned, "the velocity may be off by ", Value(velocity.bound),
                   " m/s", confidence, ", ", whereInWords(velocity, "along", R_WB), "; at most ",
-                  Bound(options.velocity_mps, 3),
+                  Bound(options.velocity_mps),
                   " is wanted: show the cameras something nearer, or accelerate");
   if (!(gyro.bound <= options.gyro_bias_rps))
-    return refuse(Status::kIllConditioned, "the gyro bias may be off by ", Value(gyro.bound, 4),
-                  " rad/s", confidence, ", ",
-                  whereInWords(gyro, "about", Eigen::Matrix3d::Identity()), "; at most ",
-                  Bound(options.gyro_bias_rps, 4),
-                  " is wanted: show the cameras more, or wait for more images");
+    return refuse(
+        Status::kIllConditioned, "the gyro bias may be off by ", Value(gyro.bound), " rad/s",
+        confidence, ", ", whereInWords(gyro, "about", Eigen::Matrix3d::Identity()), "; at most ",
+        Bound(options.gyro_bias_rps), " is wanted: show the cameras more, or wait for more images");
   return {};
 }
 

@@ -18,12 +18,12 @@ namespace {
 /** Costs, blocks and solution of one batch. */
 class TrajectorySolver {
  public:
-  TrajectorySolver(TrajectoryBaProblem* problem, const TrajectoryBaOptions& options)
-      : problem_(*problem), options_(options), visual_(problem->bundle, poses(problem->states)) {
+  explicit TrajectorySolver(TrajectoryBaProblem* problem)
+      : problem_(*problem), visual_(problem->bundle, poses(problem->states)) {
     for (const NavState& state : problem->states) motions_.push_back(toMotionBlock(state));
   }
 
-  void solve(double noise_factor, SolverSummary* summary) {
+  void solve(double noise_factor, int iterations, SolverSummary* summary) {
     reintegrate();
     const double variance = noise_factor * noise_factor;
     const auto problem = visual_.makeProblem(std::make_unique<ceres::ScaledLoss>(
@@ -40,7 +40,7 @@ class TrajectorySolver {
     ceres::NormalPrior first_bias = firstBiasPrior();
     problem->AddResidualBlock(&gauge, nullptr, visual_.pose(0));
     problem->AddResidualBlock(&first_bias, nullptr, motions_[0].data());
-    ceres::Solver::Options solver = visual_.solverOptions(*problem, options_.iterations_per_round);
+    ceres::Solver::Options solver = visual_.solverOptions(*problem, iterations);
     solver.linear_solver_type = ceres::SPARSE_SCHUR;
     solver.initial_trust_region_radius = 1e8;
     // In the order of time the reduced matrix is a band as wide as tracks are long. Keyframes that
@@ -109,7 +109,6 @@ class TrajectorySolver {
   }
 
   TrajectoryBaProblem& problem_;
-  const TrajectoryBaOptions& options_;
   VisualProblem visual_;
   std::vector<MotionBlock> motions_;
   std::deque<InertialCost> inertial_;
@@ -131,9 +130,11 @@ TrajectoryBaResult solveTrajectoryBa(TrajectoryBaProblem problem,
     result.bundle = std::move(bundle);
     return result;
   }
-  TrajectorySolver solver(&problem, options);
+  TrajectorySolver solver(&problem);
   for (int round = 0; round < options.rounds; ++round) {
-    solver.solve(result.noise_factor, &result.summary);
+    const bool last = round + 1 == options.rounds;
+    solver.solve(result.noise_factor, last ? options.last_iterations : options.iterations_per_round,
+                 &result.summary);
     T_WB = solver.poses();
     bundle.relabel(T_WB, options.chi2_outlier);
     if (bundle.inlierCount() == 0) {

@@ -13,6 +13,7 @@ namespace etalon {
 struct TrajectoryBaOptions {
   int rounds = 4;  ///< optimise, relabel outliers, follow the pixels' noise, optimise again
   int iterations_per_round = 8;
+  int last_iterations = 50;  ///< of the last round, which goes on until it converges
   /** Squared whitened distance beyond which a pixel is left out after the first round. */
   double chi2_outlier = 8.0;
   /** The pixels' standard deviation follows the residuals' median, but not below this share of the
