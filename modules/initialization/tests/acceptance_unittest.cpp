@@ -140,7 +140,7 @@ TEST(Acceptance, WantsWhatIsPredictedAndSaysWhatIsNotYetKnown) {
   EXPECT_EQ(decision.error().status, RefusalStatus::kIllConditioned);
   EXPECT_NEAR(*decision.error().value, 0.5 * 2.5758, 1e-3);
   EXPECT_EQ(decision.error().bound, 1.0);
-  EXPECT_THAT(decision.error().reason, HasSubstr("1.29 deg (99 %), worst about the body's x"));
+  EXPECT_THAT(decision.error().reason, HasSubstr("1.288 deg (99 %), worst about the body's x"));
   EXPECT_THAT(decision.error().reason, HasSubstr("accelerate sideways"));
   Eigen::Matrix3d turned;  // the body's z along the world's x
   turned << 0, 0, 1, 1, 0, 0, 0, 1, 0;
