@@ -3,7 +3,7 @@
 # confidences at which GRAVITY deg, VELOCITY m/s are wanted. A line a confidence: windows that were accepted, of these how many are
 # off by more than was wanted, and how many are outside 3.5 standard deviations of their own covariance or no success (gravity < 2 deg, velocity
 # < 0.1 m/s); windows that were refused although the last estimate was as good as wanted; the median length of the accepted windows, s.
-# OUT/curve.svg plots the false accepts over what was refused without need.
+# OUT/curve.svg plots what was accepted wrongly, and the false accepts, over what was refused without need.
 #
 #   scripts/measure_acceptance.sh OUT TRACKS INITIALIZER GRAVITY VELOCITY "0.5 0.9 0.99" SRC... [-- OPTIONS OF BENCH]
 set -euo pipefail
@@ -47,7 +47,17 @@ done
 echo "$rows"
 
 awk -F '|' -v wanted="$gravity deg, $velocity m/s" '
-  NR > 2 { name[++n] = $2 + 0; wrong[n] = 100 * $6 / $3; refused[n] = 100 * $7 / $3; if (wrong[n] > top) top = wrong[n] }
+  function line(share, colour,   i) {
+    printf "<polyline fill=\"none\" stroke=\"%s\" stroke-width=\"2\" points=\"", colour
+    for (i = 1; i <= n; i++) printf "%.1f,%.1f ", 60 + 4.5 * refused[i], 310 - 270 * share[i] / top
+    print "\"/>"
+    for (i = 1; i <= n; i++)
+      printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"%s\"/>\n", 60 + 4.5 * refused[i], 310 - 270 * share[i] / top, colour
+  }
+  NR > 2 {
+    name[++n] = $2 + 0; worse[n] = 100 * $5 / $3; wrong[n] = 100 * $6 / $3; refused[n] = 100 * $7 / $3
+    top = top > worse[n] ? top : worse[n]; top = top > wrong[n] ? top : wrong[n]
+  }
   END {
     top = top > 0 ? 1.15 * top : 1
     print "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"560\" height=\"360\" font-family=\"sans-serif\" font-size=\"12\">"
@@ -58,16 +68,17 @@ awk -F '|' -v wanted="$gravity deg, $velocity m/s" '
       printf "<text x=\"%d\" y=\"328\" text-anchor=\"middle\">%d</text>", x, 20 * i
       printf "<text x=\"54\" y=\"%d\" text-anchor=\"end\">%.1f</text>\n", y + 4, top * i / 5
     }
-    printf "<polyline fill=\"none\" stroke=\"#1f77b4\" stroke-width=\"2\" points=\""
-    for (i = 1; i <= n; i++) printf "%.1f,%.1f ", 60 + 4.5 * refused[i], 310 - 270 * wrong[i] / top
-    print "\"/>"
+    line(worse, "#1f77b4")
+    line(wrong, "#d62728")
     for (i = 1; i <= n; i++) {
-      x = 60 + 4.5 * refused[i]; y = 310 - 270 * wrong[i] / top
-      above = i > 1 && refused[i] == refused[i - 1] && wrong[i] == wrong[i - 1] ? above + 13 : 6
-      printf "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4\" fill=\"#1f77b4\"/><text x=\"%.1f\" y=\"%.1f\">%g</text>\n", x, y, x + 7, y - above, name[i]
+      x = 60 + 4.5 * refused[i]; y = 310 - 270 * worse[i] / top
+      above = i > 1 && refused[i] == refused[i - 1] && worse[i] == worse[i - 1] ? above + 13 : 6
+      printf "<text x=\"%.1f\" y=\"%.1f\">%g</text>\n", x + 7, y - above, name[i]
     }
+    print "<text x=\"500\" y=\"60\" text-anchor=\"end\" fill=\"#1f77b4\">accepted, but worse than wanted</text>"
+    print "<text x=\"500\" y=\"76\" text-anchor=\"end\" fill=\"#d62728\">false accepts</text>"
     print "<text x=\"285\" y=\"350\" text-anchor=\"middle\">as good as wanted (" wanted "), but refused, % of the windows</text>"
-    print "<text transform=\"translate(18 175) rotate(-90)\" text-anchor=\"middle\">false accepts, % of the windows</text>"
+    print "<text transform=\"translate(18 175) rotate(-90)\" text-anchor=\"middle\">% of the windows</text>"
     print "<text x=\"285\" y=\"24\" text-anchor=\"middle\" font-size=\"14\">Acceptance by prediction, by confidence</text>"
     print "</svg>"
   }' <<<"$rows" >"$out/curve.svg"
