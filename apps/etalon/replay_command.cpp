@@ -124,17 +124,8 @@ class Replay {
     if (died_) return;
     for (; reported_ < pipeline_.attempts().size(); ++reported_) {
       progress_.interrupt();
-      const InitializationAttempt& attempt = pipeline_.attempts()[reported_];
-      const bool started = pipeline_.initializedAt() && attempt.t > *pipeline_.initializedAt();
-      const bool handed_over = pipeline_.handedOverAt() == attempt.t;
-      const bool waits = started && pipeline_.waitsForMotion() &&
-                         attempt.initializer == configuration_.initializers.at_rest_name;
-      std::string accepted = started ? "initialized again" : "initialized";
-      if (handed_over)
-        accepted = "handed over to " + attempt.initializer;
-      else if (!attempt.initializer.empty())
-        accepted += " by " + attempt.initializer;
-      printAttempt(attempt, images_.front().t, accepted, waits);
+      printAttempt(pipeline_.attempts()[reported_], pipeline_,
+                   configuration_.initializers.at_rest_name, images_.front().t);
     }
     for (; events_reported_ < pipeline_.events().size(); ++events_reported_) {
       const PipelineEvent& event = pipeline_.events()[events_reported_];

@@ -27,16 +27,21 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
   return text;
 }
 
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image,
-                  const std::string& accepted, bool waits_for_motion) {
+void printAttempt(const InitializationAttempt& attempt, const Pipeline& pipeline,
+                  const std::string& at_rest, TimeNs first_image) {
   const std::string& name = attempt.initializer;  // empty without `auto`
+  const bool started = pipeline.initializedAt() && attempt.t > *pipeline.initializedAt();
   std::string text;
-  if (attempt.accepted())
-    text = accepted;
-  else
+  if (!attempt.accepted()) {
+    const bool waits = started && pipeline.waitsForMotion() && name == at_rest;
     text = (name.empty() ? "" : name + ": ") +
-           (waits_for_motion ? "still waiting for motion, because " : "not yet, because ") +
+           (waits ? "still waiting for motion, because " : "not yet, because ") +
            attempt.decision.error().reason;
+  } else if (pipeline.handedOverAt() == attempt.t) {
+    text = "handed over to " + name;
+  } else {
+    text = (started ? "initialized again" : "initialized") + (name.empty() ? "" : " by " + name);
+  }
   std::printf("%8.2f s  %s\n", secondsBetween(first_image, attempt.t), text.c_str());
   std::fflush(stdout);
 }

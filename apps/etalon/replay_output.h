@@ -14,14 +14,12 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
                              double seconds, double elapsed_s);
 
 /**
- * Prints whether the attempt was accepted, or why not yet.
+ * Prints what an attempt of the pipeline has started if it was accepted, or why not yet.
  *
- * @param accepted what it has done if it was
- * @param waits_for_motion whether the odometry runs from a start at rest, and this attempt by the
- *        initializer at rest says why that is not over
+ * @param at_rest name of the initializer at rest; empty if there is none
  */
-void printAttempt(const InitializationAttempt& attempt, TimeNs first_image,
-                  const std::string& accepted, bool waits_for_motion);
+void printAttempt(const InitializationAttempt& attempt, const Pipeline& pipeline,
+                  const std::string& at_rest, TimeNs first_image);
 
 /** Prints a change of the pipeline's state and the jump of the pose that came with it. */
 void printEvent(const PipelineEvent& event, TimeNs first_image);

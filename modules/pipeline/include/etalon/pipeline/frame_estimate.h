@@ -18,7 +18,7 @@ struct FrameEstimate {
   PipelineState state = PipelineState::kVisual;
   NavState nav;  ///< in W; velocity and biases are zero while stereo odometry runs
   /** Of the pose's error since the last start, [rotation, position] in the order of state_index, rad
-   * and m. NaN before the first start; while lost LostPose::covariance(). */
+   * and m. While stereo odometry runs NaN, but after a loss LostPose::covariance(). */
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Constant(kUnknown);
   /** Of the errors of velocity and biases, in the order of state_index. NaN while stereo odometry
    * runs. */
