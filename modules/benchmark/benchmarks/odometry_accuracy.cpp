@@ -35,6 +35,7 @@
 #include "etalon/evaluation/trajectory_evaluation.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/odometry/flight_record.h"
+#include "etalon/odometry/stereo_visual_odometry.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/testing/program.h"
 #include "etalon/testing/wrong_calibration.h"
@@ -113,26 +114,25 @@ void makeWrong(const std::vector<std::string>& arguments, SequenceTracks* tracks
   for (TrackedFrame& frame : tracks->frames) frame.t -= earlier;
 }
 
-Run runFixedLag(const SequenceTracks& tracks, const Beginning& beginning,
-                const FixedLagOptions& options, const MapOptions& map,
-                const std::shared_ptr<RecordedViews>& views, FlightRecord* record) {
+/** @param views of the odometry; null: none @param record null: none */
+Run fly(const std::string& name, const SequenceTracks& tracks, const Beginning& beginning,
+        Odometry* odometry, RecordedViews* views, FlightRecord* record) {
   Run run;
-  run.name = "fixed lag";
-  FixedLagOdometry odometry(tracks.calibration, options, map, views);
+  run.name = name;
   for (size_t i = beginning.frame; i < tracks.frames.size(); ++i) {
     const TrackedFrame& frame = tracks.frames[i];
     std::vector<ImuSample> imu;
     if (i > beginning.frame) imu = tracks.imu.between(tracks.frames[i - 1].t, frame.t);
     if (views) views->at(frame.t);
     const double before = cpuMilliseconds();
-    run.outputs.push_back(i == beginning.frame ? odometry.start(beginning.start, frame)
-                                               : odometry.process(frame, imu));
+    run.outputs.push_back(i == beginning.frame ? odometry->start(beginning.start, frame)
+                                               : odometry->process(frame, imu));
     run.ms.push_back(cpuMilliseconds() - before);
     if (views) run.ms.back() -= views->takeReadingMilliseconds();
     run.keyframes += run.outputs.back().keyframe;
-    record->add(frame.t, frame, imu, run.outputs.back(), &odometry);
+    if (record) record->add(frame.t, frame, imu, run.outputs.back(), odometry);
   }
-  for (const CalibrationFinding& finding : odometry.calibrationFindings())
+  for (const CalibrationFinding& finding : odometry->calibrationFindings())
     std::printf("%s\n", finding.words.c_str());
   return run;
 }
@@ -159,36 +159,6 @@ FinalFlight finalBa(const FlightRecord& record, const BiasPriors& priors) {
       ba.bundle.window.measurements.size(), ba.bundle.inlierCount(), ba.noise_factor,
       ba.summary.iterations, toString(ba.summary.termination), 1e-3 * (cpuMilliseconds() - before));
   return flight;
-}
-
-Run runStereo(const SequenceTracks& tracks, const Beginning& beginning,
-              const PipelineOptions& pipeline) {
-  Run run;
-  run.name = "stereo";
-  StereoOdometry odometry(tracks.calibration, pipeline.window.odometry);
-  KeyframeSelector selector(KeyframeSelectorOptions{pipeline.keyframe_rate_hz});
-  const ImuNoiseDensities noise = pipeline.imu_noise.apply(tracks.calibration.imu.noise);
-  for (size_t i = beginning.frame; i < tracks.frames.size(); ++i) {
-    const TrackedFrame& frame = tracks.frames[i];
-    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-    std::vector<ImuSample> imu;
-    if (i > beginning.frame) imu = tracks.imu.between(tracks.frames[i - 1].t, frame.t);
-    if (!imu.empty()) R = Preintegration(imu, beginning.start.state.bias, noise).deltas().dR;
-    const double before = cpuMilliseconds();
-    const bool keyframe = selector.isKeyframe(frame.t);
-    const StereoOdometry::FrameResult pose = odometry.track(frame, R, keyframe);
-    run.ms.push_back(cpuMilliseconds() - before);
-    OdometryOutput out;
-    out.t = frame.t;
-    out.keyframe = keyframe;
-    out.observations = frame.observations.size();
-    out.used = pose.inliers;  // pixels of both cameras
-    out.state.T_WB = beginning.start.state.T_WB * pose.T_VB;
-    out.state.v_WB.setConstant(std::numeric_limits<double>::quiet_NaN());
-    run.outputs.push_back(out);
-    run.keyframes += keyframe;
-  }
-  return run;
 }
 
 double rms(const std::vector<double>& squares) {
@@ -274,9 +244,9 @@ void run(const Arguments& arguments) {
       "ms median / p99 | keyframes | used / seen | NEES R p v b_g b_a\n");
   FlightRecord record(tracks.calibration, {options.imu_noise, options.gravity_mps2,
                                            options.sigma_px, arguments.final_ba ? 100000U : 0U});
-  const Run fixed_lag = runFixedLag(
-      tracks, beginning, options, suite.pipeline.map,
-      arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr, &record);
+  const auto views = arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr;
+  FixedLagOdometry odometry(tracks.calibration, options, suite.pipeline.map, views);
+  const Run fixed_lag = fly("fixed lag", tracks, beginning, &odometry, views.get(), &record);
   const auto print = [&](const Run& each) {
     printRun(each, tracks, check.gravity_direction_G, arguments.start == "truth");
   };
@@ -287,7 +257,11 @@ void run(const Arguments& arguments) {
     const FinalFlight flight = finalBa(record, suite.pipeline.window.priors);
     print(withHindsight(smoothed, "final", flight.keyframes));
   }
-  if (arguments.stereo) print(runStereo(tracks, beginning, suite.pipeline));
+  if (arguments.stereo) {
+    StereoVisualOdometry stereo(tracks.calibration, suite.pipeline.window.odometry,
+                                {suite.pipeline.keyframe_rate_hz});
+    print(fly("stereo", tracks, beginning, &stereo, nullptr, nullptr));
+  }
   if (arguments.trajectory.empty()) return;
   Trajectory trajectory;
   for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});

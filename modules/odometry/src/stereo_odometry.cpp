@@ -1,6 +1,7 @@
 #include "etalon/odometry/stereo_odometry.h"
 
 #include <algorithm>
+#include <set>
 
 #include "etalon/core/so3.h"
 #include "etalon/optimization/bundle/pose_only.h"
@@ -52,20 +53,28 @@ StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
     result.located = true;
   } else {
     std::vector<PointMeasurement> measurements;
+    std::vector<LandmarkId> measured;
     measurements.reserve(2 * frame.observations.size());
+    measured.reserve(measurements.capacity());
     for (const Observation& o : frame.observations) {
       const auto landmark = landmarks_.find(o.id);
       if (landmark == landmarks_.end()) continue;
       for (int camera = 0; camera < (o.has_right ? 2 : 1); ++camera)
         if (const auto m = makeMeasurement(calibration_.cameras[camera].model,
-                                           camera == 0 ? o.left : o.right, options_.sigma_px))
+                                           camera == 0 ? o.left : o.right, options_.sigma_px)) {
           measurements.push_back({landmark->second, camera, *m});
+          measured.push_back(o.id);
+        }
     }
     const SE3 predicted = predict(frame.t, R_prev_cur);
     PoseOnlyOptions pose_options;
     pose_options.chi2_threshold = options_.pose_chi2;
     const PoseOnlyResult pose = solvePoseOnly(T_CB_, measurements, predicted, pose_options);
     result.inliers = pose.inliers;
+    std::set<LandmarkId> used;
+    for (size_t i = 0; i < measured.size(); ++i)
+      if (pose.inlier[i]) used.insert(measured[i]);
+    result.used = used.size();
     result.located = pose.summary.usable() && pose.inliers >= options_.min_pose_inliers;
     const SE3 T_VB = result.located ? pose.T_WB : predicted;
     const double dt = secondsBetween(located_.t, frame.t);
@@ -80,10 +89,10 @@ StereoOdometry::FrameResult StereoOdometry::track(const TrackedFrame& frame,
   return result;
 }
 
-void StereoOdometry::begin(const TrackedFrame& frame, const SE3& T_VB,
-                           const Eigen::Vector3d& v_VB) {
+void StereoOdometry::begin(const TrackedFrame& frame, const SE3& T_VB, const Eigen::Vector3d& v_VB,
+                           const std::map<LandmarkId, Eigen::Vector3d>& landmarks) {
   keyframes_.clear();
-  landmarks_.clear();
+  landmarks_ = landmarks;
   started_ = true;
   t_ = frame.t;
   T_VB_ = T_VB;
@@ -139,24 +148,10 @@ StereoBaResult StereoOdometry::bundleAdjust(const StereoBaOptions& options) {
   return result;
 }
 
-void StereoOdometry::transform(const SE3& T_WV) {
-  T_VB_ = T_WV * T_VB_;
-  v_VB_ = T_WV.R * v_VB_;
-  located_.T_WB = T_WV * located_.T_WB;
-  for (WindowKeyframe& k : keyframes_) k.T_VB = T_WV * k.T_VB;
-  for (auto& [id, p] : landmarks_) p = T_WV * p;
-}
-
-void StereoOdometry::adopt(const Trajectory& keyframes,
-                           const std::map<LandmarkId, Eigen::Vector3d>& landmarks) {
-  for (const StampedPose& better : keyframes) {
-    for (WindowKeyframe& k : keyframes_)
-      if (k.frame.t == better.t) k.T_VB = better.T_WB;
-    if (better.t == t_) T_VB_ = better.T_WB;
-    if (better.t == located_.t) located_ = better;
-  }
-  for (const auto& [id, p] : landmarks)
-    if (const auto known = landmarks_.find(id); known != landmarks_.end()) known->second = p;
+Trajectory StereoOdometry::keyframes() const {
+  Trajectory keyframes;
+  for (const WindowKeyframe& k : keyframes_) keyframes.push_back({k.frame.t, k.T_VB});
+  return keyframes;
 }
 
 }  // namespace etalon

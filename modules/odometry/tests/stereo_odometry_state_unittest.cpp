@@ -45,12 +45,6 @@ class StereoOdometryState : public ::testing::Test {
   Vector3d velocityTo(size_t k) const {
     return (truth(k).t - truth(0).t) / secondsBetween(window_.frames[0].t, window_.frames[k].t);
   }
-  /** The window's poses: a bundle adjustment of no rounds leaves them as they are. */
-  static std::vector<SE3> keyframePoses(StereoOdometry odometry) {
-    StereoBaOptions none;
-    none.rounds = 0;
-    return odometry.bundleAdjust(none).T_VB;
-  }
   static double error(const SE3& a, const SE3& b) {
     return (a.t - b.t).norm() + logSO3(a.R.transpose() * b.R).norm();
   }
@@ -64,7 +58,7 @@ TEST_F(StereoOdometryState, BeginsWhereItIsToldAndForgetsWhatWas) {
     odometry.track(window_.frames[k], k ? turn(k) : Matrix3d::Identity(), true);
   odometry.begin(window_.frames[3], truth(3), window_.truth[3].v_WB);
   EXPECT_EQ(odometry.pose().t, truth(3).t);
-  EXPECT_EQ(keyframePoses(odometry).size(), 1U);
+  EXPECT_EQ(odometry.keyframes().size(), 1U);
   for (const auto& [id, p] : odometry.landmarks())
     EXPECT_LT((p - window_.landmarks[id]).norm(), 1e-5) << id;
   // From there on in the same world, with the velocity for the prediction.
@@ -87,14 +81,14 @@ TEST_F(StereoOdometryState, AFrameThatIsNoKeyframeAddsNoLandmarks) {
   const auto before = odometry.landmarks();
   odometry.track(frame, turn(1), false);
   EXPECT_EQ(odometry.landmarks().size(), before.size());
-  EXPECT_EQ(keyframePoses(odometry).size(), 1U);
+  EXPECT_EQ(odometry.keyframes().size(), 1U);
   // As a keyframe it does; but not from one camera.
   frame.observations.front().id = -5;
   frame.observations.front().has_right = false;
   odometry.track(frame, Matrix3d::Identity(), true);
   EXPECT_EQ(odometry.landmarks().count(9'999), 1U);
   EXPECT_EQ(odometry.landmarks().count(-5), 0U);
-  EXPECT_EQ(keyframePoses(odometry).size(), 2U);
+  EXPECT_EQ(odometry.keyframes().size(), 2U);
 }
 
 TEST_F(StereoOdometryState, TheWindowIsAsLongAsConfigured) {
@@ -104,10 +98,10 @@ TEST_F(StereoOdometryState, TheWindowIsAsLongAsConfigured) {
   begin(&odometry);
   for (size_t k = 1; k < 6; ++k) {
     odometry.track(window_.frames[k], turn(k), true);
-    EXPECT_EQ(keyframePoses(odometry).size(), std::min<size_t>(k + 1, 3));
+    EXPECT_EQ(odometry.keyframes().size(), std::min<size_t>(k + 1, 3));
   }
-  EXPECT_LT(error(keyframePoses(odometry).front(), truth(3)), 1e-5);
-  EXPECT_LT(error(keyframePoses(odometry).back(), truth(5)), 1e-5);
+  EXPECT_LT(error(odometry.keyframes().front().T_WB, truth(3)), 1e-5);
+  EXPECT_LT(error(odometry.keyframes().back().T_WB, truth(5)), 1e-5);
 }
 
 TEST_F(StereoOdometryState, BelievesTheLastVelocityForAWhileOnly) {
@@ -120,8 +114,6 @@ TEST_F(StereoOdometryState, BelievesTheLastVelocityForAWhileOnly) {
   EXPECT_LT((moved(0.1) - 0.1 * v).norm(), 1e-4);
   EXPECT_LT((moved(0.3) - 0.3 * v).norm(), 1e-4);
   EXPECT_LT((moved(60.0) - 0.3 * v).norm(), 1e-4);
-  odometry.forgetVelocity();
-  EXPECT_LT(moved(0.3).norm(), 1e-5);
 }
 
 TEST_F(StereoOdometryState, UnderCoveredLensesTheVelocityIsBelievedNoLonger) {
@@ -198,40 +190,26 @@ TEST_F(StereoOdometryState, LocatedIsWhatEnoughMeasurementsAgreeOn) {
   }
 }
 
-TEST_F(StereoOdometryState, TransformMovesVelocityAndLandmarksToo) {
+TEST_F(StereoOdometryState, BeginsWithTheLandmarksThatAreKnown) {
+  const LandmarkId known = window_.frames[0].observations[0].id;
+  const Vector3d p = window_.landmarks[known] + Vector3d(0.0, 0.0, 1e-3);
   StereoOdometry odometry = this->odometry();
-  begin(&odometry);
-  odometry.track(window_.frames[1], turn(1), true);
-  StereoOdometry other = odometry;
-  const SE3 T(expSO3({0.1, -0.4, 2.0}), {5.0, -3.0, 1.0});
-  other.transform(T);
-  const TimeNs t = window_.frames[1].t + durationNs(0.5);
-  EXPECT_LT(error(other.predict(t, turn(2)), T * odometry.predict(t, turn(2))), 1e-12);
-  for (const auto& [id, p] : odometry.landmarks())
-    EXPECT_LT((other.landmarks().at(id) - T * p).norm(), 1e-12);
-  for (size_t k = 0; k < 2; ++k)
-    EXPECT_LT(error(keyframePoses(other)[k], T * keyframePoses(odometry)[k]), 1e-12);
-  // It goes on in the new frame.
-  EXPECT_LT(error(other.track(window_.frames[2], turn(2), true).T_VB, T * truth(2)), 1e-5);
+  odometry.begin(window_.frames[0], truth(0), Vector3d::Zero(), {{known, p}});
+  EXPECT_EQ(odometry.landmarks().at(known), p);
+  EXPECT_GT(odometry.landmarks().size(), 50U);  // the others are triangulated
 }
 
-TEST_F(StereoOdometryState, AdoptsWhatItKnowsByStampAndId) {
+TEST_F(StereoOdometryState, ItsKeyframesAreThoseOfTheWindow) {
   StereoOdometry odometry = this->odometry();
   begin(&odometry);
-  odometry.track(window_.frames[1], turn(1), true);
-  const SE3 a(expSO3({0.1, 0.2, 0.3}), {1, 2, 3}), b(expSO3({0.3, 0.2, 0.1}), {4, 5, 6});
-  const LandmarkId known = odometry.landmarks().begin()->first;
-  const size_t count = odometry.landmarks().size();
-  odometry.adopt({{window_.frames[0].t, a}},
-                 {{known, Vector3d(7, 8, 9)}, {77'777, Vector3d::Zero()}});
-  EXPECT_EQ(keyframePoses(odometry)[0].t, a.t);
-  EXPECT_LT(error(keyframePoses(odometry)[1], truth(1)), 1e-5);  // nothing was said of it
-  EXPECT_LT(error(odometry.pose(), truth(1)), 1e-5);
-  EXPECT_EQ(odometry.landmarks().at(known), Vector3d(7, 8, 9));
-  EXPECT_EQ(odometry.landmarks().size(), count);
-  odometry.adopt({{window_.frames[1].t, b}}, {});
-  EXPECT_EQ(keyframePoses(odometry)[1].t, b.t);
-  EXPECT_EQ(odometry.pose().t, b.t);
+  odometry.track(window_.frames[1], turn(1), false);
+  odometry.track(window_.frames[2], turn(2), true);
+  const Trajectory keyframes = odometry.keyframes();
+  ASSERT_EQ(keyframes.size(), 2U);
+  for (const size_t k : {0U, 1U}) {
+    EXPECT_EQ(keyframes[k].t, window_.frames[2 * k].t);
+    EXPECT_LT(error(keyframes[k].T_WB, truth(2 * k)), 1e-5);
+  }
 }
 
 TEST_F(StereoOdometryState, RoundsOfBundleAdjustmentMakeNoisyTracksBetter) {

@@ -19,8 +19,9 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu, c
   last_frame_ = frame.t;
   const std::vector<ImuSample> since_last = imu.between(before, frame.t);
   const bool last_was_tracked = before == tracked_at;
+  Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();  // of the body since tracked_at
   if (tracked_at < frame.t && imu.covers(tracked_at, frame.t))
-    result.R_prev_cur =  // whatever the noise
+    R_prev_cur =  // whatever the noise
         Preintegration(last_was_tracked ? since_last : imu.between(tracked_at, frame.t), bias,
                        ImuNoiseDensities())
             .deltas()
@@ -28,7 +29,7 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu, c
   if (!repeated_images_.isRepeated(frame.left, frame.right, since_last)) {
     result.after_gap = secondsBetween(tracked_at, frame.t) > max_gap_s_;
     tracked_at_ = frame.t;
-    result.tracked = tracker_.track(frame.t, frame.left, frame.right, result.R_prev_cur, in_flight);
+    result.tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur, in_flight);
     repeated_images_.tracked(*result.tracked);
   }
   result.ms = watch.lapMilliseconds();

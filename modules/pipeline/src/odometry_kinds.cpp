@@ -4,7 +4,9 @@
 #include <array>
 #include <utility>
 
+#include "etalon/core/errors.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/odometry/stereo_visual_odometry.h"
 
 namespace etalon {
 namespace {
@@ -23,9 +25,16 @@ std::unique_ptr<Odometry> makeFixedLag(const StereoInertialCalibration& calibrat
                                             std::move(views));
 }
 
+std::unique_ptr<Odometry> makeStereoVisual(const StereoInertialCalibration& calibration,
+                                           const PipelineOptions& options,
+                                           std::shared_ptr<ViewMatcher> /*views*/) {
+  return std::make_unique<StereoVisualOdometry>(calibration, options.window.odometry,
+                                                KeyframeSelectorOptions{options.keyframe_rate_hz});
+}
+
 const std::array kOdometryKinds = {
     OdometryKind{kFixedLag, "images and IMU, tightly coupled", makeFixedLag},
-    OdometryKind{kStereoVisual, "images alone", nullptr},
+    OdometryKind{kStereoVisual, "images alone", makeStereoVisual},
 };
 
 }  // namespace
@@ -45,13 +54,14 @@ std::string odometryKindsInWords() {
   return text;
 }
 
-std::unique_ptr<Odometry> makeOdometry(const StereoInertialCalibration& calibration,
+std::unique_ptr<Odometry> makeOdometry(const std::string& name,
+                                       const StereoInertialCalibration& calibration,
                                        const PipelineOptions& options,
                                        std::shared_ptr<ViewMatcher> views) {
-  const auto kind =
-      std::find_if(kOdometryKinds.begin(), kOdometryKinds.end(),
-                   [&](const OdometryKind& k) { return options.odometry_kind == k.name; });
-  if (kind == kOdometryKinds.end() || kind->make == nullptr) return nullptr;
+  const auto kind = std::find_if(kOdometryKinds.begin(), kOdometryKinds.end(),
+                                 [&name](const OdometryKind& k) { return name == k.name; });
+  if (kind == kOdometryKinds.end())
+    throw ConfigError("[odometry] kind = '" + name + "': expected " + odometryKindsInWords());
   return kind->make(calibration, options, std::move(views));
 }
 

@@ -28,6 +28,7 @@ OdometryStart odometryStart(const InitializationAttempt& attempt, const SE3& T_W
   start.state.T_WB = T_WA * T_AB;
   start.state.v_WB = T_WA.R * v_A;
   start.state.bias = attempt.bias();
+  for (const auto& [id, p_A] : attempt.landmarks) start.landmarks[id] = T_WA * p_A;
   const Eigen::Matrix3d& R_WB = start.state.T_WB.R;
   const Eigen::Vector3d attitude(kSigmaTilt, kSigmaTilt, kSigmaFree);  // about the axes of W
   start.covariance.setZero();

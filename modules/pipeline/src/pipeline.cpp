@@ -39,7 +39,6 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       border_(calibration, options.input),
       front_(calibration, options.frontend, options.input.max_gap_s),
       propagator_(noise_, options.window.gravity_mps2, options.input.max_gap_s),
-      odometry_(calibration, options.window.odometry),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
@@ -66,7 +65,6 @@ void Pipeline::estimate(const EstimatorInput& input) {
 void Pipeline::estimate(const ClockJump& jump) {
   remark(std::max(jump.from, jump.to), {missing_.clockJumped(jump.from, jump.to)});
   imu_ = ImuBuffer();
-  odometry_.forgetVelocity();
   window_.restart();
   clock_step_s_ += std::abs(secondsBetween(jump.from, jump.to));
 }
@@ -91,10 +89,7 @@ void Pipeline::estimate(const FrontFrame& frame) {
   if (frame.after_gap) window_.restart();
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
   const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
-  if (inertial_)
-    followInertially(frame.t, before, frame.tracked);
-  else
-    follow(frame.t, frame.tracked, frame.R_prev_cur, keyframe);
+  follow(frame.t, before, frame.tracked);
   if (was_lost && frames_not_located_ > not_located)
     lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_step_s_), imu);
   if (state_ == PipelineState::kLost)
@@ -132,28 +127,7 @@ void Pipeline::forgetOld() {
   events_.erase(events_.begin(), std::find_if(events_.begin(), events_.end(), is_kept));
 }
 
-/** Stereo odometry. */
-void Pipeline::follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
-                      const Eigen::Matrix3d& R_prev_cur, bool keyframe) {
-  FrameEstimate estimate;
-  estimate.t = t;
-  if (state_ == PipelineState::kWaiting) enter(PipelineState::kVisual, t, "the first images came");
-  bool located = false;
-  if (tracked) {
-    const StereoOdometry::FrameResult pose = odometry_.track(*tracked, R_prev_cur, keyframe);
-    estimate.nav.T_WB = pose.T_VB;
-    located = pose.located;
-  } else {
-    estimate.nav.T_WB = odometry_.predict(t, R_prev_cur);
-  }
-  if (!located) ++frames_not_located_;
-  estimate.state = state_;
-  estimates_.push_back(estimate);
-}
-
-/** Fixed-lag odometry. */
-void Pipeline::followInertially(TimeNs t, TimeNs before,
-                                const std::optional<TrackedFrame>& tracked) {
+void Pipeline::follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked) {
   // Not what the front end cut out for the frame: live, frames between may have been dropped.
   std::vector<ImuSample> imu = imu_.between(before, t);
   // The true time across a jump of the clock is unknown: the step of the frames before is taken.
@@ -164,14 +138,31 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
   TrackedFrame frame = tracked.value_or(TrackedFrame());
   frame.t = t - clock_shift_;
   for (ImuSample& sample : imu) sample.t -= clock_shift_;
-  OdometryOutput output = inertial_->process(frame, imu);
-  record_.add(t, frame, imu, output, inertial_.get());
+  if (state_ == PipelineState::kWaiting) enter(PipelineState::kVisual, t, "the first images came");
+  OdometryOutput output = odometry_ ? odometry_->process(frame, imu) : followVisually({}, frame);
+  if (inFlight()) record_.add(t, frame, imu, output, odometry_.get());
   remark(t, output.remarks);
   output.t = frame.t = t;
-  const bool located = output.unlocated_s == 0.0;
-  if (!located) ++frames_not_located_;
-  if (located) {
-    enter(PipelineState::kInertial, t, "images locate the platform again");
+  if (output.unlocated_s > 0.0) ++frames_not_located_;
+  if (output.inertial) judge(output, tracked);
+  keep(output);
+  if (output.inertial && state_ == PipelineState::kLost) followVisually(output.state, frame);
+}
+
+/** Stereo odometry runs from here to the next start that is accepted. */
+OdometryOutput Pipeline::followVisually(const NavState& state, const TrackedFrame& frame) {
+  OdometryStart start;
+  start.state = state;
+  start.state.bias = bias_;
+  clock_shift_ = 0;
+  odometry_ = makeOdometry(kStereoVisual, calibration_, options_);
+  return odometry_->start(start, frame);
+}
+
+/** What state the pipeline is in after a frame of an odometry that reads the IMU. */
+void Pipeline::judge(const OdometryOutput& output, const std::optional<TrackedFrame>& tracked) {
+  if (output.unlocated_s == 0.0) {
+    enter(PipelineState::kInertial, output.t, "images locate the platform again");
   } else if (output.imu_missing) {
     lose(output, "neither images nor the IMU tell where the platform is");
   } else if (output.unlocated_s > options_.max_dead_reckoning_s) {
@@ -180,20 +171,21 @@ void Pipeline::followInertially(TimeNs t, TimeNs before,
                   output.unlocated_s);
     lose(output, text);
   } else {
-    enter(PipelineState::kDeadReckoning, t, whyNotLocated(tracked, output));
+    enter(PipelineState::kDeadReckoning, output.t, whyNotLocated(tracked, output));
   }
-  keep(output);
-  if (state_ == PipelineState::kLost) odometry_.begin(frame, output.state.T_WB, output.state.v_WB);
 }
 
 void Pipeline::keep(const OdometryOutput& output) {
   FrameEstimate estimate;
   estimate.t = output.t;
   estimate.state = state_;
-  estimate.nav = output.state;
-  estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
-  estimate.motion_variance = output.covariance.diagonal().tail<9>();
+  estimate.nav.T_WB = output.state.T_WB;
   bias_ = output.state.bias;
+  if (output.inertial) {
+    estimate.nav = output.state;
+    estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
+    estimate.motion_variance = output.covariance.diagonal().tail<9>();
+  }
   estimates_.push_back(estimate);
 }
 
@@ -208,10 +200,8 @@ void Pipeline::remark(TimeNs t, const std::vector<std::string>& reasons) {
     events_.push_back({t, state_, reason, true, std::nullopt});
 }
 
-/** Stereo odometry begins anew, at the predicted pose, until a start is accepted. */
 void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   enter(PipelineState::kLost, output.t, reason);
-  inertial_.reset();
   record_.interrupt();
   lost_ = LostPose(output.state, output.covariance);
   // Across a jump of the clock the odometry went on by the step of the frames before.

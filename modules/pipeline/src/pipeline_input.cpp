@@ -215,7 +215,8 @@ void Pipeline::publish(const FrameEstimate& estimate) {
     latest_ = estimate;
     front_bias_ = bias_;
     front_in_flight_ = !collecting();
-    if (inertial_)
+    if (estimate.state == PipelineState::kInertial ||
+        estimate.state == PipelineState::kDeadReckoning)
       propagator_.correct(estimate.t, estimate.nav);
     else
       propagator_.forgetState();

@@ -1,7 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/text.h"
@@ -27,7 +26,7 @@ void Pipeline::tryInitialize() {
   const InitializationAttempt& attempt = attempts().back();
   if (outcome == Starter::Outcome::kTakesOver) {
     handed_over_at_ = attempt.t;
-    adopt(attempt, keepingYawAndPosition(attempt));
+    replaceLast(startOdometry(attempt, keepingYawAndPosition(attempt)));
   } else if (state_ == PipelineState::kLost) {
     startAgain(attempt);
   } else {
@@ -50,24 +49,18 @@ void Pipeline::correctTimeOffset() {
 }
 
 void Pipeline::start(const InitializationAttempt& attempt) {
-  initialized_at_ = attempt.t;
-  std::optional<OdometryOutput> inertial;
-  if (auto odometry = makeOdometry(calibration_, options_, views_))
-    inertial = startInertially(std::move(odometry), attempt, SE3());
   // The last keyframe is the current frame: there the visual frame is tied to the world.
-  const SE3 T_WB = inertial ? inertial->state.T_WB : attempt.poses().back();
-  const SE3 T_WV = T_WB * odometry_.pose().inverse();
+  const SE3 T_VB = estimates_.back().nav.T_WB;
+  const OdometryOutput output = startOdometry(attempt, SE3());
+  const SE3 T_WV = output.state.T_WB * T_VB.inverse();
   for (FrameEstimate& estimate : estimates_) estimate.nav.T_WB = T_WV * estimate.nav.T_WB;
-  if (inertial)
-    replaceLast(*inertial);
-  else
-    adopt(attempt, SE3());
+  initialized_at_ = attempt.t;
+  replaceLast(output);
 }
 
 void Pipeline::startAgain(const InitializationAttempt& attempt) {
   const SE3 before = estimates_.back().nav.T_WB;
-  replaceLast(startInertially(makeOdometry(calibration_, options_, views_), attempt,
-                              keepingYawAndPosition(attempt)));
+  replaceLast(startOdometry(attempt, keepingYawAndPosition(attempt)));
   PoseJump jump;
   jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
   jump.covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
@@ -75,10 +68,10 @@ void Pipeline::startAgain(const InitializationAttempt& attempt) {
 }
 
 /** The odometry begins at the window's first keyframe and runs through the window's frames. */
-OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
-                                         const InitializationAttempt& attempt, const SE3& T_WA) {
+OdometryOutput Pipeline::startOdometry(const InitializationAttempt& attempt, const SE3& T_WA) {
+  const bool recorded = inFlight();  // a handover: the flight record has the window's frames
   clock_shift_ = 0;
-  inertial_ = std::move(odometry);
+  odometry_ = makeOdometry(options_.odometry_kind, calibration_, options_, views_);
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);
   OdometryStart start = odometryStart(attempt, T_WA, options_.window.priors);
@@ -87,20 +80,20 @@ OdometryOutput Pipeline::startInertially(std::unique_ptr<Odometry> odometry,
     moveToStamp(attempt.time_offset_used_s,
                 imu_.between(std::min(first, taken), std::max(first, taken)),
                 options_.window.gravity_mps2, &start);
-  OdometryOutput output = inertial_->start(start, frames.front());
-  record_.add(output.t, frames.front(), {}, output, inertial_.get());
+  OdometryOutput output = odometry_->start(start, frames.front());
+  if (!recorded) record_.add(output.t, frames.front(), {}, output, odometry_.get());
   for (size_t i = 1; i < frames.size(); ++i) {
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
     showWindowImage(frames[i].t);
-    output = inertial_->process(frames[i], imu);
-    record_.add(output.t, frames[i], imu, output, inertial_.get());
+    output = odometry_->process(frames[i], imu);
+    if (!recorded) record_.add(output.t, frames[i], imu, output, odometry_.get());
   }
-  window_.clear();
+  if (output.inertial) starter_.endWaitForMotion();
+  if (!starter_.waitsForMotion()) window_.clear();
   window_images_.clear();
-  starter_.endWaitForMotion();
   const std::string by =
       attempt.initializer.empty() ? "a start was" : attempt.initializer + "'s start was";
-  enter(PipelineState::kInertial, output.t, by + " accepted");
+  if (output.inertial) enter(PipelineState::kInertial, output.t, by + " accepted");
   return output;
 }
 
@@ -129,26 +122,12 @@ void Pipeline::replaceLast(const OdometryOutput& output) {
 SE3 Pipeline::keepingYawAndPosition(const InitializationAttempt& attempt) const {
   // The rotation about z that brings the attempt's current pose nearest to the odometry's: the
   // trace of Rz(yaw)^T R_WB R_AB^T is greatest.
-  const SE3& T_WB = odometry_.pose();
+  const SE3& T_WB = estimates_.back().nav.T_WB;
   const SE3 T_AB = attempt.poses().back();
   const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
   const double yaw = aligningYaw(R);
   const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   return {R_WA, T_WB.t - R_WA * T_AB.t};
-}
-
-/** Moves the stereo odometry to the attempt's estimate, whose world is A. */
-void Pipeline::adopt(const InitializationAttempt& attempt, const SE3& T_WA) {
-  const std::vector<SE3> poses = attempt.poses();
-  odometry_.transform(T_WA * poses.back() * odometry_.pose().inverse());
-  Trajectory keyframes;
-  for (size_t k = 0; k < attempt.keyframes.size(); ++k)
-    keyframes.push_back({attempt.keyframes[k], T_WA * poses[k]});
-  std::map<LandmarkId, Eigen::Vector3d> landmarks;
-  for (const auto& [id, p_A] : attempt.landmarks) landmarks[id] = T_WA * p_A;
-  odometry_.adopt(keyframes, landmarks);
-  bias_ = attempt.bias();
-  if (!starter_.waitsForMotion()) window_.clear();
 }
 
 }  // namespace etalon

@@ -38,11 +38,14 @@ TEST(OdometryStart, IsTheFirstKeyframeTurnedWithTheWorldAndKnowsLittleButYawAndP
   init.bias = {Vector3d(1, 2, 3) * 1e-3, Vector3d(4, 5, 6) * 1e-2};
   InitializationAttempt attempt;
   attempt.init = init;
+  attempt.landmarks[5] = Vector3d(1, 2, 3);
   const SE3 T_WA(expSO3(Vector3d(0, 0, M_PI / 2)), Vector3d(10, 0, 0));
   const OdometryStart start = odometryStart(attempt, T_WA, BiasPriors());
   EXPECT_LT((start.state.T_WB.t - Vector3d(8, 1, 3)).norm(), 1e-12);
   EXPECT_LT((start.state.v_WB - Vector3d(0.5, 0.5, 0.25)).norm(), 1e-12);
   EXPECT_EQ(start.state.bias.gyro, init.bias.gyro);
+  ASSERT_EQ(start.landmarks.size(), 1U);
+  EXPECT_LT((start.landmarks.at(5) - Vector3d(8, 1, 3)).norm(), 1e-12);
   const auto& P = start.covariance;
   EXPECT_NEAR(P(6, 6), 0.01, 1e-12);
   EXPECT_NEAR(P(9, 9), 4e-4, 1e-12);

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "etalon/odometry/fixed_lag/odometry.h"
 #include "etalon/odometry/fixed_lag/online_calibration.h"
+#include "etalon/odometry/odometry.h"
 #include "fixed_lag/window.h"
 
 namespace etalon::fixed_lag {

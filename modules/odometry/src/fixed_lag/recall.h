@@ -5,7 +5,7 @@
 #include "etalon/map/map_options.h"
 #include "etalon/map/view_geometry.h"
 #include "etalon/map/view_matcher.h"
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/odometry/odometry.h"
 #include "window_solver.h"
 
 namespace etalon::fixed_lag {

@@ -8,7 +8,7 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/odometry/odometry.h"
 #include "etalon/optimization/bundle/trajectory_ba.h"
 
 namespace etalon {

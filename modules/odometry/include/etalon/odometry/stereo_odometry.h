@@ -36,7 +36,8 @@ class StereoOdometry {
 
   struct FrameResult {
     SE3 T_VB;
-    int inliers = 0;
+    int inliers = 0;       ///< measurements that agree on the pose
+    int used = 0;          ///< landmarks that they are of
     bool located = false;  ///< false: too few landmarks agreed, the pose is the prediction
   };
 
@@ -47,28 +48,24 @@ class StereoOdometry {
   FrameResult track(const TrackedFrame& frame, const Eigen::Matrix3d& R_prev_cur, bool keyframe);
 
   /** Forgets everything and begins at `frame`, which may have no observations, with the body's pose
-   * and velocity (m/s). */
-  void begin(const TrackedFrame& frame, const SE3& T_VB, const Eigen::Vector3d& v_VB);
+   * and velocity (m/s). @param landmarks that are known, p_V, m; those of the frame that are not
+   * among them are triangulated */
+  void begin(const TrackedFrame& frame, const SE3& T_VB, const Eigen::Vector3d& v_VB,
+             const std::map<LandmarkId, Eigen::Vector3d>& landmarks = {});
 
   /** The pose at `t`, not before the last frame's: turned as the gyro saw it, moved at the last
    * known velocity until max_prediction_s after the last frame that was located. */
   SE3 predict(TimeNs t, const Eigen::Matrix3d& R_prev_cur) const;
 
-  /** Forgets the velocity: the time to the next frame is not known. */
-  void forgetVelocity() { v_VB_.setZero(); }
-
   /** Bundle adjustment over the window; the first keyframe is fixed. Updates poses and landmarks.
    */
   StereoBaResult bundleAdjust(const StereoBaOptions& options);
 
-  /** Re-expresses everything in another frame: T_WV is applied from the left. */
-  void transform(const SE3& T_WV);
-
-  /** Replaces what is known by better estimates in the same frame: keyframes by stamp, landmarks by
-   * id. */
-  void adopt(const Trajectory& keyframes, const std::map<LandmarkId, Eigen::Vector3d>& landmarks);
-
   const SE3& pose() const { return T_VB_; }
+  /** From the last two frames that were located, m/s. */
+  const Eigen::Vector3d& velocity() const { return v_VB_; }
+  /** Poses of the window's keyframes, the oldest first. */
+  Trajectory keyframes() const;
   const std::map<LandmarkId, Eigen::Vector3d>& landmarks() const { return landmarks_; }
 
  private:
@@ -86,7 +83,6 @@ class StereoOdometry {
   TimeNs t_ = 0;  ///< of T_VB_
   SE3 T_VB_;
   StampedPose located_;  ///< of the last frame that was located, in V
-  /** From the last two frames that were located, for the prediction. */
   Eigen::Vector3d v_VB_ = Eigen::Vector3d::Zero();
   std::deque<WindowKeyframe> keyframes_;
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;

@@ -13,10 +13,8 @@ namespace etalon {
 struct FrontFrame {
   TimeNs t = 0;
   std::optional<TrackedFrame> tracked;  ///< nothing: the frame shows the past
-  /** Of the body since the last tracked frame, as the gyro saw it; identity where it saw nothing. */
-  Eigen::Matrix3d R_prev_cur = Eigen::Matrix3d::Identity();
-  StereoFrame images;      ///< pixels shared with whoever delivered them
-  bool after_gap = false;  ///< the last tracked frame is more than max_gap_s older
+  StereoFrame images;                   ///< pixels shared with whoever delivered them
+  bool after_gap = false;               ///< the last tracked frame is more than max_gap_s older
   double ms = 0.0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/odometry/odometry.h"
 #include "etalon/pipeline/window_initialization.h"
 
 namespace etalon {

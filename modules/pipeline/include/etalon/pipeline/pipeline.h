@@ -43,15 +43,17 @@ struct FrameTiming {
  * never throw. Stamps stay those of the measurements, to the nanosecond.
  *
  * From the first image stereo odometry runs (kVisual), until an attempt at initialising is accepted
- * (Starter). With [odometry] kind = fixed_lag the fixed-lag odometry begins there, with the
- * attempt's covariance (kInertial); where images fail it, the IMU carries it (kDeadReckoning).
- * After max_dead_reckoning_s, or if the IMU fails, too, it is lost: stereo odometry begins anew at
- * the predicted pose, and the next attempt that is accepted starts the fixed-lag odometry in the
- * same world: position and yaw go on, and the event says how far off they may be.
+ * (Starter). Then an odometry of the chosen kind begins at the window's first keyframe and runs
+ * through its frames. The fixed-lag odometry reads the IMU (kInertial); where images fail it, the
+ * IMU carries it (kDeadReckoning). After max_dead_reckoning_s, or if the IMU fails, too, it is lost:
+ * stereo odometry begins anew at the predicted pose, and the next attempt that is accepted starts
+ * the fixed-lag odometry in the same world: position and yaw go on, and the event says how far off
+ * they may be.
  *
- * With kind = stereo_visual stereo odometry goes on in the world of the start. With an initializer
- * for the start at rest, the one that takes over brings its biases, landmarks, roll and pitch,
- * turned and moved so that yaw and position of the current pose stay. Poses before keep theirs.
+ * With kind = stereo_visual stereo odometry goes on in the world of the start (kVisual) and is never
+ * lost. With an initializer for the start at rest, the one that takes over starts it again: with its
+ * biases, landmarks, roll and pitch, turned and moved so that yaw and position of the window's last
+ * keyframe stay. Poses before keep theirs.
  *
  * A frame that repeats an image of the one before while the platform moves is not tracked. Where
  * images, IMU samples or one of the cameras are missing and the state stays, an event says so.
@@ -122,11 +124,11 @@ class Pipeline {
   /** What the flight says of the calibration since the last start; empty while stereo odometry runs
    * and where nothing of it is looked at. */
   std::vector<CalibrationFinding> calibrationFindings() const {
-    return inertial_ ? inertial_->calibrationFindings() : std::vector<CalibrationFinding>();
+    return odometry_ ? odometry_->calibrationFindings() : std::vector<CalibrationFinding>();
   }
   /** The calibration that the odometry uses: what was given, corrected. */
   StereoInertialCalibration calibrationInUse() const {
-    return inertial_ ? inertial_->calibrationInUse().value_or(calibration_) : calibration_;
+    return odometry_ ? odometry_->calibrationInUse().value_or(calibration_) : calibration_;
   }
   /** What the initializers said (Starter::attempts). */
   const std::vector<InitializationAttempt>& attempts() const { return starter_.attempts(); }
@@ -141,8 +143,6 @@ class Pipeline {
   const ImuBias& bias() const { return bias_; }
   /** Stamp at which the initializer for motion took over from the one at rest. */
   const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
-  /** The stereo odometry: its window and landmarks, in the frame of the last pose. */
-  const StereoOdometry& odometry() const { return odometry_; }
   /** Whether it was started at rest and the initializer for motion has not taken over yet. */
   bool waitsForMotion() const { return starter_.waitsForMotion(); }
 
@@ -172,29 +172,26 @@ class Pipeline {
   void estimate(const FrontFrame& frame);
   void noticeMissingImages(TimeNs until);
   void forgetOld();
-  void follow(TimeNs t, const std::optional<TrackedFrame>& tracked,
-              const Eigen::Matrix3d& R_prev_cur, bool keyframe);
-  void followInertially(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
+  void follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
+  OdometryOutput followVisually(const NavState& state, const TrackedFrame& frame);
+  void judge(const OdometryOutput& output, const std::optional<TrackedFrame>& tracked);
   void keep(const OdometryOutput& output);
   void enter(PipelineState state, TimeNs t, const std::string& reason);
   void remark(TimeNs t, const std::vector<std::string>& reasons);
   void lose(const OdometryOutput& output, const std::string& reason);
-  bool collecting() const {
-    return !initialized_at_ || starter_.waitsForMotion() || state_ == PipelineState::kLost;
-  }
+  bool inFlight() const { return initialized_at_ && state_ != PipelineState::kLost; }
+  bool collecting() const { return !inFlight() || starter_.waitsForMotion(); }
 
   // The start (pipeline_start.cpp).
   void tryInitialize();
   void correctTimeOffset();
   void start(const InitializationAttempt& attempt);
   void startAgain(const InitializationAttempt& attempt);
-  OdometryOutput startInertially(std::unique_ptr<Odometry> odometry,
-                                 const InitializationAttempt& attempt, const SE3& T_WA);
+  OdometryOutput startOdometry(const InitializationAttempt& attempt, const SE3& T_WA);
   void keepWindowImages(const StereoFrame& frame);
   void showWindowImage(TimeNs t);
   void replaceLast(const OdometryOutput& output);
   SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
-  void adopt(const InitializationAttempt& attempt, const SE3& T_WA);
 
   StereoInertialCalibration calibration_;
   PipelineOptions options_;
@@ -220,14 +217,15 @@ class Pipeline {
   std::function<void(const FrontFrame&)> on_tracks_;
   std::function<void(const ImuRateState&)> on_imu_state_;
 
-  StereoOdometry odometry_;
-  std::unique_ptr<Odometry> inertial_;           ///< while kInertial or kDeadReckoning
-  std::shared_ptr<ImageViews> views_;            ///< of inertial_; null without a map
+  /** Of the chosen kind from a start that is accepted to a loss, else stereo odometry; null before
+   * the first frame. */
+  std::unique_ptr<Odometry> odometry_;
+  std::shared_ptr<ImageViews> views_;            ///< of the map; null without one
   std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
   double clock_step_s_ = 0.0;                    ///< of ClockJumps since the last frame
   FlightRecord record_;
   MissingInput missing_;
-  TimeNs clock_shift_ = 0;  ///< stamps less those that inertial_ is given
+  TimeNs clock_shift_ = 0;  ///< stamps less those that odometry_ is given
   TimeNs frame_step_ = 0;   ///< between the last two frames
   ImuBuffer imu_;
   KeyframeWindow window_;

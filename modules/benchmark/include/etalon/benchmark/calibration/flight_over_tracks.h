@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "etalon/benchmark/sequence_tracks.h"
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/odometry/odometry.h"
 #include "etalon/pipeline/frame_estimate.h"
 #include "etalon/pipeline/pipeline_options.h"
 

@@ -7,7 +7,7 @@
 #include "etalon/core/tracked_frame.h"
 #include "etalon/map/map_options.h"
 #include "etalon/map/view_matcher.h"
-#include "etalon/odometry/fixed_lag/odometry.h"
+#include "etalon/odometry/odometry.h"
 
 namespace etalon {
 

@@ -24,6 +24,8 @@ struct OdometryStart {
   /** By which the images are later, in the IMU's time, than their stamps, as far as is known before;
    * of no effect with CalibrationOptions::time_offset off. */
   double time_offset_s = 0.0;
+  /** Places of landmarks, p_W, m, as the initialization knows them. An odometry may find its own. */
+  std::map<LandmarkId, Eigen::Vector3d> landmarks;
 };
 
 /** A landmark that was found in an old keyframe. */
@@ -36,8 +38,11 @@ struct RecalledObservation {
 struct OdometryOutput {
   TimeNs t = 0;
   NavState state;
+  /** Velocity, biases and covariance are estimated. False: the pose alone; the biases are the
+   * start's and the velocity that from image to image. */
+  bool inertial = true;
   /** Of the state's error, 15 x 15 in the order of state_index; of position and yaw relative to the
-   * start. */
+   * start. Zero unless `inertial`. */
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
 
   /** The state by the IMU, before the images of the frame were used; nothing: not told. */
