@@ -5,7 +5,7 @@
 # biases are from the means of the recordings' ground truth.
 #
 #   scripts/measure_device.sh OUT DEVICE.ini SRC...    -- OUT keeps tracks, device files and results
-#   INITIALIZER=etalon KEYFRAMES=5 EVERY=2.5           -- 5 keyframes at 4 Hz are a second
+#   INITIALIZER=etalon KEYFRAMES=5 EVERY=2.5           -- 5 keyframes at 4 Hz are a second, 10 are 2.25
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 [[ $# -ge 3 ]] || { sed -n '2,8p' "$0"; exit 2; }
@@ -52,7 +52,8 @@ done | awk -F, '
     sorted(v, n, s)
     return n
   }
-  function of(field) { return $(column[field]) + 0 }
+  function of(field) { return $(column[field]) * (field == "ate_m" ? 1000 : 1) }
+  function median(key, column, format,   n) { n = load(key, column); return sprintf(format " / " format, at(0.5, n), at(0.9, n)) }
   function add(key,   field, i) {
     if (!(key in count)) order[++keys] = key
     count[key]++
@@ -67,7 +68,7 @@ done | awk -F, '
     if (2 * of("tilt_nees") > 15.35 || 3 * of("accel_bias_nees") > 17.89) beyond[key]++
   }
   BEGIN {
-    split("gravity_deg velocity_mps accel_bias_mps2 tilt_nees velocity_nees accel_bias_nees", fields, " ")
+    split("rre_deg ate_m gravity_deg velocity_mps accel_bias_mps2 tilt_nees velocity_nees accel_bias_nees", fields, " ")
     for (f in fields) wanted[fields[f]]
   }
   $2 == "sequence" {
@@ -77,17 +78,17 @@ done | awk -F, '
   }
   { add($1 "," $2); if ($2 !~ /_real$/) add($1 ",all but _real") }
   END {
-    printf "%-6s %-16s %12s %26s %18s %18s %6s %9s %6s %7s\n", "prior", "recording", "success", "gravity, deg", "velocity, m/s", "b_a, m/s^2", \
-      "tilt", "velocity", "b_a", "beyond"
+    printf "%-6s %-16s %12s %16s %11s %26s %18s %18s %6s %9s %6s %7s\n", "prior", "recording", "success", "RRE, deg", "ATE, mm", \
+      "gravity, deg", "velocity, m/s", "b_a, m/s^2", "tilt", "velocity", "b_a", "beyond"
     for (k = 1; k <= 2 * keys; k++) {  # all of them last
       key = order[k <= keys ? k : k - keys]
       if ((key ~ /,all/) != (k > keys)) continue
       split(key, name, ",")
       n = load(key, "gravity_deg"); gravity = sprintf("%.3f / %.3f (%.2f)", at(0.5, n), at(0.9, n), s[n])
-      load(key, "velocity_mps"); velocity = sprintf("%.4f / %.4f", at(0.5, n), at(0.9, n))
-      load(key, "accel_bias_mps2"); bias = sprintf("%.3f / %.3f", at(0.5, n), at(0.9, n))
-      printf "%-6s %-16s %5d of %3d %26s %18s %18s %6.2f %9.2f %6.2f %7d\n", name[1], name[2], success[key], count[key], gravity, velocity, bias, \
-        sum[key, "tilt_nees"] / n, sum[key, "velocity_nees"] / n, sum[key, "accel_bias_nees"] / n, beyond[key]
+      printf "%-6s %-16s %5d of %3d %16s %11s %26s %18s %18s %6.2f %9.2f %6.2f %7d\n", name[1], name[2], success[key], count[key], \
+        median(key, "rre_deg", "%.4f"), median(key, "ate_m", "%.2f"), gravity, median(key, "velocity_mps", "%.4f"), \
+        median(key, "accel_bias_mps2", "%.3f"), sum[key, "tilt_nees"] / n, sum[key, "velocity_nees"] / n, sum[key, "accel_bias_nees"] / n, \
+        beyond[key]
     }
   }'
 
