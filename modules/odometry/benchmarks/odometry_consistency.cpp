@@ -4,8 +4,10 @@
 // believed; prints the mean NEES a degree of freedom (1 where the covariance is right) of rotation,
 // position, velocity, b_g and b_a, and their RMS errors, by time since the start.
 //   flights=10 seed=1 duration=60 pixels=1 imu=1 walk=1 start=1 (factors; 0: without that noise)
-//   tracks=120 profile=aggressive, map=1 (0: without), the keys of [fixed_lag], and those of [map] as
-//   map.key
+//   tracks=120 profile=aggressive, or speed=0 turn=0 (m/s, rad/s; with a speed: constant, a line or a
+//   circle), map=1 (0: without), the keys of [fixed_lag], and those of [map] as map.key
+//   believed=1: factor on the noise of the IMU that the odometry is told
+//   stereo=0 (1: beside the drift from 5 s on that of stereo odometry on the same tracks)
 //   time_offset=0 (ms) camera_rotation=0 stereo_rotation=0 (deg, about every axis) baseline=0
 //   focal=0 (%): how wrong the calibration is that the odometry is given; calibrate=off (on, auto)
 
@@ -15,6 +17,7 @@
 #include <string>
 
 #include "../tests/simulated_views.h"
+#include "../tests/steady_flight.h"
 #include "etalon/core/angles.h"
 #include "etalon/core/parameters.h"
 #include "etalon/testing/wrong_calibration.h"
@@ -57,28 +60,61 @@ void addFindings(const std::vector<CalibrationFinding>& findings, const WrongCal
   }
 }
 
-void addFlight(const SimulatedFlight& flight, const FixedLagOptions& options, const MapOptions& map,
-               double sigma_px, std::uint64_t seed, double start, const WrongCalibration& wrong,
-               std::map<int, Sums>* bins, std::map<std::string, Deviations>* deviations) {
+/** What becomes of the flights. */
+struct Results {
+  std::map<int, Sums> bins;  // of ten seconds
+  std::map<std::string, Deviations> deviations;
+  std::map<std::string, DriftRms> drifts;
+};
+
+/** Trajectory and keyframes. */
+struct Flown {
+  Trajectory trajectory;
+  std::vector<bool> keyframes;
+};
+
+Flown addFlight(const SimulatedFlight& flight, const FixedLagOptions& options,
+                const MapOptions& map, double sigma_px, std::uint64_t seed, double start,
+                const WrongCalibration& wrong, Results* results) {
   FixedLagOdometry odometry(wrong.given(flight.calibration), options, map,
                             std::make_shared<SimulatedViews>(flight, sigma_px));
+  Flown flown;
   for (size_t i = 0; i < flight.frames.size(); ++i) {
     const OdometryOutput out =
         i == 0 ? odometry.start(flight.startAt(0, start * startSigma(), seed), flight.frames[0])
                : odometry.process(flight.frames[i], flight.between(i - 1, i));
-    Sums& sums = (*bins)[i / 200];
+    flown.trajectory.push_back({out.t, out.state.T_WB});
+    flown.keyframes.push_back(out.keyframe);
+    Sums& sums = results->bins[i / 200];
     const Eigen::Matrix<double, 15, 1> d = out.state.minus(flight.truth[i]);
     sums.nees += neesOf(out, flight.truth[i]);
     sums.pose += d.head<6>().dot(out.covariance.topLeftCorner<6, 6>().llt().solve(d.head<6>())) / 6;
     for (int b = 0; b < 5; ++b) sums.squares[b] += d.segment<3>(3 * b).squaredNorm();
     ++sums.count;
   }
-  addFindings(odometry.calibrationFindings(), wrong, deviations);
+  addFindings(odometry.calibrationFindings(), wrong, &results->deviations);
+  return flown;
+}
+
+/** @param stereo whether stereo odometry flies, too */
+void addDrifts(const SimulatedFlight& flight, const Flown& flown, bool stereo, double sigma_px,
+               std::map<std::string, DriftRms>* drifts) {
+  constexpr size_t kFirst = 100;  // 5 s
+  if (flight.frames.size() < 2 * kFirst) return;
+  std::vector<bool> every_fifth;
+  for (size_t i = 0; i < flight.frames.size(); ++i) every_fifth.push_back(i % 5 == 0);
+  const auto add = [&](const char* name, const Trajectory& trajectory) {
+    (*drifts)[name].add(driftOf(trajectory, flight, kFirst));
+  };
+  add("fixed-lag", flown.trajectory);
+  if (!stereo) return;
+  add("stereo, the same keyframes", flyStereoAlone(flight, sigma_px, flown.keyframes));
+  add("stereo, every fifth frame", flyStereoAlone(flight, sigma_px, every_fifth));
 }
 
 struct Arguments {
   double flights = 10, seed = 1, pixels = 1, imu = 1, walk = 1, tracks = 120;
-  double duration = 60, start = 1, with_map = 1;
+  double duration = 60, start = 1, with_map = 1, speed = 0, turn = 0, believed = 1, stereo = 0;
   std::string profile = "aggressive";
   WrongCalibration wrong;
   FixedLagOptions options;
@@ -89,9 +125,10 @@ struct Arguments {
 
 Arguments::Arguments(int argc, char** argv) {
   std::map<std::string, double*> own = {
-      {"flights", &flights},   {"seed", &seed},   {"pixels", &pixels},
-      {"imu", &imu},           {"walk", &walk},   {"tracks", &tracks},
-      {"duration", &duration}, {"start", &start}, {"map", &with_map},
+      {"flights", &flights}, {"seed", &seed},     {"pixels", &pixels},     {"imu", &imu},
+      {"walk", &walk},       {"tracks", &tracks}, {"duration", &duration}, {"start", &start},
+      {"map", &with_map},    {"speed", &speed},   {"turn", &turn},         {"believed", &believed},
+      {"stereo", &stereo},
   };
   own.merge(wrong.numbers());
   std::string calibrate = "off";
@@ -151,10 +188,17 @@ void print(const std::map<std::string, Deviations>& deviations, double flights) 
   }
 }
 
+void print(const std::map<std::string, DriftRms>& drifts) {
+  for (const auto& [name, rms] : drifts) {
+    const Drift drift = rms.get();
+    std::printf("%s: scale %.3f %%, ATE %.4f m, rotation %.3f deg\n", name.c_str(),
+                100.0 * drift.scale, drift.ate, degrees(drift.rotation));
+  }
+}
+
 void run(int argc, char** argv) {
   Arguments a(argc, argv);
-  std::map<int, Sums> bins;
-  std::map<std::string, Deviations> deviations;
+  Results results;
   for (int f = 0; f < a.flights; ++f) {
     SimulatedFlightOptions simulated;
     simulated.seed = static_cast<std::uint64_t>(a.seed) + static_cast<std::uint64_t>(f);
@@ -165,13 +209,20 @@ void run(int argc, char** argv) {
     simulated.bias_walk = a.walk > 0;
     simulated.time_offset_s = 1e-3 * a.wrong.time_offset;
     simulated.tracks = static_cast<int>(a.tracks);
-    const SimulatedFlight flight = simulateFlight(simulated);
+    const SimulatedFlight flight =
+        a.speed > 0
+            ? simulateFlight(simulated, SteadyTrajectory(a.speed, a.turn, kUnderWay + a.duration))
+            : simulateFlight(simulated);
     a.options.imu_noise = flight.imu_noise;
-    addFlight(flight, a.options, a.map, a.map.sigma_factor * simulated.sigma_px,
-              1000 + simulated.seed, a.start, a.wrong, &bins, &deviations);
+    a.options.imu_noise.gyro_noise_density *= a.believed;
+    a.options.imu_noise.accel_noise_density *= a.believed;
+    const Flown flown = addFlight(flight, a.options, a.map, a.map.sigma_factor * simulated.sigma_px,
+                                  1000 + simulated.seed, a.start, a.wrong, &results);
+    addDrifts(flight, flown, a.stereo > 0, simulated.sigma_px, &results.drifts);
   }
-  print(bins);
-  print(deviations, a.flights);
+  print(results.bins);
+  print(results.deviations, a.flights);
+  print(results.drifts);
 }
 
 }  // namespace

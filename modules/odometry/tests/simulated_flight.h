@@ -18,6 +18,9 @@
 
 namespace etalon {
 
+/** Of a flight before its first frame: a profile takes off from rest. */
+constexpr double kUnderWay = 5.0;  // s
+
 struct SimulatedFlightOptions {
   MotionProfile profile = MotionProfile::kAggressive;
   double duration_s = 60.0;  ///< of the frames; the flight is under way at the first
@@ -68,14 +71,14 @@ inline Eigen::Matrix<double, 15, 1> startSigma() {
   return sigma;
 }
 
-inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
-  constexpr double kImuRate = 200.0, kUnderWay = 5.0;  // Hz, s
-  ProfileOptions profile;
-  profile.profile = options.profile;
-  profile.seed = options.seed;
-  profile.rest_s = 0.5;
-  profile.duration_s = kUnderWay + options.duration_s;
-  const IntegratedTrajectory trajectory(ProfileTrajectory(profile), kImuRate);
+/**
+ * A flight along `smooth`, whose first kUnderWay seconds have no frames; the profile and duration
+ * of the options are of no effect.
+ */
+inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options,
+                                      const SimulatedTrajectory& smooth) {
+  constexpr double kImuRate = 200.0;  // Hz
+  const IntegratedTrajectory trajectory(smooth, kImuRate);
 
   SimulatedFlight flight;
   flight.calibration = eurocCalibration();
@@ -112,6 +115,15 @@ inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
   flight.frames = simulateTracks(poses, flight.calibration, flight.landmarks, tracks);
   for (TrackedFrame& frame : flight.frames) frame.t -= late;
   return flight;
+}
+
+inline SimulatedFlight simulateFlight(const SimulatedFlightOptions& options) {
+  ProfileOptions profile;
+  profile.profile = options.profile;
+  profile.seed = options.seed;
+  profile.rest_s = 0.5;
+  profile.duration_s = kUnderWay + options.duration_s;
+  return simulateFlight(options, ProfileTrajectory(profile));
 }
 
 /** Squared error over the covariance that is claimed, a degree of freedom; five of three rows, in
