@@ -20,10 +20,11 @@ namespace etalon::app {
 namespace {
 
 constexpr int kContractBroken = 1;  // this command's own exit code
+constexpr char kAllMotionsWord[] = "all";
 
 struct CheckPluginArguments {
   std::string plugin;
-  std::vector<std::string> plugin_path, set;
+  std::vector<std::string> plugin_path, set, motions;
   std::string config, output_format = "text";
   bool list = false;
   ContractOptions options;
@@ -58,6 +59,24 @@ IniFile readIni(const CheckPluginArguments& arguments, const std::string& name) 
     ini.setFromArgument(has_section ? argument : with_section);
   }
   return ini;
+}
+
+/** What --motions may say. */
+std::vector<std::string> motionNames() {
+  std::vector<std::string> names = {kAllMotionsWord};
+  for (const testing::Motion motion : testing::kAllMotions) names.emplace_back(toString(motion));
+  return names;
+}
+
+/** Empty where nothing is said. */
+std::vector<testing::Motion> motionsOf(const std::vector<std::string>& said) {
+  std::vector<testing::Motion> motions;
+  const auto isSaid = [&said](const char* name) {
+    return std::find(said.begin(), said.end(), name) != said.end();
+  };
+  for (const testing::Motion motion : testing::kAllMotions)
+    if (isSaid(kAllMotionsWord) || isSaid(toString(motion))) motions.push_back(motion);
+  return motions;
 }
 
 Subject loadSubject(const CheckPluginArguments& arguments) {
@@ -107,6 +126,7 @@ const char* verdictColumn(ContractCheck::Verdict verdict) {
 void printCheck(const ContractCheck& check) {
   std::printf("%s  %-29s %s\n", verdictColumn(check.verdict), check.name.c_str(),
               check.detail.c_str());
+  for (const std::string& line : check.by_motion) std::printf("%40s%s\n", "", line.c_str());
   std::fflush(stdout);
 }
 
@@ -138,7 +158,8 @@ void printJson(const Subject& subject, const ContractReport& report) {
                               {"verdict", toString(check.verdict)},
                               {"detail", check.detail},
                               {"value", check.value},
-                              {"failures", check.failures}});
+                              {"failures", check.failures},
+                              {"by_motion", check.by_motion}});
   }
   // A plugin's texts need not be UTF-8.
   std::printf("%s\n",
@@ -170,8 +191,10 @@ int checkPlugin(const CheckPluginArguments& arguments) {
   if (text)
     std::printf("%s %s, %s\n\n", subject.info.name.c_str(), subject.info.version.c_str(),
                 subject.info.path.c_str());
+  ContractOptions options = arguments.options;
+  options.monte_carlo_motions = motionsOf(arguments.motions);
   const ContractReport report =
-      checkContract(*subject.initializer, arguments.options, [text](const ContractCheck& check) {
+      checkContract(*subject.initializer, options, [text](const ContractCheck& check) {
         if (text) printCheck(check);
       });
   if (text) {
@@ -200,6 +223,13 @@ void addSuiteOptions(CLI::App* command, CheckPluginArguments* arguments) {
   command->add_option("--windows", o->monte_carlo_windows, "Windows of the Monte Carlo")
       ->check(CLI::Range(10, 100000))
       ->capture_default_str();
+  command
+      ->add_option("--motions", arguments->motions,
+                   "Motions of the Monte Carlo, in turn (default: gentle and aggressive, or the "
+                   "first one in which the method gives a covariance)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(motionNames()));
   command
       ->add_option("--cpu-limit", o->limits.cpu_s, "Processor time that a check may use, seconds")
       ->check(CLI::Range(1.0, 1e6))

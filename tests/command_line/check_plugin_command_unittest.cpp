@@ -86,6 +86,19 @@ TEST(CheckPluginCommand, ShowsTheWorstWindowAndAllOfThemInJson) {
   EXPECT_EQ(json.at("stopped"), "");
 }
 
+TEST(CheckPluginCommand, SaysTheNeesByMotion) {
+  const std::vector<std::string> arguments = {
+      "check-plugin", "static", "--only",    "covariance.consistent",
+      "--windows",    "10",     "--motions", "gentle,standstill"};
+  const CommandResult text = runEtalon(arguments);
+  EXPECT_THAT(text.out, AllOf(HasSubstr(" 0 windows, gentle: no covariance\n"),
+                              HasSubstr(" 5 windows, standstill: average NEES")));
+  std::vector<std::string> in_json = arguments;
+  in_json.insert(in_json.end(), {"--format", "json"});
+  const nlohmann::json json = nlohmann::json::parse(runEtalon(in_json).out);
+  EXPECT_EQ(json.at("checks").at(0).at("by_motion").size(), 2U);
+}
+
 TEST(CheckPluginCommand, SurvivesAPluginThatCrashes) {
   const CommandResult asked = runEtalon({"check-plugin", badPlugin("crashes_when_asked"), "--only",
                                          "exact.gentle", "--only", "parameters"});
@@ -130,6 +143,7 @@ TEST(CheckPluginCommand, RefusesWrongUsage) {
   EXPECT_EQ(runEtalon({"check-plugin"}).exit_code, 2);
   EXPECT_EQ(runEtalon({"check-plugin", "eta", "--allow-nees", "0.5"}).exit_code, 2);
   EXPECT_EQ(runEtalon({"check-plugin", "eta", "--format", "xml"}).exit_code, 2);
+  EXPECT_EQ(runEtalon({"check-plugin", "eta", "--motions", "circular"}).exit_code, 2);
   EXPECT_EQ(runEtalon({"check-plugin", "eta", "--time-limit", "0"}).exit_code, 2);
   const CommandResult check =
       runEtalon({"check-plugin", "orbslam3_inertial_only", "--only", "exact.gentel"});

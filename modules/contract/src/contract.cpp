@@ -65,16 +65,19 @@ ContractCheck runHere(const CheckEntry& entry, const Initializer& initializer,
   }
 }
 
-// A check on its way through the pipe: verdict, value, then each text after its length.
+// A check on its way through the pipe: verdict, value, number of failures, then each text (detail,
+// failures, by_motion) after its length.
 std::string packed(const ContractCheck& check) {
   char head[64];
-  std::snprintf(head, sizeof(head), "%d %a", static_cast<int>(check.verdict), check.value);
+  std::snprintf(head, sizeof(head), "%d %a %zu", static_cast<int>(check.verdict), check.value,
+                check.failures.size());
   std::string text = head;
   const auto append = [&text](const std::string& more) {
     text += " " + std::to_string(more.size()) + " " + more;
   };
   append(check.detail);
-  for (const std::string& failure : check.failures) append(failure);
+  for (const auto* texts : {&check.failures, &check.by_motion})
+    for (const std::string& more : *texts) append(more);
   return text;
 }
 
@@ -84,6 +87,7 @@ ContractCheck unpacked(const std::string& text) {
   char* rest = nullptr;
   check.verdict = static_cast<Verdict>(std::strtol(text.c_str(), &rest, 10));
   check.value = std::strtod(rest, &rest);
+  const size_t failures = std::strtoul(rest, &rest, 10);
   std::vector<std::string> texts;
   while (rest < end) {
     const size_t size = std::strtoul(rest, &rest, 10);
@@ -92,9 +96,11 @@ ContractCheck unpacked(const std::string& text) {
     texts.emplace_back(rest, std::min(size, static_cast<size_t>(end - rest)));
     rest += texts.back().size();
   }
-  if (texts.empty()) return check;
+  if (texts.size() < 1 + failures) return check;
+  const auto by_motion = texts.begin() + 1 + static_cast<std::ptrdiff_t>(failures);
   check.detail = texts.front();
-  check.failures.assign(texts.begin() + 1, texts.end());
+  check.failures.assign(texts.begin() + 1, by_motion);
+  check.by_motion.assign(by_motion, texts.end());
   return check;
 }
 

@@ -102,9 +102,17 @@ Trial drawnTrial(Motion motion, unsigned seed) {
 /** Errors with the covariances that were claimed for them. */
 class Nees {
  public:
-  void add(const VectorXd& error, const MatrixXd& P) {
+  void add(Motion motion, const VectorXd& error, const MatrixXd& P) {
+    motions_.push_back(motion);
     errors_.push_back(error);
     covariances_.push_back(P);
+  }
+  /** The windows of one motion. */
+  Nees of(Motion motion) const {
+    Nees part;
+    for (size_t i = 0; i < motions_.size(); ++i)
+      if (motions_[i] == motion) part.add(motion, errors_[i], covariances_[i]);
+    return part;
   }
   /** Rows of [rotation, position] of the poses, where every window has them in equal number. */
   std::vector<int> poseIndices(int part) const {
@@ -138,6 +146,7 @@ class Nees {
   }
 
  private:
+  std::vector<Motion> motions_;
   std::vector<VectorXd> errors_;
   std::vector<MatrixXd> covariances_;
 };
@@ -213,14 +222,10 @@ ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
   return passed(text + format("; %.2f to %.2f is let pass", bounds.low, bounds.high), value);
 }
 
-ContractCheck isConsistent(const Initializer& initializer, const ContractOptions& options) {
-  const std::vector<Motion> motions = motionsWithCovariance(initializer);
-  if (motions.empty()) return notApplicable(kGivesNone);
-  std::string names;
-  for (const Motion motion : motions)
-    names += (names.empty() ? "" : " and ") + std::string(toString(motion));
+/** What the drawn windows say, each with its motion; those without a covariance are left out. */
+Nees drawNees(const Initializer& initializer, const std::vector<Motion>& motions, int windows) {
   Nees nees;
-  for (int i = 0; i < options.monte_carlo_windows; ++i) {
+  for (int i = 0; i < windows; ++i) {
     const Motion motion = motions[i % motions.size()];
     const Trial trial = drawnTrial(motion, static_cast<unsigned>(i + 1));
     const InitializationResult result = initializer.initialize(trial.problem());
@@ -228,14 +233,41 @@ ContractCheck isConsistent(const Initializer& initializer, const ContractOptions
     VectorXd error(kSize + 6 * (result->states.size() - 1));
     error << testing::estimationError(*result, trial.window),
         relativePoseErrors(result->states, trial.window.truth);
-    nees.add(error, result->covariance);
+    nees.add(motion, error, result->covariance);
   }
+  return nees;
+}
+
+std::vector<std::string> describeByMotion(const Nees& nees, const std::vector<Motion>& motions,
+                                          double allowed) {
+  std::vector<std::string> lines;
+  if (motions.size() < 2) return lines;
+  for (const Motion motion : motions) {
+    const Nees part = nees.of(motion);
+    lines.push_back(part.windows() == 0 ? format("0 windows, %s: no covariance", toString(motion))
+                                        : judgeNees(part, toString(motion), allowed).detail);
+  }
+  return lines;
+}
+
+ContractCheck isConsistent(const Initializer& initializer, const ContractOptions& options) {
+  const std::vector<Motion> motions = options.monte_carlo_motions.empty()
+                                          ? motionsWithCovariance(initializer)
+                                          : options.monte_carlo_motions;
+  if (motions.empty()) return notApplicable(kGivesNone);
+  std::string names;
+  for (const Motion motion : motions)
+    names += (names.empty() ? "" : " and ") + std::string(toString(motion));
+  const Nees nees = drawNees(initializer, motions, options.monte_carlo_windows);
   // A method that answers only where it is easy would look more consistent than it is.
-  if (2 * nees.windows() < options.monte_carlo_windows)
-    return failed(format("%s: gives a covariance for only %d of %d windows", names.c_str(),
-                         nees.windows(), options.monte_carlo_windows),
-                  nees.windows());
-  return judgeNees(nees, names.c_str(), options.allowed_nees_factor);
+  ContractCheck check =
+      2 * nees.windows() < options.monte_carlo_windows
+          ? failed(format("%s: gives a covariance for only %d of %d windows", names.c_str(),
+                          nees.windows(), options.monte_carlo_windows),
+                   nees.windows())
+          : judgeNees(nees, names.c_str(), options.allowed_nees_factor);
+  check.by_motion = describeByMotion(nees, motions, options.allowed_nees_factor);
+  return check;
 }
 
 }  // namespace

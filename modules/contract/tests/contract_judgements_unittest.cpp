@@ -72,7 +72,8 @@ TEST(ContractSuite, AProcessOfItsOwnChangesNoVerdict) {
     r->bias.gyro.x() += 0.5;
     if (r->states[1].v_WB.norm() > 2.0) throw Error("12 3\n 4 lines");
   }));
-  for (const char* name : {"response.gyro_bias", "parameters", "covariance.positive_definite"}) {
+  for (const char* name : {"response.gyro_bias", "parameters", "covariance.positive_definite",
+                           "covariance.consistent"}) {
     const ContractCheck here = reportOf(wrong, {name}).checks.front();
     const ContractCheck there = reportOf(wrong, {name}, true).checks.front();
     EXPECT_EQ(there.name, name);
@@ -80,6 +81,7 @@ TEST(ContractSuite, AProcessOfItsOwnChangesNoVerdict) {
     EXPECT_EQ(there.detail, here.detail);
     EXPECT_EQ(there.value, here.value);
     EXPECT_EQ(there.failures, here.failures);
+    EXPECT_EQ(there.by_motion, here.by_motion);
   }
   EXPECT_GT(reportOf(wrong, {"response.gyro_bias"}).checks.front().failures.size(), 6U);
 }
@@ -223,6 +225,23 @@ TEST(ContractCovariance, OneThatIsGivenTooSeldomIsNoCovariance) {
   const ContractCheck check = checkHere("covariance.consistent", seldom, options);
   EXPECT_EQ(check.verdict, Verdict::kFailed);
   EXPECT_THAT(check.detail, HasSubstr("gives a covariance for only 1 of 4 windows"));
+}
+
+TEST(ContractCovariance, IsDescribedByMotion) {
+  ContractOptions options;
+  options.monte_carlo_windows = 6;
+  options.monte_carlo_motions = {Motion::kCircle, Motion::kStandstill, Motion::kGentle};
+  const TruthTeller truth([](const auto& problem, InitializationResult* result) {
+    if (testing::motionOf(problem) == Motion::kStandstill) refusing("at rest")(problem, result);
+  });
+  const ContractCheck check = checkHere("covariance.consistent", truth, options);
+  EXPECT_THAT(check.detail, HasSubstr("4 windows, circle and standstill and gentle: "));
+  EXPECT_THAT(check.by_motion, ElementsAre(HasSubstr("2 windows, circle: average NEES"),
+                                           "0 windows, standstill: no covariance",
+                                           HasSubstr("2 windows, gentle: average NEES")));
+  // One motion has nothing to be split into.
+  options.monte_carlo_motions = {Motion::kCircle};
+  EXPECT_TRUE(checkHere("covariance.consistent", truth, options).by_motion.empty());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "etalon/core/process/isolated_run.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/simulation/synthetic_window.h"
 
 namespace etalon {
 
@@ -24,6 +25,8 @@ struct ContractCheck {
   double value = 0.0;  ///< the number behind it, unit as in the detail
   /** Where several windows failed: what each did, the worst first; `detail` has that one. */
   std::vector<std::string> failures = {};
+  /** Where a Monte Carlo is over several motions: the detail of each by itself. */
+  std::vector<std::string> by_motion = {};
 };
 
 /** Lower-case word as it stands in reports: "passed", "refused", "failed", "not_applicable". */
@@ -42,6 +45,9 @@ struct ContractOptions {
    */
   double allowed_nees_factor = 1.3;
   int monte_carlo_windows = 60;
+  /** Motions of the Monte Carlo, in turn; empty: gentle and aggressive, or the first one in which
+   * the method gives a covariance. */
+  std::vector<testing::Motion> monte_carlo_motions;
   int timed_calls = 9;
 };
 
