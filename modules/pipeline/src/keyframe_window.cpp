@@ -31,17 +31,40 @@ std::vector<ImuSample> samplesAtStamps(const ImuBuffer& imu, TimeNs t0, TimeNs t
 KeyframeWindow::KeyframeWindow(int keyframes, double rate_hz)
     : keyframes_(keyframes), rate_hz_(rate_hz), selector_(KeyframeSelectorOptions{rate_hz}) {}
 
+bool KeyframeWindow::isKeyframe(TimeNs t) {
+  regular_ = selector_.isKeyframe(t);
+  const TimeNs nearest = t + (t - last_frame_) / 2;  // to this frame, up to here
+  last_frame_ = t;
+  const bool keyframe = regular_ || (additional_due_ && nearest >= *additional_due_);
+  if (keyframe) additional_due_.reset();
+  return keyframe;
+}
+
+void KeyframeWindow::takeSooner(double after_s) {
+  if (!stamps_.empty() && regular_) additional_due_ = stamps_.back() + durationNs(after_s);
+}
+
 void KeyframeWindow::add(const TrackedFrame& frame, bool keyframe) {
   if (keyframe) stamps_.push_back(frame.t);
+  if (keyframe && !regular_) additional_.push_back(frame.t);
   if (stamps_.empty()) return;
   frames_.push_back(frame);
-  while (static_cast<int>(stamps_.size()) > keyframes_) stamps_.pop_front();
+  while (regularKeyframes() > keyframes_) dropFirstKeyframe();
   dropFramesBeforeTheFirstKeyframe();
 }
 
 void KeyframeWindow::dropBefore(TimeNs t) {
-  while (!stamps_.empty() && stamps_.front() < t) stamps_.pop_front();
+  while (!stamps_.empty() && stamps_.front() < t) dropFirstKeyframe();
   dropFramesBeforeTheFirstKeyframe();
+}
+
+/** With the additional ones behind it: a window begins with a keyframe of the rate. */
+void KeyframeWindow::dropFirstKeyframe() {
+  stamps_.pop_front();
+  while (!additional_.empty() && !stamps_.empty() && additional_.front() == stamps_.front()) {
+    stamps_.pop_front();
+    additional_.pop_front();
+  }
 }
 
 void KeyframeWindow::dropFramesBeforeTheFirstKeyframe() {
@@ -57,6 +80,8 @@ void KeyframeWindow::restart() {
 void KeyframeWindow::clear() {
   frames_.clear();
   stamps_.clear();
+  additional_.clear();
+  additional_due_.reset();
 }
 
 InitializationProblem KeyframeWindow::problem(const StereoInertialCalibration& calibration,

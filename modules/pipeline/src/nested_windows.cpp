@@ -47,12 +47,14 @@ Expected<void> agree(const InitializationAttempt& earlier, const InitializationA
   return {};
 }
 
-void confirm(const InitializationAttempt* earlier, const AcceptanceOptions& options,
+bool confirm(const InitializationAttempt* earlier, const AcceptanceOptions& options,
              InitializationAttempt* attempt) {
-  if (!attempt->accepted() || !(options.false_alarm_rate > 0.0)) return;
+  if (!attempt->accepted() || !(options.false_alarm_rate > 0.0)) return true;
   Expected<void> verdict = nothingToCompare();
   if (earlier) verdict = agree(*earlier, *attempt, options);
-  if (!verdict) attempt->decision = refuse(verdict.error());
+  if (verdict) return true;
+  attempt->decision = refuse(verdict.error());
+  return verdict.error().status != RefusalStatus::kTooFewKeyframes;
 }
 
 }  // namespace etalon

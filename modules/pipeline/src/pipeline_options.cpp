@@ -19,6 +19,10 @@ ParameterSet pipelineSection(PipelineOptions* options) {
                "Keyframes in the initialization window, at most: from then on it slides.");
   pipeline.add("keyframe_rate_hz", &options->keyframe_rate_hz, {0.1, 100.0},
                "Keyframes per second.");
+  pipeline.add("confirm_after_s", &options->window.confirm_after_s, {0.0, 10.0},
+               "Seconds after the last keyframe at which a growing window takes an additional one, "
+               "when it lacks nothing but a second window that agrees. 0: none, the next keyframe "
+               "of the rate brings that window.");
   pipeline.add("gravity_mps2", &options->window.gravity_mps2, {0.1, 100.0},
                "Magnitude of gravity, m/s^2.");
   return pipeline;

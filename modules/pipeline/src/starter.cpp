@@ -27,20 +27,22 @@ Starter::Starter(PipelineInitializers initializers, const AutoOptions& automatic
       noise_(noise),
       windows_grow_(windows_grow) {}
 
-Starter::Outcome Starter::attempt(const KeyframeWindow& window, const MakeProblem& make_problem) {
+Starter::Outcome Starter::attempt(KeyframeWindow* window, const MakeProblem& make_problem) {
   const bool takes_over = waits_for_motion_;
-  const WindowOptions options = takes_over ? handoverOptions(window) : options_;
+  const WindowOptions options = takes_over ? handoverOptions(*window) : options_;
   const InitializationProblem problem = make_problem(options);
   if (takes_over) {
-    if (!isInMotion(window, problem)) return Outcome::kRefused;
+    if (!isInMotion(*window, problem)) return Outcome::kRefused;
   } else if (initializers_.at_rest && startsAtRest(problem)) {
     return Outcome::kStarts;
   }
   InitializationAttempt attempt =
       attemptInitialization(problem, *initializers_.initializer, options);
   if (initializers_.at_rest) attempt.initializer = initializers_.name;
-  if (windows_grow_)
-    confirm(attempts_.empty() ? nullptr : &attempts_.back(), options.acceptance, &attempt);
+  if (windows_grow_ &&
+      !confirm(attempts_.empty() ? nullptr : &attempts_.back(), options.acceptance, &attempt) &&
+      options.confirm_after_s > 0.0)
+    window->takeSooner(options.confirm_after_s);
   keep(std::move(attempt));
   if (!attempts_.back().accepted()) return Outcome::kRefused;
   waits_for_motion_ = false;

@@ -60,6 +60,103 @@ TEST(KeyframeWindow, KeyframesBeforeAStampLeaveWithTheirFrames) {
   EXPECT_TRUE(window.frames().empty());
 }
 
+/** The stamps of the keyframes, in frames of 20 Hz. */
+std::vector<int> framesOf(const KeyframeWindow& window) {
+  std::vector<int> frames;
+  for (const TimeNs t : window.stamps()) frames.push_back(static_cast<int>(t / kFrameStep));
+  return frames;
+}
+
+/** Frames `first` to `last` of 20 Hz. */
+void fly(int first, int last, KeyframeWindow* window) {
+  for (int i = first; i <= last; ++i) {
+    const bool keyframe = window->isKeyframe(i * kFrameStep);
+    window->add(trackedAt(i * kFrameStep), keyframe);
+  }
+}
+
+TEST(KeyframeWindow, AnAdditionalKeyframeComesBetweenThoseOfTheRate) {
+  KeyframeWindow window(10, 4.0);
+  fly(0, 10, &window);
+  window.takeSooner(0.1);
+  fly(11, 20, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(0, 5, 10, 12, 15, 20));
+  EXPECT_EQ(window.regularKeyframes(), 5);
+  // One of the rate comes first; then nothing is owed.
+  window.takeSooner(0.3);
+  fly(21, 32, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(0, 5, 10, 12, 15, 20, 25, 30));
+}
+
+TEST(KeyframeWindow, AnAdditionalKeyframeIsTheNearestFrame) {
+  const auto taken = [](double rate_hz, double after_s) {
+    KeyframeWindow window(10, 1.0);
+    window.add(trackedAt(0), window.isKeyframe(0));
+    window.takeSooner(after_s);
+    TimeNs t = 0;
+    for (int i = 1; window.stamps().size() < 2; ++i) {
+      t = durationNs(i / rate_hz);
+      window.add(trackedAt(t), window.isKeyframe(t));
+    }
+    return 1e-9 * static_cast<double>(t);
+  };
+  EXPECT_NEAR(taken(20.0, 0.1), 0.1, 1e-6);
+  EXPECT_NEAR(taken(20.0, 0.1000001), 0.1, 1e-6);  // a stamp's last digits delay it by no frame
+  EXPECT_NEAR(taken(20.0, 0.12), 0.1, 1e-6);
+  EXPECT_NEAR(taken(20.0, 0.13), 0.15, 1e-6);
+  EXPECT_NEAR(taken(30.0, 0.1), 0.1, 1e-6);
+  EXPECT_NEAR(taken(6.0, 0.1), 1.0 / 6.0, 1e-6);
+}
+
+TEST(KeyframeWindow, BehindAnAdditionalKeyframeTheNextOneIsOfTheRate) {
+  KeyframeWindow window(10, 4.0);
+  fly(0, 10, &window);
+  window.takeSooner(0.1);
+  fly(11, 12, &window);
+  window.takeSooner(0.1);
+  fly(13, 15, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(0, 5, 10, 12, 15));
+}
+
+TEST(KeyframeWindow, AdditionalKeyframesDoNotShortenTheWindow) {
+  KeyframeWindow window(4, 4.0);
+  fly(0, 5, &window);
+  window.takeSooner(0.1);
+  fly(6, 14, &window);
+  EXPECT_FALSE(window.complete());
+  fly(15, 15, &window);
+  EXPECT_TRUE(window.complete());
+  EXPECT_THAT(framesOf(window), ElementsAre(0, 5, 7, 10, 15));
+  fly(16, 20, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(5, 7, 10, 15, 20));
+  fly(21, 25, &window);  // it begins with one of the rate
+  EXPECT_THAT(framesOf(window), ElementsAre(10, 15, 20, 25));
+  EXPECT_EQ(window.frames().size(), 16U);
+  EXPECT_TRUE(window.complete());
+}
+
+TEST(KeyframeWindow, WhatIsForgottenOwesNoAdditionalKeyframe) {
+  KeyframeWindow window(10, 4.0);
+  window.takeSooner(0.1);  // nothing to come behind
+  fly(0, 5, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(0, 5));
+  window.takeSooner(0.1);
+  window.clear();
+  fly(6, 10, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(10));
+  window.takeSooner(0.1);
+  window.restart();
+  fly(11, 16, &window);
+  EXPECT_THAT(framesOf(window), ElementsAre(11, 16));
+  window.takeSooner(0.1);
+  fly(17, 21, &window);
+  window.dropBefore(12 * kFrameStep);  // with the first goes nothing else
+  EXPECT_THAT(framesOf(window), ElementsAre(16, 18, 21));
+  window.dropBefore(17 * kFrameStep);
+  EXPECT_THAT(framesOf(window), ElementsAre(21));
+  EXPECT_EQ(window.regularKeyframes(), 1);
+}
+
 TEST(KeyframeWindow, OfAnImuThatEndsTooEarlyTheProblemHoldsWhatThereIs) {
   const SyntheticWindow synthetic = testing::makeSyntheticWindow({});
   KeyframeWindow window(4, 4.0);

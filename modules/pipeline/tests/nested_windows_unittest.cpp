@@ -91,22 +91,25 @@ TEST(NestedWindows, WithoutAnythingToCompareThereIsNothingToBelieve) {
 
 TEST(NestedWindows, ConfirmTakesBackWhatIsNotConfirmed) {
   InitializationAttempt later = attempt(0, 4, 0.0);
-  confirm(nullptr, {}, &later);
+  EXPECT_FALSE(confirm(nullptr, {}, &later));  // another window is all that it lacks
   ASSERT_FALSE(later.accepted());
   EXPECT_THAT(later.decision.error().reason, HasSubstr("the next keyframe"));
   const InitializationAttempt earlier = attempt(0, 3, 0.0);
   later = attempt(0, 4, 0.0);
-  confirm(&earlier, {}, &later);
+  EXPECT_TRUE(confirm(&earlier, {}, &later));
   EXPECT_TRUE(later.accepted());
+  later.init->bias.gyro.x() = 1.0;  // which another window does not mend
+  EXPECT_TRUE(confirm(&earlier, {}, &later));
+  EXPECT_FALSE(later.accepted());
   // What was refused keeps its reason.
   later.decision = refuse(RefusalStatus::kIllConditioned, "gravity");
-  confirm(nullptr, {}, &later);
+  EXPECT_TRUE(confirm(nullptr, {}, &later));
   EXPECT_EQ(later.decision.error().reason, "gravity");
   // Without tests of residuals there is none of this either.
   later = attempt(0, 4, 0.0);
   AcceptanceOptions none;
   none.false_alarm_rate = 0.0;
-  confirm(nullptr, none, &later);
+  EXPECT_TRUE(confirm(nullptr, none, &later));
   EXPECT_TRUE(later.accepted());
 }
 

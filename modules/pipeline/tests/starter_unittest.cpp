@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -38,12 +39,81 @@ TEST(Starter, AnAcceptedAttemptKeepsItsEstimatesHoweverOldItIs) {
   options.refine = false;
   Starter starter(initializers, {}, options, {}, false);
   const auto make = [&](const WindowOptions&) { return problem; };
-  ASSERT_EQ(starter.attempt(window, make), Starter::Outcome::kStarts);
+  ASSERT_EQ(starter.attempt(&window, make), Starter::Outcome::kStarts);
   for (size_t i = 0; i < Starter::kDetailedAttempts + 2; ++i)
-    ASSERT_EQ(starter.attempt(window, make), Starter::Outcome::kRefused);
+    ASSERT_EQ(starter.attempt(&window, make), Starter::Outcome::kRefused);
   ASSERT_EQ(starter.attempts().size(), Starter::kDetailedAttempts + 3);
   EXPECT_TRUE(starter.attempts().front().accepted());
   EXPECT_TRUE(starter.attempts().front().init.has_value());
+}
+
+/** Stamps of the keyframes of the attempts at a flight of 20 Hz, ms after its first; the initializer
+ * tells the truth from the attempt `first` on, with an error of b_g in the attempt `wrong`. */
+std::vector<std::vector<int>> attemptsAt(const WindowOptions& options, bool windows_grow, int first,
+                                         int wrong) {
+  testing::SyntheticWindowOptions window_options;
+  const testing::SyntheticWindow synthetic = testing::makeSyntheticWindow(window_options);
+  int asked = 0;
+  PipelineInitializers initializers;
+  initializers.initializer =
+      std::make_shared<Scripted>([&](const InitializationProblem& problem) -> InitializationResult {
+        if (asked < first) return ++asked, refuse(RefusalStatus::kTooFewTracks, "none");
+        Initialization truth;
+        for (int k = 0; k < problem.keyframeCount(); ++k) {
+          StampedState state;
+          state.t = problem.keyframe(k).t;
+          truth.states.push_back(state);
+        }
+        truth.covariance = 1e-6 * Eigen::MatrixXd::Identity(11, 11);
+        if (asked++ == wrong) truth.bias.gyro.x() = 0.1;
+        return truth;
+      });
+  Starter starter(initializers, {}, options, {}, windows_grow);
+  KeyframeWindow window(10, 4.0);
+  for (const TrackedFrame& frame : synthetic.frames) {
+    const bool keyframe = window.isKeyframe(frame.t);
+    window.add(frame, keyframe);
+    if (!keyframe || window.regularKeyframes() < 3) continue;
+    const auto problem = [&](const WindowOptions& o) {
+      return window.problem(synthetic.calibration, {}, o, synthetic.imu);
+    };
+    if (starter.attempt(&window, problem) != Starter::Outcome::kRefused) break;
+  }
+  std::vector<std::vector<int>> at;
+  for (const InitializationAttempt& attempt : starter.attempts()) {
+    at.emplace_back();
+    for (const TimeNs t : attempt.keyframes)
+      at.back().push_back(
+          static_cast<int>(std::lround(1e3 * secondsBetween(synthetic.frames.front().t, t))));
+  }
+  return at;
+}
+
+TEST(Starter, WhatLacksNothingButASecondWindowHasOneSooner) {
+  WindowOptions options;
+  options.refine = false;
+  options.confirm_after_s = 0.1;
+  EXPECT_THAT(attemptsAt(options, true, 0, -1),
+              ElementsAre(ElementsAre(0, 250, 500), ElementsAre(0, 250, 500, 600)));
+  // The attempt before it has no estimate.
+  EXPECT_THAT(attemptsAt(options, true, 1, -1),
+              ElementsAre(ElementsAre(0, 250, 500), ElementsAre(0, 250, 500, 750),
+                          ElementsAre(0, 250, 500, 750, 850)));
+  // Two that contradict each other: the windows go on at the rate, and keep the keyframe.
+  EXPECT_THAT(attemptsAt(options, true, 0, 0),
+              ElementsAre(ElementsAre(0, 250, 500), ElementsAre(0, 250, 500, 600),
+                          ElementsAre(0, 250, 500, 600, 750)));
+}
+
+TEST(Starter, WithoutConfirmAfterAndWhereWindowsDoNotGrowKeyframesComeAtTheRate) {
+  WindowOptions options;
+  options.refine = false;
+  options.confirm_after_s = 0.0;
+  EXPECT_THAT(attemptsAt(options, true, 0, -1),
+              ElementsAre(ElementsAre(0, 250, 500), ElementsAre(0, 250, 500, 750)));
+  options.confirm_after_s = 0.1;
+  EXPECT_THAT(attemptsAt(options, false, 1, -1),
+              ElementsAre(ElementsAre(0, 250, 500), ElementsAre(0, 250, 500, 750)));
 }
 
 TEST(InitializationAttempt, AnOffsetThatIsFoundAddsToTheOneInUse) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "etalon/frontend/keyframe_selector.h"
 #include "etalon/imu/imu_noise.h"
@@ -10,14 +11,19 @@ namespace etalon {
 
 /**
  * The last `keyframes` keyframes, chosen at a fixed rate, and all frames between them: what an
- * initializer is asked about.
+ * initializer is asked about. Where the next attempt should not wait for the rate, takeSooner() puts
+ * one keyframe more between these; it does not count, so the window's time stays.
  */
 class KeyframeWindow {
  public:
   KeyframeWindow(int keyframes, double rate_hz);
 
   /** Whether the frame at `t` is due as a keyframe; to be asked once a frame, in time order. */
-  bool isKeyframe(TimeNs t) { return selector_.isKeyframe(t); }
+  bool isKeyframe(TimeNs t);
+  /** The frame nearest to `after_s` behind the last keyframe is a keyframe, too, unless one of the
+   * rate comes first. Not behind an additional one: between two keyframes of the rate there is one
+   * at most. */
+  void takeSooner(double after_s);
   /** Adds a frame, later than those before. */
   void add(const TrackedFrame& frame, bool keyframe);
   /** Forgets keyframes before `t`, and the frames before the first one that is left. */
@@ -28,7 +34,9 @@ class KeyframeWindow {
   void clear();
 
   /** Whether there are as many keyframes as wanted. */
-  bool complete() const { return static_cast<int>(stamps_.size()) == keyframes_; }
+  bool complete() const { return regularKeyframes() == keyframes_; }
+  /** How many of the keyframes are those of the rate. */
+  int regularKeyframes() const { return static_cast<int>(stamps_.size() - additional_.size()); }
   /** Stamps of the keyframes. */
   const std::deque<TimeNs>& stamps() const { return stamps_; }
   /** All frames since the first keyframe, in time order. */
@@ -45,6 +53,7 @@ class KeyframeWindow {
                                 const ImuBuffer& imu) const;
 
  private:
+  void dropFirstKeyframe();
   void dropFramesBeforeTheFirstKeyframe();
 
   int keyframes_;
@@ -52,6 +61,10 @@ class KeyframeWindow {
   KeyframeSelector selector_;
   std::deque<TrackedFrame> frames_;
   std::deque<TimeNs> stamps_;
+  std::deque<TimeNs> additional_;         ///< of stamps_, those between the keyframes of the rate
+  std::optional<TimeNs> additional_due_;  ///< the first frame from here on is one
+  TimeNs last_frame_ = 0;                 ///< that isKeyframe() was asked about
+  bool regular_ = true;                   ///< the last keyframe of isKeyframe() is one of the rate
 };
 
 }  // namespace etalon

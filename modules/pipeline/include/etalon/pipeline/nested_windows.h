@@ -18,8 +18,9 @@ Expected<void> agree(const InitializationAttempt& earlier, const InitializationA
                      const AcceptanceOptions& options);
 
 /** Attempts at growing windows: what `attempt` was accepted with alone is not enough, it must agree
- * with the attempt before; null: there is none. */
-void confirm(const InitializationAttempt* earlier, const AcceptanceOptions& options,
+ * with the attempt before; null: there is none.
+ * @return false if it was accepted alone, and there is nothing to compare it with */
+bool confirm(const InitializationAttempt* earlier, const AcceptanceOptions& options,
              InitializationAttempt* attempt);
 
 }  // namespace etalon

@@ -34,7 +34,8 @@ struct PipelineInitializers {
 
 /**
  * Asks the initializers about one window after the other until one is accepted, and keeps what they
- * said. With `windows_grow` what is accepted must agree with the attempt before (confirm()).
+ * said. With `windows_grow` what is accepted must agree with the attempt before (confirm()); where
+ * there is none to compare with, the window takes a keyframe sooner (WindowOptions::confirm_after_s).
  *
  * With an initializer for the start at rest: once that has started the odometry, the windows go on;
  * when it refuses one with kTooMuchMotion, and enough of it is in motion, the other one is tried at
@@ -51,7 +52,7 @@ class Starter {
           const WindowOptions& options, const ImuNoiseDensities& noise, bool windows_grow);
 
   /** An attempt at a window; what was accepted is the last of attempts(). */
-  Outcome attempt(const KeyframeWindow& window, const MakeProblem& problem);
+  Outcome attempt(KeyframeWindow* window, const MakeProblem& problem);
 
   /** From the next attempt on the images are later by this, in the IMU's time, than their stamps. */
   void setTimeOffset(double offset_s) { options_.time_offset_s = offset_s; }

@@ -20,6 +20,9 @@ struct WindowOptions {
   VisualInertialBaOptions vi_ba;
   AcceptanceOptions acceptance;
   double gravity_mps2 = 9.81;
+  /** Of growing windows: after so long an additional keyframe confirms an estimate that has none
+   * before it to be compared with, s; 0: the next regular one does. */
+  double confirm_after_s = 0.0;
   /** By which images are later, in the IMU's time, than their stamps: the problem's IMU is moved to
    * the stamps. Not a key. */
   double time_offset_s = 0.0;
