@@ -1,9 +1,7 @@
 #include "window_trial.h"
 
-#include <algorithm>
-
 #include "etalon/benchmark/windows.h"
-#include "etalon/pipeline/nested_windows.h"
+#include "etalon/pipeline/starter.h"
 #include "etalon/runlog/attempt_record.h"
 
 namespace etalon {
@@ -12,54 +10,82 @@ WindowTrial::WindowTrial(const WindowResult& result, const SequenceTracks& track
                          const GroundTruthCheck& ground_truth_check,
                          const BenchmarkProtocol& protocol, const ImuNoiseOptions& noise,
                          const WindowOptions& options)
-    : tracks_(tracks), ground_truth_check_(ground_truth_check), options_(options) {
+    : shape_{result.keyframes, result.rate_hz},
+      first_keyframes_(protocol.min_keyframes > 0 ? protocol.min_keyframes : shape_.keyframes),
+      tracks_(tracks),
+      ground_truth_check_(ground_truth_check),
+      noise_(noise),
+      options_(options),
+      whole_(windowProblem(tracks, protocol.every_s, shape_, result.window, noise, options)),
+      before_(result) {
   options_.check_noise = true;
-  const int last = result.keyframes;
-  const int first = protocol.min_keyframes > 0 ? std::min(protocol.min_keyframes, last) : last;
-  for (int keyframes = first; keyframes <= last; ++keyframes)
-    windows_.push_back(windowOf(result, keyframes, protocol.every_s, noise));
+  std::vector<TimeNs> stamps;
+  for (int k = 0; k < whole_.keyframeCount(); ++k) stamps.push_back(whole_.keyframe(k).t);
+  describe(stamps, &before_);
 }
 
-WindowTrial::Window WindowTrial::windowOf(const WindowResult& result, int keyframes, double every_s,
-                                          const ImuNoiseOptions& noise) const {
-  Window window{result, windowProblem(tracks_, every_s, {keyframes, result.rate_hz}, result.window,
-                                      noise, options_)};
-  WindowResult& before = window.before;
-  std::vector<TimeNs>& stamps = before.attempt.keyframes;
-  for (int k = 0; k < window.problem.keyframeCount(); ++k)
-    stamps.push_back(window.problem.keyframe(k).t);
-  before.gyro_bound = gyroWindowBound(tracks_.ground_truth, tracks_.imu, stamps);
-  for (const TimeNs t : stamps)
-    if (const auto state = tracks_.ground_truth.at(t)) before.truth.push_back(*state);
-  if (!stamps.empty()) {
-    before.t0 = stamps.front();
-    before.attempt.t = stamps.back();
+/** What is known of a window before an initializer has tried it. */
+void WindowTrial::describe(const std::vector<TimeNs>& keyframes, WindowResult* result) const {
+  result->attempt.keyframes = keyframes;
+  result->gyro_bound = gyroWindowBound(tracks_.ground_truth, tracks_.imu, keyframes);
+  result->truth.clear();
+  for (const TimeNs t : keyframes)
+    if (const auto state = tracks_.ground_truth.at(t)) result->truth.push_back(*state);
+  if (!keyframes.empty()) {
+    result->t0 = keyframes.front();
+    result->attempt.t = keyframes.back();
   }
-  return window;
 }
 
 WindowResult WindowTrial::tryWith(const ConfiguredInitializer& initializer) const {
-  InitializationAttempt attempt, earlier;
-  const Window* window = nullptr;
-  for (const Window& next : windows_) {
-    earlier = std::move(attempt);
-    attempt = attemptInitialization(next.problem, *initializer.initializer, options_);
-    if (windows_.size() > 1) confirm(window ? &earlier : nullptr, options_.acceptance, &attempt);
-    if (window) {
-      attempt.initialize_ms += earlier.initialize_ms;
-      attempt.stereo_odometry_ms += earlier.stereo_odometry_ms;
-      attempt.vi_ba_ms += earlier.vi_ba_ms;
-    }
-    window = &next;
-    if (attempt.accepted()) break;
-  }
-  WindowResult result = record(*window, attempt);
+  const bool grows = first_keyframes_ < shape_.keyframes;
+  WindowResult result =
+      record(grows ? grow(initializer)
+                   : attemptInitialization(whole_, *initializer.initializer, options_));
   result.initializer = initializer.plugin.name;
   return result;
 }
 
-WindowResult WindowTrial::record(const Window& window, const InitializationAttempt& attempt) const {
-  WindowResult result = window.before;
+/** The last attempt, with the times of all. */
+InitializationAttempt WindowTrial::grow(const ConfiguredInitializer& initializer) const {
+  Starter starter({initializer.plugin.name, initializer.initializer, nullptr, ""}, {}, options_,
+                  whole_.imuNoise(), true);
+  KeyframeWindow window(shape_.keyframes, shape_.rate_hz);
+  const auto problem = [&](const WindowOptions& options) { return problemOf(window, options); };
+  for (const TrackedFrame& frame : whole_.frames()) {
+    const bool keyframe = window.isKeyframe(frame.t);
+    window.add(frame, keyframe);
+    if (!keyframe || window.regularKeyframes() < first_keyframes_) continue;
+    if (starter.attempt(&window, problem) != Starter::Outcome::kRefused) break;
+  }
+  // The recording ends before the first window is long enough.
+  if (starter.attempts().empty())
+    return attemptInitialization(whole_, *initializer.initializer, options_);
+  InitializationAttempt last = starter.attempts().back();
+  for (size_t i = 0; i + 1 < starter.attempts().size(); ++i) {
+    const InitializationAttempt& earlier = starter.attempts()[i];
+    last.initialize_ms += earlier.initialize_ms;
+    last.stereo_odometry_ms += earlier.stereo_odometry_ms;
+    last.vi_ba_ms += earlier.vi_ba_ms;
+  }
+  return last;
+}
+
+/** Problems are kept, because they share their stereo odometry between the initializers. */
+InitializationProblem WindowTrial::problemOf(const KeyframeWindow& window,
+                                             const WindowOptions& options) const {
+  const std::vector<TimeNs> stamps(window.stamps().begin(), window.stamps().end());
+  auto known = problems_.find(stamps);
+  if (known == problems_.end())
+    known =
+        problems_.emplace(stamps, window.problem(tracks_.calibration, noise_, options, tracks_.imu))
+            .first;
+  return known->second;
+}
+
+WindowResult WindowTrial::record(const InitializationAttempt& attempt) const {
+  WindowResult result = before_;
+  if (attempt.keyframes != before_.attempt.keyframes) describe(attempt.keyframes, &result);
   result.attempt = makeAttemptRecord(attempt, options_.gravity_mps2, tracks_.ground_truth,
                                      ground_truth_check_.foundGravityDirection());
   for (StageRecord& stage : result.attempt.stages) {
@@ -72,7 +98,7 @@ WindowResult WindowTrial::record(const Window& window, const InitializationAttem
 
 WindowResult WindowTrial::lost(const std::string& initializer, const std::string& status,
                                const std::string& how) const {
-  WindowResult result = windows_.back().before;
+  WindowResult result = before_;
   result.initializer = initializer;
   result.attempt.status = status;
   result.attempt.reason = how;

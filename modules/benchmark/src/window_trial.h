@@ -1,15 +1,18 @@
 #pragma once
 
+#include <map>
 #include <string>
+#include <vector>
 
 #include "etalon/benchmark/record.h"
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/pipeline/keyframe_window.h"
 #include "etalon/pipeline/run_configuration.h"
 
 namespace etalon {
 
-/** One window of a recording, which initializers try; or windows that grow from one keyframe to the
- * next, as in a run (confirm()), until a start is accepted. */
+/** One window of a recording, which initializers try; or windows that grow as in a run (Starter),
+ * until a start is accepted. */
 class WindowTrial {
  public:
   /**
@@ -29,18 +32,21 @@ class WindowTrial {
                     const std::string& how) const;
 
  private:
-  struct Window {
-    WindowResult before;  ///< what is known before an initializer has tried it
-    InitializationProblem problem;
-  };
-  Window windowOf(const WindowResult& result, int keyframes, double every_s,
-                  const ImuNoiseOptions& noise) const;
-  WindowResult record(const Window& window, const InitializationAttempt& attempt) const;
+  void describe(const std::vector<TimeNs>& keyframes, WindowResult* result) const;
+  InitializationAttempt grow(const ConfiguredInitializer& initializer) const;
+  InitializationProblem problemOf(const KeyframeWindow& window, const WindowOptions& options) const;
+  WindowResult record(const InitializationAttempt& attempt) const;
 
+  WindowShape shape_;
+  int first_keyframes_;  ///< of the first window that is tried
   const SequenceTracks& tracks_;
   const GroundTruthCheck& ground_truth_check_;
+  ImuNoiseOptions noise_;
   WindowOptions options_;
-  std::vector<Window> windows_;  ///< each holds those before it
+  InitializationProblem whole_;
+  WindowResult before_;  ///< of the whole window, what is known before an initializer has tried it
+  /** Of windows that grow, by their keyframes. */
+  mutable std::map<std::vector<TimeNs>, InitializationProblem> problems_;
 };
 
 }  // namespace etalon

@@ -133,6 +133,12 @@ TEST_F(Trial, AWindowGrowsUntilTwoAgreeOnWhatIsWanted) {
   EXPECT_GE(grown.attempt.keyframes.size(), 4U);
   EXPECT_EQ(grown.truth.size(), grown.attempt.keyframes.size());
   EXPECT_EQ(grown.attempt.stages.back().states.size(), grown.attempt.keyframes.size());
+  // An additional keyframe confirms it sooner.
+  options_.confirm_after_s = 0.1;
+  const WindowResult sooner = window(0, 10, 3).tryWith(named("map"));
+  ASSERT_TRUE(sooner.attempt.accepted()) << sooner.attempt.reason;
+  EXPECT_NEAR(grown.seconds() - sooner.seconds(), 0.15, 1e-6);
+  EXPECT_EQ(sooner.attempt.keyframes.size(), grown.attempt.keyframes.size());
   // What cannot be met makes it grow to the end.
   options_.acceptance.velocity_mps = 0.0;
   const WindowResult refused = window(0, 6, 3).tryWith(named("map"));
