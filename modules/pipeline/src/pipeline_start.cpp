@@ -17,7 +17,8 @@ void Pipeline::tryInitialize() {
   // A keyframe from before the first sample would have every window that it is in refused.
   if (!imu_.empty())
     window_.dropBefore(imu_.samples().front().t - durationNs(std::min(0.0, starter_.timeOffset())));
-  if (window_.regularKeyframes() < (options_.windowsGrow() ? options_.min_keyframes : options_.keyframes))
+  if (window_.regularKeyframes() <
+      (options_.windowsGrow() ? options_.min_keyframes : options_.keyframes))
     return;
   const Starter::Outcome outcome = starter_.attempt(&window_, [this](const WindowOptions& options) {
     return window_.problem(calibration_, options_.imu_noise, options, imu_);
