@@ -31,4 +31,15 @@ Eigen::VectorXd relativePoseErrors(const std::vector<StampedState>& states,
   return errors;
 }
 
+Eigen::MatrixXd covarianceAround(const Initialization& better, const Initialization& estimate) {
+  const Eigen::MatrixXd& P = better.covariance;
+  if (P.size() == 0) return {};
+  Eigen::VectorXd d(P.rows());
+  d.head<11>() =
+      estimationError(estimate.states, estimate.bias,
+                      {better.states.front().T_WB.R, better.states.back().v_WB, better.bias});
+  if (P.rows() > 11) d.tail(P.rows() - 11) = relativePoseErrors(estimate.states, better.states);
+  return d * d.transpose() + P;
+}
+
 }  // namespace etalon

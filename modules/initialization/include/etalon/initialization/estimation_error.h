@@ -36,4 +36,13 @@ Eigen::Matrix<double, 11, 1> estimationError(const std::vector<StampedState>& st
 Eigen::VectorXd relativePoseErrors(const std::vector<StampedState>& states,
                                    const std::vector<StampedState>& truth);
 
+/**
+ * Initialization::covariance of an estimate that is known to be off, from a better one of the same
+ * window with a covariance P of its own. With d the first less the second the error is d and that
+ * of the better one. If that has no mean given d, the mean square is d d^T + P: so it is where the
+ * better one leaves little unused of what the window says, or d is far larger than its errors.
+ * @return of the size of P; empty if the better one has none
+ */
+Eigen::MatrixXd covarianceAround(const Initialization& better, const Initialization& estimate);
+
 }  // namespace etalon

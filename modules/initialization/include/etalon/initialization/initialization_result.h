@@ -26,8 +26,8 @@ struct Initialization {
   ImuBias bias;                      ///< of the whole window; Initializer copies it to the states
   std::map<LandmarkId, Eigen::Vector3d> landmarks;  ///< p_W, m; may be empty
   /**
-   * Covariance of the errors, estimate less truth, in this order, 11 x 11 or, with the poses,
-   * 11 + 6(N-1) square for N keyframes; empty where the method has none:
+   * Covariance of the errors (of those with a mean the mean square), estimate less truth, in this
+   * order, 11 x 11 or, with the poses, 11 + 6(N-1) square for N keyframes; empty if there is none:
    *   0..2   b_g, rad/s, in B
    *   3..5   b_a, m/s^2, in B
    *   6..7   tilt of the world, rad, about the x and y axes of W:
