@@ -109,11 +109,20 @@ MatrixXd whiteningOf(const CombinedRows& rows, const StateErrors& errors) {
 
 /** Of the second solution. */
 struct Refinement {
-  MatrixXd g_basis;
+  MatrixXd g_by_tilt;          ///< of gravity's error by that of the first two unknowns, 3 x 2
   MatrixXd by_rows, by_prior;  ///< by T r, and by the mean of the prior on b_a
   VectorXd change;
 };
 
+/** d(magnitude g / |g|)/dg. */
+Eigen::Matrix3d alongSphere(const Vector3d& g, double magnitude) {
+  const Vector3d down = g.normalized();
+  return magnitude / g.norm() * (Eigen::Matrix3d::Identity() - down * down.transpose());
+}
+
+/** The error of gravity is a chord of its sphere, from the truth to the estimate. Where b_a has no
+ * prior it is far longer than the step's start is from the truth, so the chord has the direction
+ * that the sphere has halfway along the step. */
 Expected<Refinement> refine(const InitializationProblem& problem, const CombinedRows& rows,
                             const MatrixXd& others, const CombinedRowsOptions& options,
                             VisualFrameEstimate* estimate) {
@@ -128,9 +137,10 @@ Expected<Refinement> refine(const InitializationProblem& problem, const Combined
   MatrixXd M(n, unknowns), all(n + prior.rows(), unknowns);
   M.rightCols(others.cols()) = others;
   M.middleCols<3>(kAccel) = rows.accel;
+  const double magnitude = problem.gravityMagnitude();
   for (int pass = 0; pass < options.passes; ++pass) {
-    r.g_basis = problem.gravityMagnitude() * tangentBasis(estimate->g_V);
-    M.leftCols<2>() = rows.gravity * r.g_basis;
+    const MatrixXd basis = magnitude * tangentBasis(estimate->g_V);
+    M.leftCols<2>() = rows.gravity * basis;
     all << whitening * M, prior;
     const LeastSquares solution(all);
     if (!(solution.condition <= options.max_condition))
@@ -138,8 +148,8 @@ Expected<Refinement> refine(const InitializationProblem& problem, const Combined
     r.by_rows = solution.response.leftCols(n) * whitening;
     r.by_prior = solution.response.rightCols(prior.rows()) * prior.middleCols(kAccel, 3);
     r.change = r.by_rows * (rows.y - rows.gravity * estimate->g_V);
-    estimate->g_V =
-        problem.gravityMagnitude() * (estimate->g_V + r.g_basis * r.change.head<2>()).normalized();
+    r.g_by_tilt = alongSphere(estimate->g_V + 0.5 * basis * r.change.head<2>(), magnitude) * basis;
+    estimate->g_V = magnitude * (estimate->g_V + basis * r.change.head<2>()).normalized();
   }
   return r;
 }
@@ -153,7 +163,7 @@ CombinedErrors errorsOf(const Refinement& refined, const CombinedRows& rows,
     solution += refined.by_prior * errors.sources.priorMean().bottomRows<3>();
   CombinedErrors result;
   result.accel = solution.middleRows<3>(kAccel);
-  result.gravity = refined.g_basis * solution.topRows<2>();
+  result.gravity = refined.g_by_tilt * solution.topRows<2>();
   Index at = kOthers;
   if (options.first_velocity) {
     result.first_velocity = solution.middleRows<3>(at);
