@@ -1,4 +1,7 @@
+#include <optional>
+
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/linear_alignment.h"
@@ -79,8 +82,8 @@ class Drt : public Initializer {
         !down)
       return refuse(down.error());
     const ImuAlignment imu(R_VB, preintegrations, problem.gravityMagnitude(),
-                           problem.priors().mean.accel,
-                           estimate_accel_bias_ ? problem.priors().sigma_accel_mps2 : 0.0);
+                           problem.priors().mean.accel, problem.priors().sigma_accel_mps2,
+                           !estimate_accel_bias_);
     LinearState state = imu.start();
     const SolverSummary linear = solvePasses(imu, &constraint, &state);
     if (!linear.usable())
@@ -95,14 +98,19 @@ class Drt : public Initializer {
       return refuse(RefusalStatus::kNotConverged, "the reprojection errors of ",
                     refinement.landmarks(), " landmarks did not come to rest in ",
                     Value(3 * passes_), " passes");
+    const Window window{problem, preintegrations, bias, R_VB, nec->covariance};
+    const LinearState linear_state = state;
     if (!tight_) {
-      const auto aligned = align(problem, preintegrations, bias, R_VB, &state);
+      const auto aligned = align(window, &state);
       if (!aligned) return refuse(aligned.error());
     }
-    Initialization result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
-    // A held b_a and the rays of the linear solution count as exact: they report no error.
-    if (refine_ && tight_ && estimate_accel_bias_)
-      result.covariance = refinement.covariance(imu, state, nec->covariance);
+    Initialization result;
+    if (refine_) {
+      result = withCovariance(window, imu, refinement, state);
+    } else {
+      result = alignWithGravity(problem, estimateOf(R_VB, state, bias.gyro));
+      result.covariance = covarianceOfLinear(window, linear_state, result, &refinement);
+    }
     result.timings = {{"normal_epipolar", nec_ms}, {"translation", watch.lapMilliseconds()}};
     return result;
   }
@@ -166,21 +174,72 @@ class Drt : public Initializer {
     return summary;
   }
 
+  /** What all solutions have in common. */
+  struct Window {
+    const InitializationProblem& problem;
+    const std::vector<Preintegration>& preintegrations;
+    const ImuBias& bias;
+    const std::vector<Matrix3d>& R_VB;
+    const Matrix3d& gyro_bias_covariance;
+  };
+
   /** Velocities and gravity of the loose variant from its positions. */
-  static Expected<void> align(const InitializationProblem& problem,
-                              const std::vector<Preintegration>& preintegrations,
-                              const ImuBias& bias, const std::vector<Matrix3d>& R_VB,
-                              LinearState* state) {
-    const VisualFrameEstimate poses = estimateOf(R_VB, *state, bias.gyro);
-    const LinearAlignmentResult aligned = alignVelocitiesAndGravity(
-        poses.T_VB, preintegrations, bias, problem.gravityMagnitude(), state->g_V);
+  static Expected<void> align(const Window& window, LinearState* state) {
+    const VisualFrameEstimate poses = estimateOf(window.R_VB, *state, window.bias.gyro);
+    const LinearAlignmentResult aligned =
+        alignVelocitiesAndGravity(poses.T_VB, window.preintegrations, window.bias,
+                                  window.problem.gravityMagnitude(), state->g_V);
     if (!aligned.summary.usable())
       return refuse(RefusalStatus::kIllConditioned, "velocities and gravity are not determined by ",
-                    Value(R_VB.size()), " positions");
+                    Value(window.R_VB.size()), " positions");
     state->v = aligned.v_VB;
     state->g_V = aligned.g_V;
-    state->b_a = bias.accel;
+    state->b_a = window.bias.accel;
     return {};
+  }
+
+  /** A refined solution with its covariance. */
+  Initialization withCovariance(const Window& window, const ImuAlignment& imu,
+                                const ReprojectionRefinement& refinement,
+                                const LinearState& state) const {
+    VisualFrameEstimate estimate = estimateOf(window.R_VB, state, window.bias.gyro);
+    if (!tight_) estimate.errors = looseErrors(window, estimate, refinement.positionErrors());
+    Initialization result = alignWithGravity(window.problem, estimate);
+    if (tight_) result.covariance = refinement.covariance(imu, state, window.gyro_bias_covariance);
+    return result;
+  }
+
+  /**
+   * The linear solution is off by what two steps of the refinement move it: the square of what is
+   * left is nothing. b_a is then estimated with its prior, whether it was held or not.
+   */
+  Eigen::MatrixXd covarianceOfLinear(const Window& window, LinearState state,
+                                     const Initialization& linear,
+                                     ReprojectionRefinement* refinement) const {
+    const BiasPriors& priors = window.problem.priors();
+    const ImuAlignment imu(window.R_VB, window.preintegrations, window.problem.gravityMagnitude(),
+                           priors.mean.accel, priors.sigma_accel_mps2);
+    constexpr int kSteps = 2;
+    const SolverSummary steps = refinement->refine(tight_ ? &imu : nullptr, kSteps, &state);
+    if (!steps.usable() || (!tight_ && !align(window, &state))) return {};
+    return covarianceAround(withCovariance(window, imu, *refinement, state), linear);
+  }
+
+  /** The gyro turns the poses, positions follow, and the linear alignment takes up both. */
+  static std::optional<StateErrors> looseErrors(
+      const Window& window, const VisualFrameEstimate& estimate,
+      const std::optional<ReprojectionRefinement::PositionErrors>& positions) {
+    if (!positions) return std::nullopt;
+    StateErrors errors{ErrorSources(window.problem, window.preintegrations, positions->covariance,
+                                    window.gyro_bias_covariance),
+                       {}};
+    errors.map = errors.sources.priorMean();
+    errors.map.topRows<3>() = errors.sources.measuredGyroBias();
+    errors.poses = gyroPoseErrors(window.preintegrations, positions->by_rotation, errors);
+    if (!alignErrors(estimate.T_VB, window.preintegrations, window.bias, {}, estimate.g_V,
+                     errors.poses, &errors))
+      return std::nullopt;
+    return errors;
   }
 
   bool tight_ = true;

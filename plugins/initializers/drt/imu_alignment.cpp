@@ -14,12 +14,13 @@ using Eigen::Vector3d;
 
 ImuAlignment::ImuAlignment(const std::vector<Matrix3d>& R_VB,
                            const std::vector<Preintegration>& preintegrations, double gravity_mps2,
-                           const Vector3d& prior_mean, double prior_sigma)
+                           const Vector3d& prior_mean, double prior_sigma, bool held)
     : R_VB_(R_VB),
       preintegrations_(preintegrations),
       gravity_mps2_(gravity_mps2),
       prior_mean_(prior_mean),
-      prior_sigma_(prior_sigma) {}
+      prior_sigma_(prior_sigma),
+      held_(held || !(prior_sigma > 0.0)) {}
 
 LinearState ImuAlignment::start() const {
   LinearState state;
@@ -89,9 +90,14 @@ void ImuAlignment::addTo(const LinearState& state, Eigen::MatrixXd* H,
 }
 
 double ImuAlignment::priorInformation() const {
-  // A fixed b_a is one with far more information than anything else provides.
-  constexpr double kFixed = 1e18;
-  return prior_sigma_ > 0.0 ? 1.0 / (prior_sigma_ * prior_sigma_) : kFixed;
+  // A held b_a is one with far more information than anything else provides.
+  constexpr double kHeld = 1e18;
+  return held_ ? kHeld : 1.0 / (prior_sigma_ * prior_sigma_);
+}
+
+double ImuAlignment::priorScore() const {
+  const double score = priorInformation() * prior_sigma_;
+  return score * score;
 }
 
 ImuAlignment::NoiseResponse ImuAlignment::noiseResponse(const LinearState& state,

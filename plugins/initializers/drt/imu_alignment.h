@@ -25,11 +25,12 @@ class ImuAlignment {
  public:
   /**
    * @param preintegrations N-1, integrated at `b_g` and the prior's mean of b_a
-   * @param prior_sigma standard deviation of b_a, m/s^2; 0: b_a is held at the prior's mean
+   * @param prior_sigma standard deviation of b_a, m/s^2; 0: b_a is held
+   * @param held b_a stays at the prior's mean, however far it may be from that
    */
   ImuAlignment(const std::vector<Eigen::Matrix3d>& R_VB,
                const std::vector<Preintegration>& preintegrations, double gravity_mps2,
-               const Eigen::Vector3d& prior_mean, double prior_sigma);
+               const Eigen::Vector3d& prior_mean, double prior_sigma, bool held = false);
 
   Eigen::Index size() const { return 6 * R_VB_.size() + 5; }
 
@@ -40,6 +41,8 @@ class ImuAlignment {
   void addTo(const LinearState& state, Eigen::MatrixXd* H, Eigen::VectorXd* gradient) const;
 
   double priorInformation() const;
+  /** Variance of the gradient of addTo() by b_a that is the prior's: how far b_a is from its mean. */
+  double priorScore() const;
 
   /**
    * How the sources of error reach the rotations and the gradient. The sources are the IMU's noise,
@@ -70,6 +73,7 @@ class ImuAlignment {
   double gravity_mps2_;
   Eigen::Vector3d prior_mean_;
   double prior_sigma_;
+  bool held_;
 };
 
 }  // namespace etalon::plugins

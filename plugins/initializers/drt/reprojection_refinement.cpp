@@ -79,17 +79,15 @@ SolverSummary ReprojectionRefinement::refine(const ImuAlignment* imu, int passes
 }
 
 MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const LinearState& state,
-                                            const Matrix3d& gyro_bias) {
+                                            const Matrix3d& gyro_bias) const {
   const Index n = 3 * R_VB_.size(), all = 2 * n + 5;
-  tracks_.triangulate(poses(state));
-  tracks_.linearize(poses(state));
   const double fisher = tracks_.fisherShare();
   MatrixXd H = MatrixXd::Zero(all, all);
   VectorXd ignored = VectorXd::Zero(all);
   addTo(fisher, &H, &ignored);
   // The gradient's noise from pixels and prior.
   MatrixXd noise = H;
-  noise.diagonal().tail<3>().array() += imu.priorInformation();
+  noise.diagonal().tail<3>().array() += imu.priorScore();
   imu.addTo(state, &H, &ignored);
   // The IMU's noise and b_g reach the gradient through the rotations and the IMU's equations.
   const ImuAlignment::NoiseResponse response = imu.noiseResponse(state, gyro_bias);
@@ -118,6 +116,25 @@ MatrixXd ReprojectionRefinement::covariance(const ImuAlignment& imu, const Linea
       by_gradient * noise.bottomRightCorner(unknowns, unknowns) * by_gradient.transpose();
   const Matrix3d R_WV = rotationBetween(state.g_V, -Vector3d::UnitZ());
   return covarianceInWorld(P, R_WV, R_WV * state.v.back(), state.g_V.norm());
+}
+
+std::optional<ReprojectionRefinement::PositionErrors> ReprojectionRefinement::positionErrors()
+    const {
+  const Index n = 3 * (R_VB_.size() - 1);
+  std::vector<Index> rotations, positions;
+  for (Index i = 0; i < n; ++i) {
+    rotations.push_back(6 * (i / 3) + i % 3);
+    positions.push_back(rotations.back() + 3);
+  }
+  const MatrixXd S_pp = tracks_.S()(positions, positions);
+  const Eigen::LLT<MatrixXd> information(S_pp);
+  if (information.info() != Eigen::Success) return std::nullopt;
+  PositionErrors errors;
+  errors.covariance = MatrixXd::Zero(2 * n, 2 * n);
+  errors.covariance(positions, positions) =
+      information.solve(MatrixXd::Identity(n, n)) / tracks_.fisherShare();
+  errors.by_rotation = -information.solve(tracks_.S()(positions, rotations).eval());
+  return errors;
 }
 
 }  // namespace etalon::plugins

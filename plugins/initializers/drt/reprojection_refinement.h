@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "etalon/initialization/initialization_problem.h"
@@ -32,14 +33,22 @@ class ReprojectionRefinement {
   int landmarks() const { return tracks_.validCount(); }
 
   /**
-   * Covariance of the error of what refine() has found with `imu`, in the order and the world of
-   * Initialization::covariance. Its sources are the noise of pixels and IMU (through the rotations,
-   * too), the gyro bias and the prior on b_a.
+   * Covariance of the error of what refine() has found with `imu`, by the tracks of its last pass, in
+   * the order and the world of Initialization::covariance. Its sources are the noise of pixels and IMU (through the rotations,
+   * too), the gyro bias and the prior on b_a, whether that is estimated or held.
    * @param gyro_bias covariance of b_g, (rad/s)^2; b_g counts as independent of the pixels
    * @return empty if the system is singular
    */
   Eigen::MatrixXd covariance(const ImuAlignment& imu, const LinearState& state,
-                             const Eigen::Matrix3d& gyro_bias);
+                             const Eigen::Matrix3d& gyro_bias) const;
+
+  /** How the positions of keyframes 1.. that refine() has found without `imu` err. */
+  struct PositionErrors {
+    Eigen::MatrixXd covariance;   ///< by the pixels, of [rotation, position], rotations exact
+    Eigen::MatrixXd by_rotation;  ///< 3(N-1) x 3(N-1), m/rad
+  };
+  /** @return nothing if the tracks do not determine the positions */
+  std::optional<PositionErrors> positionErrors() const;
 
  private:
   std::vector<SE3> poses(const LinearState& state) const;

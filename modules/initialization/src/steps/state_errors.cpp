@@ -14,10 +14,16 @@ using Eigen::Vector3d;
 ErrorSources::ErrorSources(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
                            const Matrix3d& measured_gyro_bias)
+    : ErrorSources(problem, preintegrations, problem.visualSolution()->covariance,
+                   measured_gyro_bias) {}
+
+ErrorSources::ErrorSources(const InitializationProblem& problem,
+                           const std::vector<Preintegration>& preintegrations,
+                           const MatrixXd& poses, const Matrix3d& measured_gyro_bias)
     : intervals_(preintegrations.size()) {
   const Index n = 15 * intervals_ + 9;
   covariance_ = MatrixXd::Zero(n, n);
-  covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = problem.visualSolution()->covariance;
+  covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = poses;
   for (Index k = 0; k < intervals_; ++k)
     covariance_.block<9, 9>(6 * intervals_ + 9 * k, 6 * intervals_ + 9 * k) =
         preintegrations[k].covariance9();

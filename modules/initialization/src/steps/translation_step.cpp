@@ -30,6 +30,28 @@ std::vector<Eigen::Matrix3d> integrateRotations(const Eigen::Matrix3d& R_WB0,
   return R_WB;
 }
 
+Eigen::MatrixXd gyroPoseErrors(const std::vector<Preintegration>& preintegrations,
+                               const Eigen::MatrixXd& position_by_rotation,
+                               const StateErrors& errors) {
+  using Eigen::Index;
+  using Eigen::MatrixXd;
+  const Index n = preintegrations.size();
+  const MatrixXd imu = errors.sources.imu();
+  MatrixXd poses = errors.sources.poses();
+  MatrixXd moved(3 * n, poses.cols());  // from the rotations of the sources
+  MatrixXd rotation = MatrixXd::Zero(3, poses.cols());
+  for (Index k = 0; k < n; ++k) {
+    const Preintegration& p = preintegrations[k];
+    rotation = p.deltas().dR.transpose() * rotation + p.dR_dbg() * errors.map.topRows<3>() +
+               imu.middleRows<3>(9 * k);
+    moved.middleRows<3>(3 * k) = rotation - poses.middleRows<3>(6 * k);
+    poses.middleRows<3>(6 * k) = rotation;
+  }
+  const MatrixXd positions = position_by_rotation * moved;
+  for (Index k = 0; k < n; ++k) poses.middleRows<3>(6 * k + 3) += positions.middleRows<3>(3 * k);
+  return poses;
+}
+
 namespace {
 
 /** The 3-DoF bundle adjustment from the rotations of `T_VB`. */
@@ -57,32 +79,6 @@ std::map<LandmarkId, Eigen::Vector3d> knownLandmarks(const BundleProblem& bundle
     if (bundle.landmarks[l].known)
       result[bundle.window.landmark_ids[l]] = bundle.landmarks[l].position;
   return result;
-}
-
-/**
- * Errors of the poses after the step, 6(N-1) rows: the rotations have the gyro's noise and what b_g
- * is off; the positions, which stereo odometry has found best at its own rotations, move with the
- * rotations that replace them.
- */
-Eigen::MatrixXd poseErrors(const std::vector<Preintegration>& preintegrations,
-                           const Eigen::MatrixXd& position_by_rotation, const StateErrors& errors) {
-  using Eigen::Index;
-  using Eigen::MatrixXd;
-  const Index n = preintegrations.size();
-  const MatrixXd imu = errors.sources.imu();
-  MatrixXd poses = errors.sources.poses();
-  MatrixXd moved(3 * n, poses.cols());  // from the rotations of stereo odometry
-  MatrixXd rotation = MatrixXd::Zero(3, poses.cols());
-  for (Index k = 0; k < n; ++k) {
-    const Preintegration& p = preintegrations[k];
-    rotation = p.deltas().dR.transpose() * rotation + p.dR_dbg() * errors.map.topRows<3>() +
-               imu.middleRows<3>(9 * k);
-    moved.middleRows<3>(3 * k) = rotation - poses.middleRows<3>(6 * k);
-    poses.middleRows<3>(6 * k) = rotation;
-  }
-  const MatrixXd positions = position_by_rotation * moved;
-  for (Index k = 0; k < n; ++k) poses.middleRows<3>(6 * k + 3) += positions.middleRows<3>(3 * k);
-  return poses;
 }
 
 }  // namespace
@@ -117,7 +113,7 @@ Expected<TranslationStep> solveTranslationStep(const InitializationProblem& prob
   step.estimate.g_V = alignment.g_V;
   if (bias_errors) {
     StateErrors errors = *bias_errors;
-    errors.poses = poseErrors(preintegrations, ba->position_by_rotation, errors);
+    errors.poses = gyroPoseErrors(preintegrations, ba->position_by_rotation, errors);
     if (alignErrors(step.estimate.T_VB, preintegrations, bias, {}, alignment.g_V, errors.poses,
                     &errors))
       step.estimate.errors = errors;

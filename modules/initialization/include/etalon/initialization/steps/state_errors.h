@@ -26,6 +26,10 @@ class ErrorSources {
   ErrorSources(const InitializationProblem& problem,
                const std::vector<Preintegration>& preintegrations,
                const Eigen::Matrix3d& measured_gyro_bias = Eigen::Matrix3d::Zero());
+  /** The same with poses that are not stereo odometry's. @param poses their covariance */
+  ErrorSources(const InitializationProblem& problem,
+               const std::vector<Preintegration>& preintegrations, const Eigen::MatrixXd& poses,
+               const Eigen::Matrix3d& measured_gyro_bias);
 
   /** Of keyframes 1.., [rotation, position] as VisualSolution::covariance: 6(N-1) rows. */
   Eigen::MatrixXd poses() const { return select(0, 6 * intervals_); }

@@ -31,6 +31,16 @@ std::vector<Eigen::Matrix3d> integrateRotations(const Eigen::Matrix3d& R_WB0,
                                                 const ImuBias& bias);
 
 /**
+ * Errors of poses, 6(N-1) rows, whose rotations are the gyro's, integrated: they have its noise and
+ * what b_g is off. The positions have been found best at the rotations of the errors' sources, and
+ * move with those that replace them.
+ * @param position_by_rotation 3(N-1) x 3(N-1), m/rad
+ */
+Eigen::MatrixXd gyroPoseErrors(const std::vector<Preintegration>& preintegrations,
+                               const Eigen::MatrixXd& position_by_rotation,
+                               const StateErrors& errors);
+
+/**
  * Step 3 of ETA and Stereo-NEC (Wang et al., ICRA 2024): the rotations of stereo odometry are
  * replaced by the gyro's with `bias` removed, the translations found by 3-DoF bundle adjustment,
  * then velocities and gravity anew by weighted linear least squares on the new poses.
