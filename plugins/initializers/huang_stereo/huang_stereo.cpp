@@ -3,6 +3,7 @@
 #include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/combined_rows.h"
 #include "hand_eye.h"
@@ -102,20 +103,29 @@ class HuangStereo : public Initializer {
                     " is wanted; turn about two axes");
     const double hand_eye_ms = watch.lapMilliseconds();
     const SE3& T_BC = problem.calibration().cameras[0].T_BC;
-    VisualFrameEstimate estimate;
-    estimate.T_VB = cameraPath(visual, T_BC, hand_eye->R_BC);
-    estimate.bias = hand_eye->bias;
+    VisualFrameEstimate at_camera;
+    at_camera.T_VB = cameraPath(visual, T_BC, hand_eye->R_BC);
+    at_camera.bias = hand_eye->bias;
+    at_camera.errors = hand_eye->errors;
+    if (at_camera.errors)
+      at_camera.errors->poses = pathErrors(visual, T_BC, *hand_eye, at_camera.T_VB);
+    VisualFrameEstimate estimate = at_camera;
     // Unweighted, errors of p_BC are of decimetres, and what they make of the rest is not linear.
-    if (options_.weighted || !free_translation_) estimate.errors = hand_eye->errors;
-    if (estimate.errors)
-      estimate.errors->poses = pathErrors(visual, T_BC, *hand_eye, estimate.T_VB);
-    const auto p_BC = solveTranslation(problem, *hand_eye, &estimate);
+    const bool linear = options_.weighted || !free_translation_;
+    if (!linear) estimate.errors.reset();
+    const auto p_BC = solveTranslation(problem, *hand_eye, options_, &estimate);
     if (!p_BC) return refuse(p_BC.error());
     // Landmarks go with the camera.
     const SE3 T_new_old =
         estimate.T_VB[0] * SE3(hand_eye->R_BC, *p_BC) * (visual.T_VB[0] * T_BC).inverse();
     for (const auto& [id, p_V] : visual.landmarks) estimate.landmarks[id] = T_new_old * p_V;
     Initialization result = alignWithGravity(problem, estimate);
+    if (!linear && at_camera.errors) {
+      CombinedRowsOptions weighted = options_;
+      weighted.weighted = true;
+      if (solveTranslation(problem, *hand_eye, weighted, &at_camera))
+        result.covariance = covarianceAround(alignWithGravity(problem, at_camera), result);
+    }
     result.T_BC = SE3(hand_eye->R_BC, *p_BC);
     result.timings = {{"hand_eye", hand_eye_ms}, {"triples", watch.lapMilliseconds()}};
     return result;
@@ -124,6 +134,7 @@ class HuangStereo : public Initializer {
  private:
   /** Gravity, b_a and p_BC from the triples; moves the poses from the camera to the body. */
   Expected<Vector3d> solveTranslation(const InitializationProblem& problem, const HandEye& hand_eye,
+                                      const CombinedRowsOptions& options,
                                       VisualFrameEstimate* estimate) const {
     const std::vector<Preintegration>& pairs = hand_eye.preintegrations;
     const VisualFrameEstimate at_camera = *estimate;
@@ -141,7 +152,7 @@ class HuangStereo : public Initializer {
       }
       const CombinedRows triples(problem, pairs, *estimate, triplesOfPairs(estimate->T_VB, pairs),
                                  free_translation_ ? leverColumns(estimate->T_VB) : MatrixXd());
-      const auto change = solveCombinedRows(problem, triples, options_, estimate);
+      const auto change = solveCombinedRows(problem, triples, options, estimate);
       if (!change) return refuse(change.error());
       if (!free_translation_) continue;
       if (estimate->errors) estimate->errors->poses.resize(0, 0);  // p_BC's are not followed

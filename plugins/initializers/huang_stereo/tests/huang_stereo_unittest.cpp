@@ -61,6 +61,12 @@ TEST(HuangStereo, IsExactWithTheTranslationOfTheCalibration) {
   }
 }
 
+TEST(HuangStereo, ErrsAsItsCovarianceSays) {
+  // Where p_BC is free the poses' errors are not followed.
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.15, false);
+  testing::expectErrsAsItsCovarianceSays(*load("translation = calibration"), 0.1);
+}
+
 TEST(HuangStereo, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load("translation = calibration"); },
                           testing::noisyOptions(Motion::kAggressive, 0.1, kBiases));
