@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/combined_rows.h"
 #include "etalon/initialization/steps/gyro_bias_of_rotations.h"
@@ -80,43 +81,56 @@ class Kneip : public Initializer {
     const auto gyro = gyroBiasOfRotations(problem, visual, RowWeights::kImu, gyro_passes_);
     if (!gyro) return refuse(gyro.error());
     const double gyro_ms = watch.lapMilliseconds();
-    VisualFrameEstimate estimate = gyro->estimate(problem, visual);
-    if (const auto done = findGravity(problem, gyro->preintegrations, &estimate); !done)
+    const VisualFrameEstimate poses = gyro->estimate(problem, visual);
+    const CombinedRows equation(problem, gyro->preintegrations, poses,
+                                deltaVelocity(poses.T_VB, gyro->preintegrations));
+    VisualFrameEstimate estimate = poses;
+    if (const auto done = findGravity(problem, equation, &estimate); !done)
       return refuse(done.error());
     Initialization result = alignWithGravity(problem, estimate);
+    if (free_scale_) {
+      VisualFrameEstimate free = poses;
+      if (const auto done = findScale(problem, equation, &free); !done) return refuse(done.error());
+      free.errors.reset();  // one equation for two unknowns: its errors are those of the scale
+      Initialization scaled = alignWithGravity(problem, free);
+      scaled.covariance = covarianceAround(result, scaled);
+      result = std::move(scaled);
+    }
     result.timings = {{"gyro_bias", gyro_ms}, {"delta_velocity", watch.lapMilliseconds()}};
     return result;
   }
 
  private:
-  /** Gravity and velocities, and the scale where it is free. */
-  Expected<void> findGravity(const InitializationProblem& problem,
-                             const std::vector<Preintegration>& pairs,
+  /** Gravity and velocities at the scale of the stereo camera. */
+  Expected<void> findGravity(const InitializationProblem& problem, const CombinedRows& equation,
                              VisualFrameEstimate* estimate) const {
     const double magnitude = problem.gravityMagnitude();
-    const CombinedRows equation(problem, pairs, *estimate, deltaVelocity(estimate->T_VB, pairs));
     // gravity g + scale (s - 1) = y, and the matrix of gravity is a time times the identity.
     const Matrix3d by_y = Matrix3d(equation.gravity).inverse();
-    Vector3d g = by_y * equation.y;
+    const Vector3d g = by_y * equation.y;
     const auto plausible = checkFreeGravity(g.norm(), magnitude, max_gravity_deviation_);
     if (!plausible) return refuse(plausible.error());
-    double scale = 1.0;
-    if (free_scale_) {
-      const Vector3d path = by_y * equation.scale;  // g = (y - scale (s - 1)) / time
-      const auto at = scaleOf(g + path, -path, magnitude);
-      if (!at)
-        return refuse(RefusalStatus::kImplausible,
-                      "with no scale does the change of velocity leave gravity its magnitude");
-      scale = *at;
-      g -= path * (scale - 1.0);
-    }
     estimate->g_V = magnitude * g.normalized();
-    if (estimate->errors && !free_scale_) addGravityErrors(equation, by_y, g, estimate);
-    if (free_scale_) {
-      estimate->errors.reset();  // one equation for two unknowns of the same size
-      rescale(scale, equation.camera, estimate);
-    }
-    solveVelocities(pairs, nullptr, estimate);
+    if (estimate->errors) addGravityErrors(equation, by_y, g, estimate);
+    solveVelocities(equation.pairs, nullptr, estimate);
+    return {};
+  }
+
+  /** The same with the scale at which gravity has its magnitude. */
+  static Expected<void> findScale(const InitializationProblem& problem,
+                                  const CombinedRows& equation, VisualFrameEstimate* estimate) {
+    const double magnitude = problem.gravityMagnitude();
+    const Matrix3d by_y = Matrix3d(equation.gravity).inverse();
+    Vector3d g = by_y * equation.y;
+    const Vector3d path = by_y * equation.scale;  // g = (y - scale (s - 1)) / time
+    const auto scale = scaleOf(g + path, -path, magnitude);
+    if (!scale)
+      return refuse(RefusalStatus::kImplausible,
+                    "with no scale does the change of velocity leave gravity its magnitude");
+    g -= path * (*scale - 1.0);
+    estimate->g_V = magnitude * g.normalized();
+    rescale(*scale, equation.camera, estimate);
+    solveVelocities(equation.pairs, nullptr, estimate);
     return {};
   }
 

@@ -47,6 +47,11 @@ TEST(Kneip, AFreeScaleIsThatAtWhichGravityHasItsMagnitude) {
   EXPECT_LT(std::abs(runOn(window, options, *load("free_scale = true")).errors.scale_error), 1e-3);
 }
 
+TEST(Kneip, ErrsAsItsCovarianceSaysWithAFreeScaleToo) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1);
+  testing::expectErrsAsItsCovarianceSays(*load("free_scale = true"), 0.1, true, 30);
+}
+
 TEST(Kneip, LeavesTheAccelerometerBiasToGravity) {
   SyntheticWindowOptions options;
   options.bias = kBiases;  // the prior's mean is zero
