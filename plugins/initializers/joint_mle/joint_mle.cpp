@@ -127,6 +127,7 @@ class JointMle : public Initializer {
     closed_form.min_inlier_share = 0.0;  // the tests judge
     closed_form.model.imu_noise = false;
     closed_form.model.estimate_accel_bias = false;
+    closed_form.covariance = false;
     const InitializationResult start = solveJointMap(few, closed_form);
     if (!start) return refuse(start.error());
     const double closed_form_ms = watch.lapMilliseconds();

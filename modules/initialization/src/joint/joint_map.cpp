@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/predicted_errors.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/track_information.h"
@@ -139,6 +140,15 @@ tl::unexpected<Refusal> notAtRest(const JointMapOptions& options, const TrackInf
                 " linear solutions did not come to rest");
 }
 
+/** Where the passes have come to rest, the landmarks too. @return empty as JointSystem::covariance() */
+Eigen::MatrixXd covarianceAtRest(const InitializationProblem& problem, const JointModel& model,
+                                 const Nodes& nodes, const ClosedFormMotion& motion,
+                                 const TrackInformation& tracks, const JointEstimate& estimate) {
+  const NormalEquations visual = tracks.information(estimate.T_SS);
+  return JointSystem(problem, motion, visual.curvature, tracks.s(), estimate, model)
+      .covariance(estimate, nodes.keyframes, visual.score - visual.curvature);
+}
+
 Expected<void> check(const JointMapOptions& options, const TrackInformation& tracks,
                      const JointEstimate& estimate) {
   Expected<void> known =
@@ -207,11 +217,9 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   constexpr int kMostMoves = 20;
   tracks.triangulate(estimate.T_SS, kMostMoves);
   Eigen::MatrixXd covariance;
-  // Where the IMU counts as exact, or b_a as known, nothing says how large the errors are.
-  if (options.model.imu_noise && options.model.estimate_accel_bias) {
-    const NormalEquations visual = tracks.information(estimate.T_SS);
-    covariance = JointSystem(problem, motion, visual.curvature, tracks.s(), estimate, options.model)
-                     .covariance(estimate, nodes.keyframes, visual.score - visual.curvature);
+  const bool complete = options.model.imu_noise && options.model.estimate_accel_bias;
+  if (complete) {
+    covariance = covarianceAtRest(problem, options.model, nodes, motion, tracks, estimate);
     if (covariance.size() == 0)
       return refuse(RefusalStatus::kIllConditioned, "the tracks of ", Value(tracks.validCount()),
                     " landmarks do not tell parallax from noise: they are too far away");
@@ -221,6 +229,18 @@ InitializationResult solveJointMap(const InitializationProblem& problem,
   Initialization result = makeResult(problem, nodes, window, tracks, estimate);
   result.covariance = std::move(covariance);
   result.timings = {{"start", start_ms}, {"closed_form", watch.lapMilliseconds()}};
+  if (complete || !options.covariance) return result;
+  // The system takes for exact what is not, so its errors are not for itself to tell.
+  JointMapOptions whole = options;
+  whole.model.imu_noise = whole.model.estimate_accel_bias = true;
+  JointEstimate better = estimate;
+  if (solvePasses(problem, whole, &tracks, &preintegrations, &motion, &better).converged()) {
+    tracks.triangulate(better.T_SS, kMostMoves);
+    Initialization reference = makeResult(problem, nodes, window, tracks, better);
+    reference.covariance = covarianceAtRest(problem, whole.model, nodes, motion, tracks, better);
+    result.covariance = covarianceAround(reference, result);
+  }
+  result.timings.push_back({"covariance", watch.lapMilliseconds()});
   return result;
 }
 

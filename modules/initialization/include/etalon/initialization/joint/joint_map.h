@@ -21,6 +21,7 @@ struct JointMapOptions {
    * less (TrackInformation). */
   double least_noise = 1.0;
   JointModel model;
+  bool covariance = true;  ///< false: the result has none; not a key
 
   /** All but `least_noise` and the model. */
   void declare(ParameterSet& parameters);
@@ -34,8 +35,10 @@ struct JointMapOptions {
  * (stereo_start.h).
  *
  * The covariance is that of errors at a minimum of the cost: far landmarks, whose fitted depth makes
- * a lever of noise, count by the cost's curvature (NormalEquations). It is empty where the model
- * takes the IMU as exact, or b_a as known. Timings: "start", "closed_form".
+ * a lever of noise, count by the cost's curvature (NormalEquations). Where the model takes the IMU as
+ * exact, or b_a as known, errors are those against the solution that does not (covarianceAround()),
+ * from this one on; it is empty where that does not come to rest. Timings: "start", "closed_form",
+ * in that case "covariance".
  *
  * @return refused: too_few_tracks, implausible, ill_conditioned, not_converged
  */
