@@ -1,5 +1,4 @@
 #include "etalon/core/stopwatch.h"
-#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/gyro_bias_of_rotations.h"
@@ -63,20 +62,14 @@ class VinsAlignment : public Initializer {
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const double gyro_ms = watch.lapMilliseconds();
 
-    Initialization result;
     if (variant_ == Variant::kFusion) {
-      VisualFrameEstimate seed = gyro->estimate(problem, visual);
-      seed.errors.reset();
-      seedAsFusion(problem, preintegrations, &seed);
-      result = alignWithGravity(problem, seed);
-      // The best alignment, which has no part in the result, tells how far off it is.
-      if (align(problem, visual, preintegrations, RowWeights::kImuAndVision, &estimate))
-        result.covariance = covarianceAround(alignWithGravity(problem, estimate), result);
+      seedAsFusion(problem, preintegrations, &estimate);
+      estimate.errors.reset();
     } else {
-      const auto aligned = align(problem, visual, preintegrations, weights(), &estimate);
+      const auto aligned = align(problem, visual, preintegrations, &estimate);
       if (!aligned) return refuse(aligned.error());
-      result = alignWithGravity(problem, estimate);
     }
+    Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"linear_alignment", watch.lapMilliseconds()}};
     return result;
   }
@@ -89,12 +82,12 @@ class VinsAlignment : public Initializer {
 
   /** Fills velocities and gravity. */
   Expected<void> align(const InitializationProblem& problem, const VisualSolution& visual,
-                       const std::vector<Preintegration>& preintegrations, RowWeights weights,
+                       const std::vector<Preintegration>& preintegrations,
                        VisualFrameEstimate* estimate) const {
     LinearAlignmentOptions options;
     options.gravity_mps2 = problem.gravityMagnitude();
-    options.weighted = weights != RowWeights::kNone;
-    if (weights == RowWeights::kImuAndVision) options.pose_covariance = visual.covariance;
+    options.weighted = weights() != RowWeights::kNone;
+    if (weights() == RowWeights::kImuAndVision) options.pose_covariance = visual.covariance;
     options.tangent_iterations = gravity_iterations_;
     const LinearAlignmentResult alignment =
         alignLinearly(visual.T_VB, preintegrations, estimate->bias, options);

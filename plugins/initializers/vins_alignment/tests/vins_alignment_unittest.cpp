@@ -108,10 +108,6 @@ TEST(VinsAlignment, FusionTakesTheFirstSpecificForceForGravity) {
   EXPECT_LT(circle.errors.gyro_bias_rps, 1e-5);
 }
 
-TEST(VinsAlignment, FusionErrsAsItsCovarianceSays) {
-  testing::expectErrsAsItsCovarianceSays(*load("variant = fusion"), 0.2);
-}
-
 TEST(VinsAlignment, LeavesThePosesOfStereoOdometryAsTheyAre) {
   const SyntheticWindowOptions options = testing::noisyOptions(Motion::kAggressive, 0.1, kBiases);
   const SyntheticWindow window = testing::makeSyntheticWindow(options);
