@@ -48,7 +48,7 @@ TEST(Kneip, AFreeScaleIsThatAtWhichGravityHasItsMagnitude) {
 }
 
 TEST(Kneip, ErrsAsItsCovarianceSaysWithAFreeScaleToo) {
-  testing::expectErrsAsItsCovarianceSays(*load(), 0.1);
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, true, 30);
   testing::expectErrsAsItsCovarianceSays(*load("free_scale = true"), 0.1, true, 30);
 }
 
