@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "etalon/core/errors.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
@@ -15,19 +14,18 @@ struct OdometryKind {
   const char* name;
   const char* words;
   std::unique_ptr<Odometry> (*make)(const StereoInertialCalibration&, const PipelineOptions&,
-                                    std::shared_ptr<ViewMatcher>);
+                                    const std::shared_ptr<ViewMatcher>&);
 };
 
 std::unique_ptr<Odometry> makeFixedLag(const StereoInertialCalibration& calibration,
                                        const PipelineOptions& options,
-                                       std::shared_ptr<ViewMatcher> views) {
-  return std::make_unique<FixedLagOdometry>(calibration, options.fixed_lag, options.map,
-                                            std::move(views));
+                                       const std::shared_ptr<ViewMatcher>& views) {
+  return std::make_unique<FixedLagOdometry>(calibration, options.fixed_lag, options.map, views);
 }
 
 std::unique_ptr<Odometry> makeStereoVisual(const StereoInertialCalibration& calibration,
                                            const PipelineOptions& options,
-                                           std::shared_ptr<ViewMatcher> /*views*/) {
+                                           const std::shared_ptr<ViewMatcher>& /*views*/) {
   return std::make_unique<StereoVisualOdometry>(calibration, options.window.odometry,
                                                 KeyframeSelectorOptions{options.keyframe_rate_hz});
 }
@@ -57,12 +55,12 @@ std::string odometryKindsInWords() {
 std::unique_ptr<Odometry> makeOdometry(const std::string& name,
                                        const StereoInertialCalibration& calibration,
                                        const PipelineOptions& options,
-                                       std::shared_ptr<ViewMatcher> views) {
+                                       const std::shared_ptr<ViewMatcher>& views) {
   const auto kind = std::find_if(kOdometryKinds.begin(), kOdometryKinds.end(),
                                  [&name](const OdometryKind& k) { return name == k.name; });
   if (kind == kOdometryKinds.end())
     throw ConfigError("[odometry] kind = '" + name + "': expected " + odometryKindsInWords());
-  return kind->make(calibration, options, std::move(views));
+  return kind->make(calibration, options, views);
 }
 
 }  // namespace etalon

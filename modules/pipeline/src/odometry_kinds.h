@@ -24,6 +24,6 @@ std::string odometryKindsInWords();
 std::unique_ptr<Odometry> makeOdometry(const std::string& name,
                                        const StereoInertialCalibration& calibration,
                                        const PipelineOptions& options,
-                                       std::shared_ptr<ViewMatcher> views = nullptr);
+                                       const std::shared_ptr<ViewMatcher>& views = nullptr);
 
 }  // namespace etalon
