@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "../src/fixed_lag/sliding.h"
@@ -182,9 +183,37 @@ NormalEquations equationsOf(Window* window) {
   return equations;
 }
 
+/** Moves the states off the minimum, those that the prior holds off their linearisation points. */
+void disturb(Window* window) {
+  for (size_t i = 0; i < window->states.size(); ++i) {
+    WindowState& state = window->states[i];
+    for (int c = 0; c < state.size(); ++c)
+      state.now = state.now.plus(1e-4 * std::sin(3.0 * c + 7.0 * i) * Vector15d::Unit(c));
+    if (!state.fixed) state.linearization = state.now;
+  }
+}
+
+/** That `after` is `before` with the columns `leaving` eliminated, each unknown measured in its own
+ * standard deviation. */
+void expectEliminated(const NormalEquations& before, const std::vector<Eigen::Index>& leaving,
+                      const NormalEquations& after, double tolerance) {
+  std::vector<Eigen::Index> staying;
+  for (Eigen::Index c = 0; c < before.g.size(); ++c)
+    if (std::find(leaving.begin(), leaving.end(), c) == leaving.end()) staying.push_back(c);
+  const Eigen::MatrixXd gain =
+      before.H(leaving, leaving).ldlt().solve(before.H(leaving, staying)).transpose();
+  const Eigen::MatrixXd H = before.H(staying, staying) - gain * before.H(leaving, staying);
+  const Eigen::VectorXd g = before.g(staying) - gain * before.g(leaving);
+  ASSERT_EQ(H.rows(), after.H.rows());
+  const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
+  EXPECT_LT((scale.asDiagonal() * (after.H - H) * scale.asDiagonal()).cwiseAbs().maxCoeff(),
+            tolerance);
+  EXPECT_LT(scale.cwiseProduct(after.g - g).norm(), tolerance * scale.cwiseProduct(g).norm());
+}
+
 TEST(Slide, ThePriorIsTheSchurComplementOfWhatLeaves) {
   // Of a keyframe velocity and biases leave, with landmarks that have ended, the IMU and, if it was
-  // one, the rest. States that the prior holds have moved since it was linearised.
+  // one, the rest.
   for (const bool at_rest : {false, true}) {
     Slider slider;
     for (int k = 1; k <= 3; ++k) slider.add(true);
@@ -193,12 +222,7 @@ TEST(Slide, ThePriorIsTheSchurComplementOfWhatLeaves) {
     Window& window = slider.window;
     ASSERT_TRUE(window.states[1].fixed && window.states[1].full);
     const int oldest = window.states[1].serial;
-    for (size_t i = 0; i < window.states.size(); ++i) {
-      WindowState& state = window.states[i];
-      for (int c = 0; c < state.size(); ++c)
-        state.now = state.now.plus(1e-4 * std::sin(3.0 * c + 7.0 * i) * Vector15d::Unit(c));
-      if (!state.fixed) state.linearization = state.now;
-    }
+    disturb(&window);
     window.states[2].at_rest = at_rest;
     for (auto& [id, landmark] : window.landmarks)
       while (id < 12 && landmark.observations.back().serial > oldest)
@@ -206,23 +230,57 @@ TEST(Slide, ThePriorIsTheSchurComplementOfWhatLeaves) {
     const NormalEquations before = equationsOf(&window);
     slide({3, 7, {}}, &window);
     ASSERT_EQ(window.landmarks.size(), 18U);
-    const NormalEquations after = equationsOf(&window);
-
-    std::vector<Eigen::Index> leaving, staying;
-    for (Eigen::Index c = 0; c < before.g.size(); ++c)
-      (c >= 6 + 6 && c < 6 + 15 ? leaving : staying).push_back(c);
-    const Eigen::MatrixXd gain =
-        before.H(leaving, leaving).ldlt().solve(before.H(leaving, staying)).transpose();
-    const Eigen::MatrixXd H = before.H(staying, staying) - gain * before.H(leaving, staying);
-    const Eigen::VectorXd g = before.g(staying) - gain * before.g(leaving);
-    ASSERT_EQ(H.rows(), after.H.rows());
-    // Relative to each unknown's own scale; rounding grows with the weights of a rest, 1e5.
-    const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
-    const double tolerance = at_rest ? 1e-4 : 1e-6;
-    EXPECT_LT((scale.asDiagonal() * (after.H - H) * scale.asDiagonal()).cwiseAbs().maxCoeff(),
-              tolerance);
-    EXPECT_LT(scale.cwiseProduct(after.g - g).norm(), tolerance * scale.cwiseProduct(g).norm());
+    std::vector<Eigen::Index> leaving;
+    for (Eigen::Index c = 6 + 6; c < 6 + 15; ++c) leaving.push_back(c);
+    // Rounding grows with the weights of a rest, 1e5.
+    expectEliminated(before, leaving, equationsOf(&window), at_rest ? 1e-4 : 1e-6);
   }
+}
+
+TEST(Slide, OfALandmarkThatIsFollowedTheOlderHalfGoesIntoThePrior) {
+  Slider slider;
+  SlidingOptions options{3, 6, {}};
+  options.map.enabled = false;
+  Window& window = slider.window;
+  while (window.firstFull() < 6) {
+    slider.add(true);
+    slide(options, &window);
+  }
+  slider.add(true);
+  disturb(&window);
+  // The same window with two landmarks for each of its own.
+  Window halves = window;
+  for (const auto& [id, landmark] : window.landmarks) {
+    ASSERT_EQ(landmark.host, 0);
+    ASSERT_EQ(landmark.observations.size(), 10U);  // in six keyframes, one that becomes one, and three
+    Landmark older = landmark, newer = landmark;
+    older.observations.resize(3);
+    newer.observations.erase(newer.observations.begin(), newer.observations.begin() + 3);
+    const WindowState &host = window.states[0], &next = window.states[3];
+    newer.host_serial = next.serial;
+    newer.host = 3;
+    newer.in_host = InverseDepthLandmark(
+        next.now.T_WB.inverse() * (host.now.T_WB * landmark.in_host.position()),
+        window.T_CB[0].inverse().t);
+    halves.landmarks.at(id) = newer;
+    halves.landmarks.emplace(LandmarkId(id + 1000), older);
+  }
+  const NormalEquations before = equationsOf(&halves);
+  const std::vector<int> serials = slider.serials();
+  slide(options, &window);
+  const std::vector<int> left = slider.serials();
+  ASSERT_EQ(left.size(), serials.size() - 1);
+  Eigen::Index gone = 0;
+  while (left[gone] == serials[gone]) ++gone;
+  ASSERT_LT(gone, 3);
+  for (const auto& [id, landmark] : window.landmarks) {
+    EXPECT_EQ(landmark.observations.size(), 7U);
+    EXPECT_EQ(landmark.host_serial, serials[3]);
+  }
+  std::vector<Eigen::Index> leaving;
+  for (Eigen::Index c = 0; c < 6; ++c) leaving.push_back(6 * gone + c);
+  for (Eigen::Index c = 6; c < 15; ++c) leaving.push_back(6 * 6 + c);
+  expectEliminated(before, leaving, equationsOf(&window), 1e-6);
 }
 
 TEST(Slide, ARetainedKeyframeIsNobodysNewHost) {

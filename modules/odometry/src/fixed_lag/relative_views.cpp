@@ -6,8 +6,6 @@ namespace etalon::fixed_lag {
 
 void RelativeViews::place(const Window& window) {
   const size_t n = window.states.size();
-  std::vector<char> hosts(n, 0);
-  for (const auto& [id, landmark] : window.landmarks) hosts[landmark.host] = 1;
   turned_.resize(n);
   views_.resize(2 * n * n);
   std::vector<SE3> T_WI(n);
@@ -18,7 +16,6 @@ void RelativeViews::place(const Window& window) {
     for (size_t c = 0; c < 2; ++c) T_WC[k][c] = T_WI[k] * T_BC[c];
   }
   for (size_t h = 0; h < n; ++h) {
-    if (!hosts[h]) continue;
     const WindowState& host = window.states[h];
     turned_[h].noalias() = host.linearization.T_WB.R * host.T_BI.R;
     // From the axes of the views to those of W: by how much the estimate is turned against the

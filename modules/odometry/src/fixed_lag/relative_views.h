@@ -54,7 +54,7 @@ class RelativeViews {
 
  private:
   std::vector<Eigen::Matrix3d> turned_;  ///< by host: from its axes to those of its views
-  std::vector<View> views_;              ///< by host, state and camera; of hosts alone
+  std::vector<View> views_;              ///< by host, state and camera
 };
 
 }  // namespace etalon::fixed_lag

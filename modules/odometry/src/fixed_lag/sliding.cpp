@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <optional>
 
 #include "etalon/map/view_selection.h"
 #include "rest.h"
@@ -18,14 +18,17 @@ std::vector<Eigen::Index> columnsOf(const WindowState& state, Eigen::Index first
   return columns;
 }
 
-/** Landmarks that none of the newest full states sees; none where these see nothing at all: their
- * tracks may go on when there are images again. */
-std::vector<Landmark*> endedLandmarks(Window* window, size_t oldest_full) {
+/** Takes out the landmarks that none of the newest full states sees; none where these see nothing at
+ * all: their tracks may go on when there are images again. */
+std::vector<Landmark> takeEndedLandmarks(size_t oldest_full, Window* window) {
   const int newest = window->states[oldest_full].serial;
-  std::vector<Landmark*> ended;
-  for (auto& [id, landmark] : window->landmarks)
-    if (landmark.observations.back().serial <= newest) ended.push_back(&landmark);
-  if (ended.size() == window->landmarks.size()) ended.clear();
+  std::vector<LandmarkId> ids;
+  for (const auto& [id, landmark] : window->landmarks)
+    if (landmark.observations.back().serial <= newest) ids.push_back(id);
+  std::vector<Landmark> ended;
+  if (ids.size() == window->landmarks.size()) return ended;
+  for (const LandmarkId id : ids)
+    ended.push_back(std::move(window->landmarks.extract(id).mapped()));
   return ended;
 }
 
@@ -46,6 +49,30 @@ bool moveHost(const Window& window, Landmark* landmark) {
   return false;
 }
 
+/** Takes the older half of a landmark's keyframes out of it, as a landmark of its own, if `gone` is
+ * among them and both halves can live on. */
+std::optional<Landmark> takeOlderHalf(const Window& window, int gone, size_t oldest_full,
+                                      Landmark* landmark) {
+  const auto& all = landmark->observations;
+  const auto in_keyframe = [oldest_full](const LandmarkObservation& o) {
+    return static_cast<size_t>(o.state) <= oldest_full;
+  };
+  const auto middle = all.begin() + std::count_if(all.begin(), all.end(), in_keyframe) / 2;
+  const auto seenBefore = [&all, middle](int serial) {
+    return std::any_of(all.begin(), middle, [serial](const auto& o) { return o.serial == serial; });
+  };
+  if (middle - all.begin() < 2 || !seenBefore(gone)) return std::nullopt;
+  Landmark older = *landmark, newer = *landmark;
+  older.observations.assign(all.begin(), middle);
+  newer.observations.assign(middle, all.end());
+  if (!seenBefore(landmark->host_serial))
+    moveHost(window, &older);
+  else if (!moveHost(window, &newer))
+    return std::nullopt;
+  *landmark = std::move(newer);
+  return older;
+}
+
 /** squareRoot() of the equations in the first `unknowns`, most of which may not occur in them. */
 LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) {
   std::vector<Eigen::Index> touched;
@@ -59,16 +86,18 @@ LinearRows touchedRows(const NormalEquations& equations, Eigen::Index unknowns) 
 }
 
 /** The rows that leave, over the window's first `unknowns` columns: those of the prior, the IMU, a
- * rest and ended landmarks. */
-LinearRows rowsOf(const Window& window, size_t oldest_full, const std::vector<Landmark*>& ended,
+ * rest and the landmarks, which are not the window's any more. */
+LinearRows rowsOf(const Window& window, size_t oldest_full, std::vector<Landmark>* landmarks,
                   Eigen::Index unknowns) {
   Matrix15d J_i, J_j;
   const Vector15d imu = inertialRows(window, oldest_full + 1, &J_i, &J_j);
   NormalEquations visual(window.unknowns());
   LinearRows visual_rows(0, unknowns);
-  if (!ended.empty()) {
+  if (!landmarks->empty()) {
+    std::vector<Landmark*> pointers;
+    for (Landmark& landmark : *landmarks) pointers.push_back(&landmark);
     VisualTerms terms;
-    terms.linearize(window, ended, static_cast<int>(oldest_full), &visual,
+    terms.linearize(window, pointers, static_cast<int>(oldest_full), &visual,
                     window.calibration.unknown);
     visual_rows = touchedRows(visual, unknowns);
   }
@@ -160,10 +189,9 @@ void slide(const SlidingOptions& options, Window* window) {
   if (full <= static_cast<size_t>(options.recent_frames)) return;
   WindowState& leaving = window->states[oldest];
   std::vector<Eigen::Index> columns = columnsOf(leaving, leaving.keyframe ? 6 : 0);
-  std::vector<Landmark*> ended;
-  std::set<int> gone;  // serials
+  std::vector<Landmark> landmarks;  // that leave
+  int gone = -1;                    // serial
   if (leaving.keyframe) {
-    ended = endedLandmarks(window, oldest);
     if (oldest - window->retainedCount() >= static_cast<size_t>(options.keyframes)) {
       size_t least = dispensableKeyframe(*window);
       const bool retains = options.map.enabled && window->states[least].is_view;
@@ -171,29 +199,30 @@ void slide(const SlidingOptions& options, Window* window) {
       const bool all_stay =
           retains && window->retainedCount() <= static_cast<size_t>(options.map.max_keyframes);
       if (retains && !all_stay) least = redundantKeyframe(*window, options.map);
-      const WindowState& keyframe = window->states[least];
       if (!all_stay) {
-        gone.insert(keyframe.serial);
-        for (const Eigen::Index c : columnsOf(keyframe, 0)) columns.push_back(c);
+        gone = window->states[least].serial;
+        for (const Eigen::Index c : columnsOf(window->states[least], 0)) columns.push_back(c);
       }
     }
+    landmarks = takeEndedLandmarks(oldest, window);
+    for (auto& [id, landmark] : window->landmarks)
+      if (auto older = takeOlderHalf(*window, gone, oldest, &landmark))
+        landmarks.push_back(std::move(*older));
   } else {
-    gone.insert(leaving.serial);
+    gone = leaving.serial;
   }
   const WindowState& next = window->states[oldest + 1];
   const Eigen::Index unknowns = next.column + next.size();
-  const LinearRows rows = rowsOf(*window, oldest, ended, unknowns);
+  const LinearRows rows = rowsOf(*window, oldest, &landmarks, unknowns);
   for (size_t i = 0; i <= oldest + 1; ++i) window->states[i].fixed = true;
   window->prior = without(rows, columns);
 
-  for (const Landmark* landmark : ended) window->landmarks.erase(LandmarkId(landmark->id));
   for (auto& [id, landmark] : window->landmarks)
-    if (gone.count(landmark.host_serial) && !moveHost(*window, &landmark))
-      landmark.host_serial = -1;
+    if (landmark.host_serial == gone && !moveHost(*window, &landmark)) landmark.host_serial = -1;
   leaving.full = false;
   window->states.erase(
       std::remove_if(window->states.begin(), window->states.end(),
-                     [&gone](const WindowState& s) { return gone.count(s.serial) > 0; }),
+                     [gone](const WindowState& s) { return s.serial == gone; }),
       window->states.end());
   window->reindex();
 }
