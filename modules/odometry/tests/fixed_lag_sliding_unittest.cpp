@@ -237,7 +237,22 @@ TEST(Slide, ThePriorIsTheSchurComplementOfWhatLeaves) {
   }
 }
 
-TEST(Slide, OfALandmarkThatIsFollowedTheOlderHalfGoesIntoThePrior) {
+/** The landmark as every second observation in the window's first seven states shows it, from
+ * `first` on, hosted by the first of them. */
+Landmark everySecond(const Window& window, const Landmark& landmark, int first) {
+  Landmark half = landmark;
+  half.observations.clear();
+  for (int i = first; i < 7; i += 2) half.observations.push_back(landmark.observations[i]);
+  const WindowState &before = window.states[landmark.host], &host = window.states[first];
+  half.host = first;
+  half.host_serial = host.serial;
+  half.in_host = InverseDepthLandmark(
+      host.now.T_WB.inverse() * (before.now.T_WB * landmark.in_host.position()),
+      window.T_CB[0].inverse().t);
+  return half;
+}
+
+TEST(Slide, ALandmarkThatIsFollowedLeavesHalfOfItsKeyframesInThePrior) {
   Slider slider;
   SlidingOptions options{3, 6, {}};
   options.map.enabled = false;
@@ -248,39 +263,28 @@ TEST(Slide, OfALandmarkThatIsFollowedTheOlderHalfGoesIntoThePrior) {
   }
   slider.add(true);
   disturb(&window);
-  // The same window with two landmarks for each of its own.
   Window halves = window;
-  for (const auto& [id, landmark] : window.landmarks) {
-    ASSERT_EQ(landmark.host, 0);
-    ASSERT_EQ(landmark.observations.size(), 10U);  // in six keyframes, one that becomes one, and three
-    Landmark older = landmark, newer = landmark;
-    older.observations.resize(3);
-    newer.observations.erase(newer.observations.begin(), newer.observations.begin() + 3);
-    const WindowState &host = window.states[0], &next = window.states[3];
-    newer.host_serial = next.serial;
-    newer.host = 3;
-    newer.in_host = InverseDepthLandmark(
-        next.now.T_WB.inverse() * (host.now.T_WB * landmark.in_host.position()),
-        window.T_CB[0].inverse().t);
-    halves.landmarks.at(id) = newer;
-    halves.landmarks.emplace(LandmarkId(id + 1000), older);
-  }
-  const NormalEquations before = equationsOf(&halves);
   const std::vector<int> serials = slider.serials();
   slide(options, &window);
-  const std::vector<int> left = slider.serials();
-  ASSERT_EQ(left.size(), serials.size() - 1);
   Eigen::Index gone = 0;
-  while (left[gone] == serials[gone]) ++gone;
-  ASSERT_LT(gone, 3);
-  for (const auto& [id, landmark] : window.landmarks) {
-    EXPECT_EQ(landmark.observations.size(), 7U);
-    EXPECT_EQ(landmark.host_serial, serials[3]);
+  while (slider.serials()[gone] == serials[gone]) ++gone;
+  ASSERT_LT(gone, 6);
+  for (const auto& [id, landmark] : window.landmarks)
+    EXPECT_EQ(landmark.observations.size(), 6U + gone % 2);  // of seven keyframes, and three frames
+  // The same window with two landmarks in place of each that it had.
+  const std::map<LandmarkId, Landmark> whole = halves.landmarks;
+  for (const auto& [id, landmark] : whole) {
+    ASSERT_EQ(landmark.observations.size(), 10U);
+    Landmark followed = everySecond(halves, landmark, 1 - gone % 2);
+    followed.observations.insert(followed.observations.end(), landmark.observations.end() - 3,
+                                 landmark.observations.end());
+    halves.landmarks.at(id) = followed;
+    halves.landmarks.emplace(LandmarkId(id + 1000), everySecond(halves, landmark, gone % 2));
   }
   std::vector<Eigen::Index> leaving;
   for (Eigen::Index c = 0; c < 6; ++c) leaving.push_back(6 * gone + c);
   for (Eigen::Index c = 6; c < 15; ++c) leaving.push_back(6 * 6 + c);
-  expectEliminated(before, leaving, equationsOf(&window), 1e-6);
+  expectEliminated(equationsOf(&halves), leaving, equationsOf(&window), 1e-6);
 }
 
 TEST(Slide, ARetainedKeyframeIsNobodysNewHost) {

@@ -7,7 +7,7 @@
 namespace etalon {
 namespace {
 
-constexpr int kFlights = 6;
+constexpr int kFlights = 12;
 constexpr double kRate = 10.0;        // of the frames, Hz
 constexpr size_t kFirst = 5 * kRate;  // see driftOf()
 
@@ -48,7 +48,7 @@ FlownFlight fly(const SimulatedFlight& flight, std::uint64_t seed, double believ
   return flown;
 }
 
-/** Six flights of 40 s at 0.8 m/s. */
+/** Twelve flights of 40 s at 0.8 m/s. */
 void expectNothingTakenAway(double turn_rps) {
   DriftRms fixed_lag, useless_imu, stereo;
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
@@ -72,13 +72,13 @@ void expectNothingTakenAway(double turn_rps) {
   // Against the same odometry with an IMU that it does not believe, on the same noise.
   EXPECT_LT(with.scale, 1.2 * without.scale);
   EXPECT_LT(with.ate, 1.2 * without.ate);
-  // Against stereo odometry: of equal odometries one of six pairs of RMS values over six flights
+  // Against stereo odometry: of equal odometries one of eleven pairs of RMS values over twelve flights
   // would differ by more.
   EXPECT_LT(with.scale, 1.5 * alone.scale);
   EXPECT_LT(with.ate, 1.5 * alone.ate);
   EXPECT_LT(with.rotation, 1.5 * alone.rotation);
-  // All but the velocity hardly change in such a flight: six flights are eighteen numbers, whose mean
-  // square is known to a third.
+  // All but the velocity hardly change in such a flight: twelve flights are 36 numbers, whose mean
+  // square is known to a quarter.
   for (int b = 0; b < 5; ++b)
     EXPECT_LT(nees[b], b == 2 ? 1.25 : 1.7) << b << ": " << nees.transpose();
 }

@@ -49,28 +49,34 @@ bool moveHost(const Window& window, Landmark* landmark) {
   return false;
 }
 
-/** Takes the older half of a landmark's keyframes out of it, as a landmark of its own, if `gone` is
- * among them and both halves can live on. */
-std::optional<Landmark> takeOlderHalf(const Window& window, int gone, size_t oldest_full,
-                                      Landmark* landmark) {
+/** Takes every second observation in keyframes out of a landmark that is still followed, with that in
+ * `gone`, as a landmark of its own; none where one of the two would have less than three. */
+std::optional<Landmark> takeHalf(const Window& window, int gone, size_t oldest_full,
+                                 Landmark* landmark) {
   const auto& all = landmark->observations;
-  const auto in_keyframe = [oldest_full](const LandmarkObservation& o) {
-    return static_cast<size_t>(o.state) <= oldest_full;
+  const auto seenIn = [](const std::vector<LandmarkObservation>& observations, int serial) {
+    return std::find_if(observations.begin(), observations.end(),
+                        [serial](const LandmarkObservation& o) { return o.serial == serial; });
   };
-  const auto middle = all.begin() + std::count_if(all.begin(), all.end(), in_keyframe) / 2;
-  const auto seenBefore = [&all, middle](int serial) {
-    return std::any_of(all.begin(), middle, [serial](const auto& o) { return o.serial == serial; });
-  };
-  if (middle - all.begin() < 2 || !seenBefore(gone)) return std::nullopt;
-  Landmark older = *landmark, newer = *landmark;
-  older.observations.assign(all.begin(), middle);
-  newer.observations.assign(middle, all.end());
-  if (!seenBefore(landmark->host_serial))
-    moveHost(window, &older);
-  else if (!moveHost(window, &newer))
+  const auto at = seenIn(all, gone);
+  const auto in_keyframes =
+      std::count_if(all.begin(), all.end(), [oldest_full](const LandmarkObservation& o) {
+        return static_cast<size_t>(o.state) <= oldest_full;
+      });
+  if (at == all.end() || in_keyframes < 6) return std::nullopt;
+  Landmark half = *landmark, rest = *landmark;
+  half.observations.clear();
+  rest.observations.clear();
+  for (auto o = all.begin(); o != all.end(); ++o) {
+    const bool taken = o - all.begin() < in_keyframes && (o - at) % 2 == 0;
+    (taken ? half : rest).observations.push_back(*o);
+  }
+  if (seenIn(half.observations, landmark->host_serial) == half.observations.end())
+    moveHost(window, &half);
+  else if (!moveHost(window, &rest))
     return std::nullopt;
-  *landmark = std::move(newer);
-  return older;
+  *landmark = std::move(rest);
+  return half;
 }
 
 /** squareRoot() of the equations in the first `unknowns`, most of which may not occur in them. */
@@ -206,8 +212,8 @@ void slide(const SlidingOptions& options, Window* window) {
     }
     landmarks = takeEndedLandmarks(oldest, window);
     for (auto& [id, landmark] : window->landmarks)
-      if (auto older = takeOlderHalf(*window, gone, oldest, &landmark))
-        landmarks.push_back(std::move(*older));
+      if (auto half = takeHalf(*window, gone, oldest, &landmark))
+        landmarks.push_back(std::move(*half));
   } else {
     gone = leaving.serial;
   }

@@ -17,11 +17,11 @@ struct SlidingOptions {
  * Keeps the window at its size: while there are more full states than `recent_frames`, the oldest
  * becomes a keyframe with its pose alone, or leaves with its pixels if it is none; while there are
  * more keyframes than `keyframes`, one leaves. At a keyframe, landmarks that are seen no more go
- * into the prior with all their observations in older states. A landmark that is still followed
- * becomes two, if the keyframe that leaves is in the older half of those that see it: that half goes
- * into the prior, the newer one is followed on. What is lost is that both are the same point. To drop
- * the one observation in the leaving keyframe, as is done where it is in the newer half, would in the
- * end drop nearly all of a landmark that is followed for longer than the window.
+ * into the prior with all their observations in older states. A landmark that is still followed and
+ * seen in the keyframe that leaves loses its observation there; where six keyframes or more see it,
+ * it becomes two, of every second keyframe each: the half with that observation goes into the prior,
+ * the other one is followed on. What is lost is that both are the same point. One by one, a landmark
+ * that is followed for longer than the window would lose nearly all observations.
  */
 void slide(const SlidingOptions& options, Window* window);
 
