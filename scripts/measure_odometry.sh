@@ -48,7 +48,8 @@ for source in "${sources[@]}"; do
         sub(/^(waiting, )?visual, inertial(, )?/, "", states)
         printf "%s %d | %.1f | %s%s |\n", row, frames, ms, states ? states : "inertial", remarks
       }
-    ' "$run/initialization.json" >"$run/row"
+    ' "$run/initialization.json" >"$run/row.part"
+    mv "$run/row.part" "$run/row"
   fi
   cat "$run/row"
 done
