@@ -226,10 +226,9 @@ void slide(const SlidingOptions& options, Window* window) {
   for (auto& [id, landmark] : window->landmarks)
     if (landmark.host_serial == gone && !moveHost(*window, &landmark)) landmark.host_serial = -1;
   leaving.full = false;
-  window->states.erase(
-      std::remove_if(window->states.begin(), window->states.end(),
-                     [gone](const WindowState& s) { return s.serial == gone; }),
-      window->states.end());
+  window->states.erase(std::remove_if(window->states.begin(), window->states.end(),
+                                      [gone](const WindowState& s) { return s.serial == gone; }),
+                       window->states.end());
   window->reindex();
 }
 
