@@ -20,8 +20,8 @@ struct SlidingOptions {
  * into the prior with all their observations in older states. A landmark that is still followed and
  * seen in the keyframe that leaves loses its observation there; where six keyframes or more see it,
  * it becomes two, of every second keyframe each: the half with that observation goes into the prior,
- * the other one is followed on. What is lost is that both are the same point. One by one, a landmark
- * that is followed for longer than the window would lose nearly all observations.
+ * the other one is followed on. What is lost is that both are the same point. Otherwise a landmark
+ * that is followed for longer than the window would lose nearly all observations, one by one.
  */
 void slide(const SlidingOptions& options, Window* window);
 
