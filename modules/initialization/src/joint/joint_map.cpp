@@ -113,7 +113,9 @@ SolverSummary solvePasses(const InitializationProblem& problem, const JointMapOp
       return summary;
     }
     const double moved = (estimate->bias.gyro - before.bias.gyro).norm();
-    const bool at_rest = moved < options.converged_rps && tracks->nearFinalScale() && pass > 0;
+    const bool at_rest = moved < options.converged_rps &&
+                         estimate->step_sigmas < options.converged_sigmas &&
+                         tracks->nearFinalScale() && pass > 0;
     // Sizes that do not settle must not refuse a window whose state has.
     const bool last = pass + 1 == options.max_passes;
     if (at_rest && (last || resized(before.sizes, estimate->sizes) < kSizesAtRest))

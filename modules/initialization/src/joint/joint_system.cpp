@@ -169,6 +169,8 @@ bool JointSystem::solve(JointEstimate* estimate) const {
     seen += sigma_ * pull;
     estimate->R_VS = expSO3(first_seen_ * pull);
   }
+  estimate->step_sigmas =
+      std::sqrt(std::max(0.0, seen.dot(S_ * seen)) / static_cast<double>(seen.size()));
   adopt(solution, y9, seen, estimate);
   return true;
 }

@@ -12,6 +12,8 @@ struct JointMapOptions {
   int frame_stride = 0;
   int max_passes = 20;
   double converged_rps = 1e-4;
+  /** As JointEstimate::step_sigmas: a pass that moves the poses by more is not the last; not a key. */
+  double converged_sigmas = 0.4;
   double chi2_pixel = kChi2Pixel;
   double chi2_stereo = 16.0;
   int min_landmarks = 15;
@@ -23,15 +25,15 @@ struct JointMapOptions {
   JointModel model;
   bool covariance = true;  ///< false: the result has none; not a key
 
-  /** All but `least_noise` and the model. */
+  /** All keys but `least_noise` and the model's. */
   void declare(ParameterSet& parameters);
 };
 
 /**
  * One MAP over poses, velocities, gravity's direction, b_g and b_a of a window, from its tracks and
  * raw IMU. The landmarks are eliminated (TrackInformation); what is left is a linear system with one
- * constraint, gravity's norm (JointSystem), solved anew at the last pass's solution until b_g stands
- * still. The seed is linear: stereo points of single frames, from how they turn b_g
+ * constraint, gravity's norm (JointSystem), solved anew at the last pass's solution until b_g and the
+ * poses stand still. The seed is linear: stereo points of single frames, from how they turn b_g
  * (stereo_start.h).
  *
  * The covariance is that of errors at a minimum of the cost: far landmarks, whose fitted depth makes

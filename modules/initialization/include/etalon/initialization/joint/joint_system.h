@@ -22,6 +22,8 @@ struct JointEstimate {
   std::vector<Eigen::Vector3d> v_VB;  ///< of every node, m/s; empty before the first pass
   Eigen::Vector3d g_V = Eigen::Vector3d::Zero();
   double sigma_gravity = 0.0;  ///< of its weakest direction, rad
+  /** Last step of T_SS in the tracks' standard deviations: root mean square over its components. */
+  double step_sigmas = 0.0;
   /** Sizes of the accelerometer's errors in the window, over those of the model and of the
    * preintegrations. */
   AccelErrorSizes sizes;
