@@ -5,18 +5,43 @@
 #include <cmath>
 #include <limits>
 
+#include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 
 namespace etalon {
 
-Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
+namespace {
+
+/** In the order of Initialization::covariance, with the poses of keyframes 1 to `poses`. */
+Eigen::MatrixXd claimedWithPoses(const VisualInertialBaResult& result, Eigen::Index poses) {
+  constexpr Eigen::Index kState = 9, kOthers = 11, kPose = 6;
   const Eigen::Index n = result.states.size();
-  if (n == 0 || result.covariance.rows() != 9 * n + 6) return {};
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(11, 9 * n + 6);
-  J.block<6, 6>(0, 9 * n).setIdentity();
-  J.block<2, 3>(6, 0) = result.states.front().T_WB.R.topRows<2>();  // from the body to the world
-  J.block<3, 3>(8, 9 * (n - 1) + 6).setIdentity();
+  if (n == 0 || result.covariance.rows() != kState * n + 6) return {};
+  const SE3& first = result.states.front().T_WB;
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kOthers + kPose * poses, kState * n + 6);
+  J.block<6, 6>(0, kState * n).setIdentity();
+  J.block<2, 3>(6, 0) = first.R.topRows<2>();  // from the body to the world
+  J.block<3, 3>(8, kState * (n - 1) + 6).setIdentity();
+  for (Eigen::Index k = 1; k <= poses; ++k) {
+    const Eigen::Index row = kOthers + kPose * (k - 1);
+    const SE3 T_B0Bk = first.inverse() * result.states[k].T_WB;
+    J.block<3, 3>(row, 0) = -T_B0Bk.R.transpose();
+    J.block<3, 3>(row, kState * k).setIdentity();
+    J.block<3, 3>(row + 3, 0) = hat(T_B0Bk.t);
+    J.block<3, 3>(row + 3, 3) = -first.R.transpose();
+    J.block<3, 3>(row + 3, kState * k + 3) = first.R.transpose();
+  }
   return J * result.covariance * J.transpose();
+}
+
+}  // namespace
+
+Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result) {
+  return claimedWithPoses(result, 0);
+}
+
+Eigen::MatrixXd claimedJointCovariance(const VisualInertialBaResult& result) {
+  return claimedWithPoses(result, static_cast<Eigen::Index>(result.states.size()) - 1);
 }
 
 PredictedError predictedError(const Eigen::MatrixXd& covariance, double confidence) {

@@ -98,7 +98,7 @@ class Drt : public Initializer {
       return refuse(RefusalStatus::kNotConverged, "the reprojection errors of ",
                     refinement.landmarks(), " landmarks did not come to rest in ",
                     Value(3 * passes_), " passes");
-    const Window window{problem, preintegrations, bias, R_VB, nec->covariance};
+    const Window window{problem, preintegrations, bias, R_VB, *nec};
     const LinearState linear_state = state;
     if (!tight_) {
       const auto aligned = align(window, &state);
@@ -180,7 +180,7 @@ class Drt : public Initializer {
     const std::vector<Preintegration>& preintegrations;
     const ImuBias& bias;
     const std::vector<Matrix3d>& R_VB;
-    const Matrix3d& gyro_bias_covariance;
+    const NormalEpipolarBias& gyro_bias;
   };
 
   /** Velocities and gravity of the loose variant from its positions. */
@@ -205,7 +205,7 @@ class Drt : public Initializer {
     VisualFrameEstimate estimate = estimateOf(window.R_VB, state, window.bias.gyro);
     if (!tight_) estimate.errors = looseErrors(window, estimate, refinement.positionErrors());
     Initialization result = alignWithGravity(window.problem, estimate);
-    if (tight_) result.covariance = refinement.covariance(imu, state, window.gyro_bias_covariance);
+    if (tight_) result.covariance = refinement.covariance(imu, state, window.gyro_bias.covariance);
     return result;
   }
 
@@ -231,7 +231,7 @@ class Drt : public Initializer {
       const std::optional<ReprojectionRefinement::PositionErrors>& positions) {
     if (!positions) return std::nullopt;
     StateErrors errors{ErrorSources(window.problem, window.preintegrations, positions->covariance,
-                                    window.gyro_bias_covariance),
+                                    window.gyro_bias.errors),
                        {}};
     errors.map = errors.sources.priorMean();
     errors.map.topRows<3>() = errors.sources.measuredGyroBias();

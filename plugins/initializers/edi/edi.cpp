@@ -56,6 +56,7 @@ class Edi : public Initializer {
   static CombinedRowsOptions weighted() {
     CombinedRowsOptions options;
     options.weighted = true;
+    options.passes = 2;  // b_a and tilt are not linear at the first guess of gravity
     return options;
   }
 };

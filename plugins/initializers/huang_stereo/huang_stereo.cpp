@@ -155,9 +155,14 @@ class HuangStereo : public Initializer {
       const auto change = solveCombinedRows(problem, triples, options, estimate);
       if (!change) return refuse(change.error());
       if (!free_translation_) continue;
-      if (estimate->errors) estimate->errors->poses.resize(0, 0);  // p_BC's are not followed
-      p_BC += *change;
-      moveToBody(*change, estimate);
+      if (estimate->errors) {
+        MatrixXd& errors = estimate->errors->poses;
+        for (Index k = 0; k < errors.rows() / 6; ++k)
+          errors.middleRows<3>(6 * k + 3) -=
+              (estimate->T_VB[k + 1].R - Matrix3d::Identity()) * change->errors;
+      }
+      p_BC += change->x;
+      moveToBody(change->x, estimate);
       solveVelocities(pairs, nullptr, estimate);
     }
     return p_BC;

@@ -79,11 +79,13 @@ InitializationProblem withTracks(const InitializationProblem& problem,
   return InitializationProblem(std::move(data));
 }
 
-/** Two rounds, of pixels that are as noisy as sigma_px says. */
+/** Two rounds, of pixels that are as noisy as sigma_px says and share no errors. */
 VisualInertialBaOptions publishedBa() {
+  constexpr double kPracticallyNone = 1e-4;
   VisualInertialBaOptions ba;
   ba.rounds = 2;
   ba.least_pixel_share = 1.0;
+  ba.sigma_shared_deg = ba.sigma_turn_deg = kPracticallyNone;
   return ba;
 }
 
@@ -122,6 +124,7 @@ class JointMle : public Initializer {
     JointMapOptions closed_form;
     closed_form.min_landmarks = std::min(closed_form.min_landmarks, tracks_ / 2);
     closed_form.converged_rps = 5e-3;  // a start for the bundle adjustment
+    closed_form.converged_sigmas = std::numeric_limits<double>::infinity();
     closed_form.max_passes = 50;
     closed_form.chi2_pixel = 1000.0;     // the IMU counts as exact: pixels take its errors
     closed_form.min_inlier_share = 0.0;  // the tests judge
@@ -138,8 +141,8 @@ class JointMle : public Initializer {
       return refuse(RefusalStatus::kNotConverged, "the bundle adjustment of ", Value(tracks_),
                     " tracks failed: ", refined.summary.message);
     const double ba_ms = watch.lapMilliseconds();
-    const MatrixXd covariance = claimedCovariance(refined);
-    if (const auto observable = checkObservability(problem, covariance); !observable)
+    if (const auto observable = checkObservability(problem, claimedCovariance(refined));
+        !observable)
       return refuse(observable.error());
     if (const auto agreed = checkConsensus(problem, chosen, refined); !agreed)
       return refuse(agreed.error());
@@ -150,7 +153,7 @@ class JointMle : public Initializer {
                                  refined.states[k].v_WB);
     result.bias = refined.bias;
     result.landmarks = refined.bundle.validLandmarks();
-    result.covariance = covariance;
+    result.covariance = claimedJointCovariance(refined);
     result.timings = {{"closed_form", closed_form_ms},
                       {"bundle_adjustment", ba_ms},
                       {"tests", watch.lapMilliseconds()}};

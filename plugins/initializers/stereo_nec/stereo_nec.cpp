@@ -52,7 +52,7 @@ class StereoNec : public Initializer {
     const double nec_ms = watch.lapMilliseconds();
 
     const Expected<InertialOnlyStep> map =
-        solveInertialOnlyStep(problem, map_, measurement(*nec), nec->covariance);
+        solveInertialOnlyStep(problem, map_, measurement(*nec), nec->errors);
     if (!map) return refuse(map.error());
     const double map_ms = watch.lapMilliseconds();
 

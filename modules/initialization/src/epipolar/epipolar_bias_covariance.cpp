@@ -72,17 +72,17 @@ void EpipolarBiasCovariance::add(const EpipolarPair& pair, const Matrix3d& R, co
     by_gyro_[k] += A.transpose() * by_rotation * by_interval[k - pair.i];
 }
 
-Matrix3d EpipolarBiasCovariance::covariance(const std::vector<Matrix3d>& gyro_noise) const {
-  Matrix3d S = Matrix3d::Zero();
+GyroBiasErrors EpipolarBiasCovariance::errors() const {
+  const Matrix3d H_inverse = H_.inverse();
+  GyroBiasErrors errors;
   for (const Observation& o : observations_) {
     const Eigen::Matrix<double, 3, 2> B =
-        o.by_bearing * bearingNoise(calibration_.cameras[o.camera].model, sigma_px_, o.f);
-    S += B * B.transpose();
+        H_inverse * o.by_bearing *
+        bearingNoise(calibration_.cameras[o.camera].model, sigma_px_, o.f);
+    errors.covariance += B * B.transpose();
   }
-  for (size_t k = 0; k < by_gyro_.size(); ++k)
-    S += by_gyro_[k] * gyro_noise[k] * by_gyro_[k].transpose();
-  const Matrix3d H_inverse = H_.inverse();
-  return H_inverse * S * H_inverse;
+  for (const Matrix3d& by_gyro : by_gyro_) errors.by_rotations.emplace_back(-H_inverse * by_gyro);
+  return errors;
 }
 
 }  // namespace etalon

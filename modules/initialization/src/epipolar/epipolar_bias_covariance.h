@@ -7,6 +7,7 @@
 
 #include "epipolar/epipolar_pairs.h"
 #include "etalon/core/calibration.h"
+#include "etalon/initialization/steps/gyro_bias_errors.h"
 
 namespace etalon {
 
@@ -40,8 +41,7 @@ class EpipolarBiasCovariance {
 
   const Eigen::Matrix3d& information() const { return H_; }
 
-  /** @param gyro_noise covariances of the intervals' rotations, right perturbation, rad^2 */
-  Eigen::Matrix3d covariance(const std::vector<Eigen::Matrix3d>& gyro_noise) const;
+  GyroBiasErrors errors() const;
 
  private:
   /** Derivative of the gradient by an observation's bearing. */

@@ -248,9 +248,8 @@ void EpipolarBiasEstimator::describe(NormalEpipolarBias* result) const {
   result->rotation_only = rotation_only_;
 }
 
-void EpipolarBiasEstimator::fillCovariance(const Vector3d& b_g, Matrix3d* information,
-                                           Matrix3d* covariance) {
-  summary_.final_cost = linearize(b_g, longestSpan()).cost;
+Matrix3d EpipolarBiasEstimator::fillErrors(NormalEpipolarBias* result) {
+  summary_.final_cost = linearize(result->gyro, longestSpan()).cost;
   const double sigma_px = options_.sigma_px * std::max(1.0, noise(longestSpan()));
   EpipolarBiasCovariance sum(calibration_, sigma_px, preintegrations_.size(), observations_);
   for (const EpipolarPair& pair : pairs_) {
@@ -261,11 +260,14 @@ void EpipolarBiasEstimator::fillCovariance(const Vector3d& b_g, Matrix3d* inform
     by_interval.push_back(R_CB);
     sum.add(pair, rotation(pair), R_CB * relative(pair).dR_dbg, by_interval, rotation_only_);
   }
-  std::vector<Matrix3d> gyro_noise;
-  for (const Preintegration& p : preintegrations_)
-    gyro_noise.emplace_back(p.covariance().topLeftCorner<3, 3>());
-  *information = sum.information();
-  *covariance = sum.covariance(gyro_noise);
+  result->errors = sum.errors();
+  result->covariance = result->errors.covariance;
+  for (size_t k = 0; k < preintegrations_.size(); ++k) {
+    const Matrix3d& by_rotation = result->errors.by_rotations[k];
+    result->covariance += by_rotation * preintegrations_[k].covariance().topLeftCorner<3, 3>() *
+                          by_rotation.transpose();
+  }
+  return sum.information();
 }
 
 }  // namespace etalon

@@ -39,9 +39,9 @@ class EpipolarBiasEstimator {
   double noise(int span) const;
   /** Of a pair of neighbours, in the camera that sees more. */
   int fewestMatches() const { return fewest_matches_; }
-  /** Information and covariance at the weights and directions that the schedule has left. */
-  void fillCovariance(const Eigen::Vector3d& b_g, Eigen::Matrix3d* information,
-                      Eigen::Matrix3d* covariance);
+  /** Sets errors and covariance of its bias, at the weights and directions that the schedule has
+   * left. @return the information */
+  Eigen::Matrix3d fillErrors(NormalEpipolarBias* result);
   /** Sets the summary and what concerns the matches. */
   void describe(NormalEpipolarBias* result) const;
 

@@ -10,10 +10,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/** Covariance and summary; where the bias is of no use the latter says so. */
-void fillCovariance(EpipolarBiasEstimator* estimator, NormalEpipolarBias* result) {
-  Matrix3d information;
-  estimator->fillCovariance(result->gyro, &information, &result->covariance);
+/** Errors and summary; where the bias is of no use the latter says so. */
+void fillErrors(EpipolarBiasEstimator* estimator, NormalEpipolarBias* result) {
+  const Matrix3d information = estimator->fillErrors(result);
   estimator->describe(result);
   if (!result->gyro.allFinite() || !information.allFinite()) {
     result->summary.stop(Termination::kFailed, "the gyro bias is not finite");
@@ -51,7 +50,7 @@ NormalEpipolarBias estimateGyroBias(const StereoInertialCalibration& calibration
     found.restart = start;
     found.fewest_matches = estimator.fewestMatches();
     found.noise = estimator.noise(estimator.longestSpan());
-    fillCovariance(&estimator, &found);
+    fillErrors(&estimator, &found);
     const bool better = start == 0 || (found.summary.usable() &&
                                        (!result.summary.usable() || found.noise < result.noise));
     if (better) result = found;

@@ -224,25 +224,29 @@ CombinedRows::CombinedRows(const InitializationProblem& problem,
   y = T * rows.y;
 }
 
-Expected<VectorXd> solveCombinedRows(const InitializationProblem& problem, const CombinedRows& rows,
-                                     const CombinedRowsOptions& options,
-                                     VisualFrameEstimate* estimate) {
+Expected<CombinedExtra> solveCombinedRows(const InitializationProblem& problem,
+                                          const CombinedRows& rows,
+                                          const CombinedRowsOptions& options,
+                                          VisualFrameEstimate* estimate) {
   const MatrixXd others = otherColumns(rows, options);
   const auto seed = seedGravity(problem, rows, others, options);
   if (!seed) return refuse(seed.error());
   estimate->g_V = *seed;
   const auto refined = refine(problem, rows, others, options, estimate);
   if (!refined) return refuse(refined.error());
-  if (estimate->errors)
-    addErrors(rows, estimate->T_VB, errorsOf(*refined, rows, options, *estimate->errors),
-              &*estimate->errors);
   const VectorXd& change = refined->change;
+  CombinedExtra own = {change.tail(rows.extra.cols()), {}};
+  if (estimate->errors) {
+    CombinedErrors errors = errorsOf(*refined, rows, options, *estimate->errors);
+    addErrors(rows, estimate->T_VB, errors, &*estimate->errors);
+    own.errors = std::move(errors.extra);
+  }
   estimate->bias.accel += change.segment<3>(kAccel);
   const Index scale_at = kOthers + (options.first_velocity ? 3 : 0);
   if (options.free_scale) rescale(1.0 + change[scale_at], rows.camera, estimate);
   const Vector3d first = options.first_velocity ? Vector3d(change.segment<3>(kOthers)) : Vector3d();
   solveVelocities(rows.pairs, options.first_velocity ? &first : nullptr, estimate);
-  return VectorXd(change.tail(rows.extra.cols()));
+  return own;
 }
 
 void solveVelocities(const std::vector<Preintegration>& pairs, const Vector3d* first,

@@ -26,8 +26,7 @@ void InertialOnlyStepOptions::declare(ParameterSet& parameters) {
 
 Expected<InertialOnlyStep> solveInertialOnlyStep(
     const InitializationProblem& problem, const InertialOnlyStepOptions& options,
-    const std::optional<GyroBiasMeasurement>& gyro_bias,
-    const Eigen::Matrix3d& gyro_bias_covariance) {
+    const std::optional<GyroBiasMeasurement>& gyro_bias, const GyroBiasErrors& gyro_bias_errors) {
   const auto found = visualSolutionWith(problem, options.min_landmarks);
   if (!found) return refuse(found.error());
   const VisualSolution& visual = **found;
@@ -70,8 +69,8 @@ Expected<InertialOnlyStep> solveInertialOnlyStep(
   const auto known = checkGravityDirection(1.0 / std::sqrt(step.map.smallest_eigenvalue_gravity),
                                            options.max_sigma_gravity_deg);
   if (!known) return refuse(known.error());
-  step.errors = inertialOnlyErrors(problem, step.preintegrations, map_options, step.map,
-                                   gyro_bias_covariance);
+  step.errors =
+      inertialOnlyErrors(problem, step.preintegrations, map_options, step.map, gyro_bias_errors);
   return step;
 }
 

@@ -13,14 +13,14 @@ using Eigen::Vector3d;
 
 ErrorSources::ErrorSources(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
-                           const Matrix3d& measured_gyro_bias)
+                           const GyroBiasErrors& measured_gyro_bias)
     : ErrorSources(problem, preintegrations, problem.visualSolution()->covariance,
                    measured_gyro_bias) {}
 
 ErrorSources::ErrorSources(const InitializationProblem& problem,
                            const std::vector<Preintegration>& preintegrations,
-                           const MatrixXd& poses, const Matrix3d& measured_gyro_bias)
-    : intervals_(preintegrations.size()) {
+                           const MatrixXd& poses, const GyroBiasErrors& measured_gyro_bias)
+    : intervals_(preintegrations.size()), gyro_bias_by_rotations_(measured_gyro_bias.by_rotations) {
   const Index n = 15 * intervals_ + 9;
   covariance_ = MatrixXd::Zero(n, n);
   covariance_.topLeftCorner(6 * intervals_, 6 * intervals_) = poses;
@@ -32,13 +32,20 @@ ErrorSources::ErrorSources(const InitializationProblem& problem,
                                                        priors.sigma_gyro_rps);
   covariance_.diagonal().segment<3>(n - 6).setConstant(priors.sigma_accel_mps2 *
                                                        priors.sigma_accel_mps2);
-  covariance_.bottomRightCorner<3, 3>() = measured_gyro_bias;
+  covariance_.bottomRightCorner<3, 3>() = measured_gyro_bias.covariance;
 }
 
 MatrixXd ErrorSources::select(Index first, Index rows) const {
   MatrixXd map = MatrixXd::Zero(rows, covariance_.cols());
   map.middleCols(first, rows).setIdentity();
   return map;
+}
+
+MatrixXd ErrorSources::measuredGyroBias() const {
+  MatrixXd errors = select(15 * intervals_ + 6, 3);
+  for (size_t k = 0; k < gyro_bias_by_rotations_.size(); ++k)
+    errors.middleCols<3>(6 * intervals_ + 9 * static_cast<Index>(k)) = gyro_bias_by_rotations_[k];
+  return errors;
 }
 
 MatrixXd StateErrors::covariance(const Matrix3d& R_WV, const Vector3d& v_WB,
@@ -54,7 +61,7 @@ std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& probl
                                               const std::vector<Preintegration>& preintegrations,
                                               const InertialOnlyOptions& options,
                                               const InertialOnlyResult& result,
-                                              const Matrix3d& measured_gyro_bias) {
+                                              const GyroBiasErrors& measured_gyro_bias) {
   const VisualSolution& visual = *problem.visualSolution();
   if (visual.covariance.rows() != 6 * static_cast<Index>(preintegrations.size())) return {};
   const InertialOnlyResponse response =

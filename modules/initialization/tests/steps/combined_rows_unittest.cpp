@@ -127,9 +127,9 @@ TEST(CombinedRows, FindsTheMethodsOwnUnknown) {
   CombinedRowsOptions options;
   options.passes = 10;
   const CombinedRows rows(c.problem, c.pairs, c.estimate, triplesOfPairs(T_VB, c.pairs), extra);
-  const auto x = solveCombinedRows(c.problem, rows, options, &c.estimate);
-  ASSERT_TRUE(x) << x.error().reason;
-  EXPECT_LT((*x - lever).norm(), 1e-5);
+  const auto own = solveCombinedRows(c.problem, rows, options, &c.estimate);
+  ASSERT_TRUE(own) << own.error().reason;
+  EXPECT_LT((own->x - lever).norm(), 1e-5);
   EXPECT_LT((c.estimate.g_V - c.g_V).norm(), 1e-5);
 }
 

@@ -12,6 +12,9 @@ namespace etalon {
  */
 Eigen::MatrixXd claimedCovariance(const VisualInertialBaResult& result);
 
+/** The same with the poses relative to the first, 11 + 6(N-1) square. */
+Eigen::MatrixXd claimedJointCovariance(const VisualInertialBaResult& result);
+
 /** An error that is predicted: its length stays below `bound` at a confidence. */
 struct PredictedError {
   double bound = 0.0;                    ///< in the unit of the error

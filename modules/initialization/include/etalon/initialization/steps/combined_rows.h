@@ -76,16 +76,22 @@ struct CombinedRows {
   Eigen::VectorXd scale, y;
 };
 
+/** The method's own unknowns. */
+struct CombinedExtra {
+  Eigen::VectorXd x;
+  Eigen::MatrixXd errors;  ///< of x by ErrorSources; empty where the estimate has none
+};
+
 /**
  * First gravity with its magnitude free and b_a the mean of its prior; then its direction and b_a
  * together, linearised `passes` times. Fills the estimate: gravity, b_a, velocities, and with a
  * free scale positions and landmarks; and adds their errors where it has those of the biases.
- * @return x; refused: ill_conditioned, implausible, and the estimate is then meaningless
+ * @return refused: ill_conditioned, implausible, and the estimate is then meaningless
  */
-Expected<Eigen::VectorXd> solveCombinedRows(const InitializationProblem& problem,
-                                            const CombinedRows& rows,
-                                            const CombinedRowsOptions& options,
-                                            VisualFrameEstimate* estimate);
+Expected<CombinedExtra> solveCombinedRows(const InitializationProblem& problem,
+                                          const CombinedRows& rows,
+                                          const CombinedRowsOptions& options,
+                                          VisualFrameEstimate* estimate);
 
 /**
  * Velocities: from `first` on by the IMU, r_v = 0; without it those at which the positions of the

@@ -35,11 +35,11 @@ struct InertialOnlyStep {
  * odometry; the raw IMU is re-integrated at the biases found and the MAP solved again until they
  * stand still (at most `reintegrations` times).
  * @param gyro_bias a start for b_g, or a measurement of it, found elsewhere
- * @param gyro_bias_covariance its own, for the errors, whatever information the MAP gives it
+ * @param gyro_bias_errors its own, for the errors, whatever information the MAP gives it
  */
 Expected<InertialOnlyStep> solveInertialOnlyStep(
     const InitializationProblem& problem, const InertialOnlyStepOptions& options,
     const std::optional<GyroBiasMeasurement>& gyro_bias = {},
-    const Eigen::Matrix3d& gyro_bias_covariance = Eigen::Matrix3d::Zero());
+    const GyroBiasErrors& gyro_bias_errors = {});
 
 }  // namespace etalon

@@ -6,6 +6,7 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/initialization/steps/gyro_bias_errors.h"
 #include "etalon/optimization/solver_summary.h"
 
 namespace etalon {
@@ -34,6 +35,7 @@ struct NormalEpipolarBias {
    * and of the gyro, propagated through all pairs in which it takes part. Too small without
    * parallax (pure rotation) and where the normals are not weighted by their noise. */
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  GyroBiasErrors errors;  ///< the same, by pixels and gyro
   /** Median over the pairs of the robust standard deviation of a match's residual, in units of what
    * sigma_px predicts: 1 where the model holds. */
   double noise = 0.0;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "etalon/initialization/initialization_problem.h"
+#include "etalon/initialization/steps/gyro_bias_errors.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
 #include "etalon/initialization/steps/linear_alignment.h"
 
@@ -13,7 +14,8 @@ namespace etalon {
 /**
  * What the errors of an initializer come from, as one vector with its covariance: the poses of
  * stereo odometry, the IMU's noise between keyframes, how far the biases are from their prior's
- * mean, and a gyro bias measured elsewhere. The four are independent of each other. Errors are
+ * mean, and what a gyro bias measured elsewhere has besides the IMU's noise. The four are
+ * independent of each other. Errors are
  * estimate (or measurement) less truth; an error that depends on them linearly is a matrix with a
  * column for each.
  */
@@ -21,15 +23,15 @@ class ErrorSources {
  public:
   /**
    * @param preintegrations between neighbouring keyframes
-   * @param measured_gyro_bias covariance of a b_g found elsewhere, (rad/s)^2; zero: none
+   * @param measured_gyro_bias of a b_g found elsewhere; as it begins: none
    */
   ErrorSources(const InitializationProblem& problem,
                const std::vector<Preintegration>& preintegrations,
-               const Eigen::Matrix3d& measured_gyro_bias = Eigen::Matrix3d::Zero());
+               const GyroBiasErrors& measured_gyro_bias = {});
   /** The same with poses that are not stereo odometry's. @param poses their covariance */
   ErrorSources(const InitializationProblem& problem,
                const std::vector<Preintegration>& preintegrations, const Eigen::MatrixXd& poses,
-               const Eigen::Matrix3d& measured_gyro_bias);
+               const GyroBiasErrors& measured_gyro_bias);
 
   /** Of keyframes 1.., [rotation, position] as VisualSolution::covariance: 6(N-1) rows. */
   Eigen::MatrixXd poses() const { return select(0, 6 * intervals_); }
@@ -37,7 +39,8 @@ class ErrorSources {
   Eigen::MatrixXd imu() const { return select(6 * intervals_, 9 * intervals_); }
   /** Of the prior's mean, b_g and b_a: 6 rows. */
   Eigen::MatrixXd priorMean() const { return select(15 * intervals_, 6); }
-  Eigen::MatrixXd measuredGyroBias() const { return select(15 * intervals_ + 6, 3); }
+  /** Of the b_g found elsewhere: 3 rows. */
+  Eigen::MatrixXd measuredGyroBias() const;
 
   Eigen::MatrixXd covarianceOf(const Eigen::MatrixXd& errors) const {
     return errors * covariance_ * errors.transpose();
@@ -47,6 +50,7 @@ class ErrorSources {
   Eigen::MatrixXd select(Eigen::Index first, Eigen::Index rows) const;
 
   Eigen::Index intervals_;
+  std::vector<Eigen::Matrix3d> gyro_bias_by_rotations_;
   Eigen::MatrixXd covariance_;
 };
 
@@ -74,7 +78,7 @@ std::optional<StateErrors> inertialOnlyErrors(const InitializationProblem& probl
                                               const std::vector<Preintegration>& preintegrations,
                                               const InertialOnlyOptions& options,
                                               const InertialOnlyResult& result,
-                                              const Eigen::Matrix3d& measured_gyro_bias);
+                                              const GyroBiasErrors& measured_gyro_bias);
 
 /**
  * Errors of a linear alignment's rows at its solution.
