@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/window_initialization.h"
 
@@ -232,11 +233,12 @@ void expectErrsInProportionToThePixelNoise(const Initializer& initializer) {
   }
 }
 
-void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack, bool poses,
+void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack,
                                    int least_answers) {
   constexpr int kWindows = 40;
   for (const double sigma_px : {0.1, 0.5}) {
-    double sum = 0.0;
+    Eigen::Index poses = 0;
+    double sum = 0.0, sum_of_poses = 0.0;
     int answers = 0;
     for (unsigned seed = 1; seed <= kWindows; ++seed) {
       const SyntheticWindowOptions options = drawnOptions(Motion::kAggressive, seed, sigma_px);
@@ -244,14 +246,20 @@ void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack,
       if (!o.result && least_answers < kWindows) continue;
       ASSERT_TRUE(o.result) << o.result.error().reason;
       ++answers;
-      ASSERT_EQ(o.result->covariance.rows(), poses ? 11 + 6 * (options.keyframes - 1) : 11);
-      const Eigen::MatrixXd P = o.result->covariance.topLeftCorner<11, 11>();
+      const Eigen::MatrixXd& P = o.result->covariance;
+      poses = 6 * (options.keyframes - 1);
+      ASSERT_EQ(P.rows(), 11 + poses);
       const Eigen::VectorXd e = estimationError(*o.result, o.window);
-      sum += e.dot(P.llt().solve(e)) / 11.0;
+      sum += e.dot(P.topLeftCorner<11, 11>().llt().solve(e)) / 11.0;
+      const Eigen::VectorXd d = relativePoseErrors(o.result->states, o.window.truth);
+      sum_of_poses += d.dot(P.bottomRightCorner(poses, poses).llt().solve(d)) / poses;
     }
     ASSERT_GE(answers, least_answers) << sigma_px << " px";
-    EXPECT_NEAR(sum / answers, 1.0, 3.0 * std::sqrt(2.0 / (11.0 * answers)) + slack)
-        << sigma_px << " px";
+    const auto tolerance = [&](double errors) {
+      return 3.0 * std::sqrt(2.0 / (errors * answers)) + slack;
+    };
+    EXPECT_NEAR(sum / answers, 1.0, tolerance(11.0)) << sigma_px << " px";
+    EXPECT_NEAR(sum_of_poses / answers, 1.0, tolerance(poses)) << sigma_px << " px, poses";
   }
 }
 

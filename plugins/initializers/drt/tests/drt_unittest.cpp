@@ -103,7 +103,7 @@ TEST(Drt, ErrsAsItsCovarianceSaysInEveryForm) {
   for (const char* ini : {"refine = no", "accel_bias = mean", "variant = loose",
                           "refine = no\naccel_bias = mean", "refine = no\nvariant = loose"}) {
     SCOPED_TRACE(ini);
-    testing::expectErrsAsItsCovarianceSays(*load(ini), 0.2, true, 35);
+    testing::expectErrsAsItsCovarianceSays(*load(ini), 0.2, 35);
   }
 }
 

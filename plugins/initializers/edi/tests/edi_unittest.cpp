@@ -50,6 +50,10 @@ TEST(Edi, SurvivesThirtyPercentOfOutliers) {
   testing::expectSurvivesOutliersOfStereoOdometry(*load());
 }
 
+TEST(Edi, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
+}
+
 TEST(Edi, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); },
                           testing::noisyOptions(Motion::kAggressive, 0.1, kBiases));

@@ -110,7 +110,7 @@ TEST(JointClosedForm, ErrsAsItsCovarianceSays) {
 TEST(JointClosedForm, ErrsAsItsCovarianceSaysInTheFormsPublished) {
   for (const char* ini : {"imu_noise = no", "accel_bias = mean"}) {
     SCOPED_TRACE(ini);
-    testing::expectErrsAsItsCovarianceSays(*load(ini), 0.05, true, 30);
+    testing::expectErrsAsItsCovarianceSays(*load(ini), 0.05, 30);
   }
 }
 

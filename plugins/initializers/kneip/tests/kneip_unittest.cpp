@@ -48,8 +48,8 @@ TEST(Kneip, AFreeScaleIsThatAtWhichGravityHasItsMagnitude) {
 }
 
 TEST(Kneip, ErrsAsItsCovarianceSaysWithAFreeScaleToo) {
-  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, true, 30);
-  testing::expectErrsAsItsCovarianceSays(*load("free_scale = true"), 0.1, true, 30);
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
+  testing::expectErrsAsItsCovarianceSays(*load("free_scale = true"), 0.1, 30);
 }
 
 TEST(Kneip, LeavesTheAccelerometerBiasToGravity) {

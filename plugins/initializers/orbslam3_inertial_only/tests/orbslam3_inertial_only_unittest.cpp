@@ -76,6 +76,10 @@ TEST(OrbSlam3InertialOnly, PinsTheAccelerometerBiasAsPublished) {
   EXPECT_LT(o.errors.gravity_deg, 1.0);
 }
 
+TEST(OrbSlam3InertialOnly, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
+}
+
 TEST(OrbSlam3InertialOnly, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); });
 }

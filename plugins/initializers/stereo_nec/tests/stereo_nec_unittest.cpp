@@ -138,5 +138,9 @@ TEST(StereoNec, RefusesAnImuGapAndNonFiniteMeasurements) {
   testing::expectRefusesBrokenInput(*load());
 }
 
+TEST(StereoNec, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
+}
+
 }  // namespace
 }  // namespace etalon

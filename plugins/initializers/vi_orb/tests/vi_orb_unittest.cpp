@@ -71,6 +71,10 @@ TEST(ViOrb, SurvivesThirtyPercentOfOutliers) {
   testing::expectSurvivesOutliersOfStereoOdometry(*load());
 }
 
+TEST(ViOrb, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
+}
+
 TEST(ViOrb, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); },
                           testing::noisyOptions(Motion::kAggressive, 0.1, kBiases));

@@ -131,6 +131,10 @@ TEST(VinsAlignment, SurvivesThirtyPercentOfOutliers) {
   EXPECT_LT(o.errors.gyro_bias_rps, 0.01);
 }
 
+TEST(VinsAlignment, ErrsAsItsCovarianceSays) {
+  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
+}
+
 TEST(VinsAlignment, GivesTheSameResultBitForBit) {
   testing::expectSameBits(
       [] { return load(); },
