@@ -1,4 +1,5 @@
 #include "etalon/core/stopwatch.h"
+#include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/gyro_bias_of_rotations.h"
@@ -62,14 +63,17 @@ class VinsAlignment : public Initializer {
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const double gyro_ms = watch.lapMilliseconds();
 
-    if (variant_ == Variant::kFusion) {
-      seedAsFusion(problem, preintegrations, &estimate);
-      estimate.errors.reset();
-    } else {
-      const auto aligned = align(problem, visual, preintegrations, &estimate);
+    const VisualFrameEstimate without_alignment = estimate;
+    const auto aligned = align(problem, visual, preintegrations, &estimate);
+    Initialization result;
+    if (variant_ != Variant::kFusion) {
       if (!aligned) return refuse(aligned.error());
+      result = alignWithGravity(problem, estimate);
+    } else {
+      result = alignWithGravity(problem, asFusion(problem, preintegrations, without_alignment));
+      if (aligned)
+        result.covariance = covarianceAround(alignWithGravity(problem, estimate), result);
     }
-    Initialization result = alignWithGravity(problem, estimate);
     result.timings = {{"gyro_bias", gyro_ms}, {"linear_alignment", watch.lapMilliseconds()}};
     return result;
   }
@@ -109,17 +113,19 @@ class VinsAlignment : public Initializer {
 
   /** Takes gravity from the mean specific force between the first two frames and integrates the
    * velocities from zero. */
-  static void seedAsFusion(const InitializationProblem& problem,
-                           const std::vector<Preintegration>& preintegrations,
-                           VisualFrameEstimate* estimate) {
+  static VisualFrameEstimate asFusion(const InitializationProblem& problem,
+                                      const std::vector<Preintegration>& preintegrations,
+                                      VisualFrameEstimate estimate) {
+    estimate.errors.reset();
     const TimeNs start = problem.frames().front().t;
     Vector3d sum = Vector3d::Zero();
     for (const ImuSample& s : problem.imu().between(start, problem.frames()[1].t)) sum += s.accel;
-    estimate->g_V = -problem.gravityMagnitude() * (estimate->T_VB.front().R * sum).normalized();
-    estimate->v_VB.assign(1, Vector3d::Zero());
+    estimate.g_V = -problem.gravityMagnitude() * (estimate.T_VB.front().R * sum).normalized();
+    estimate.v_VB.assign(1, Vector3d::Zero());
     for (size_t k = 0; k < preintegrations.size(); ++k)
-      estimate->v_VB.emplace_back(estimate->v_VB[k] + estimate->g_V * preintegrations[k].dt() +
-                                  estimate->T_VB[k].R * preintegrations[k].deltas().dv);
+      estimate.v_VB.emplace_back(estimate.v_VB[k] + estimate.g_V * preintegrations[k].dt() +
+                                 estimate.T_VB[k].R * preintegrations[k].deltas().dv);
+    return estimate;
   }
 
   Variant variant_ = Variant::kAlignment;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "etalon/core/so3.h"
+#include "etalon/initialization/predicted_errors.h"
 
 namespace etalon {
 
@@ -26,6 +27,8 @@ void CombinedRowsOptions::declare(ParameterSet& parameters) {
   parameters.add("max_gravity_deviation_mps2", &max_gravity_deviation_mps2, {0.0, 100.0},
                  "Refuse if gravity, its magnitude free and b_a the mean of its prior, differs "
                  "from its magnitude by more, m/s^2.");
+  parameters.add("max_sigma_gravity_deg", &max_sigma_gravity_deg, {0.0, 180.0},
+                 "Refuse if the standard deviation of gravity's direction is larger, deg.");
 }
 
 void CombinedRowsOptions::declareScale(ParameterSet& parameters) {
@@ -238,6 +241,10 @@ Expected<CombinedExtra> solveCombinedRows(const InitializationProblem& problem,
   CombinedExtra own = {change.tail(rows.extra.cols()), {}};
   if (estimate->errors) {
     CombinedErrors errors = errorsOf(*refined, rows, options, *estimate->errors);
+    const double sigma = largestSigma(estimate->errors->sources.covarianceOf(errors.gravity)) /
+                         problem.gravityMagnitude();
+    if (const auto known = checkGravityDirection(sigma, options.max_sigma_gravity_deg); !known)
+      return refuse(known.error());
     addErrors(rows, estimate->T_VB, errors, &*estimate->errors);
     own.errors = std::move(errors.extra);
   }

@@ -106,6 +106,9 @@ TEST(VinsAlignment, FusionTakesTheFirstSpecificForceForGravity) {
   ASSERT_TRUE(circle.result) << circle.result.error().reason;
   EXPECT_NEAR(circle.errors.gravity_deg, 180.0 / M_PI * std::atan(1.0 / 9.81), 0.1);
   EXPECT_LT(circle.errors.gyro_bias_rps, 1e-5);
+  // The alignment of the same window tells how far off it is.
+  ASSERT_EQ(circle.result->covariance.rows(), 11 + 6 * (options.keyframes - 1));
+  EXPECT_GT(circle.result->covariance.diagonal().segment<2>(6).sum(), std::pow(0.09, 2));
 }
 
 TEST(VinsAlignment, LeavesThePosesOfStereoOdometryAsTheyAre) {

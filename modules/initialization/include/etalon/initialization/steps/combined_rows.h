@@ -29,6 +29,7 @@ struct CombinedRowsOptions {
   int passes = 1;               ///< solutions for gravity's direction and b_a
   double max_condition = 1e4;
   double max_gravity_deviation_mps2 = 1.0;
+  double max_sigma_gravity_deg = 10.0;  ///< where the estimate has errors
 
   /** All but `free_scale`. */
   void declare(ParameterSet& parameters);
