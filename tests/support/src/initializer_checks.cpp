@@ -237,29 +237,40 @@ void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack,
                                    int least_answers) {
   constexpr int kWindows = 40;
   for (const double sigma_px : {0.1, 0.5}) {
-    Eigen::Index poses = 0;
-    double sum = 0.0, sum_of_poses = 0.0;
     int answers = 0;
+    struct Block {
+      const char* name;
+      Eigen::Index start, size;
+      double sum = 0.0;
+    };
+    std::vector<Block> blocks;
     for (unsigned seed = 1; seed <= kWindows; ++seed) {
       const SyntheticWindowOptions options = drawnOptions(Motion::kAggressive, seed, sigma_px);
       const Outcome o = runOn(withoutBiasWalk(options), options, initializer);
       if (!o.result && least_answers < kWindows) continue;
       ASSERT_TRUE(o.result) << o.result.error().reason;
       ++answers;
+      const Eigen::Index errors = 11 + 6 * (options.keyframes - 1);
+      if (blocks.empty())
+        blocks = {{"b_g", 0, 3},      {"b_a", 3, 3},  {"gravity", 6, 2},
+                  {"velocity", 8, 3}, {"all", 0, 11}, {"poses", 11, errors - 11}};
       const Eigen::MatrixXd& P = o.result->covariance;
-      poses = 6 * (options.keyframes - 1);
-      ASSERT_EQ(P.rows(), 11 + poses);
-      const Eigen::VectorXd e = estimationError(*o.result, o.window);
-      sum += e.dot(P.topLeftCorner<11, 11>().llt().solve(e)) / 11.0;
-      const Eigen::VectorXd d = relativePoseErrors(o.result->states, o.window.truth);
-      sum_of_poses += d.dot(P.bottomRightCorner(poses, poses).llt().solve(d)) / poses;
+      ASSERT_EQ(P.rows(), errors);
+      Eigen::VectorXd e(errors);
+      e << estimationError(*o.result, o.window),
+          relativePoseErrors(o.result->states, o.window.truth);
+      for (Block& block : blocks) {
+        const Eigen::VectorXd part = e.segment(block.start, block.size);
+        const Eigen::MatrixXd own = P.block(block.start, block.start, block.size, block.size);
+        block.sum += part.dot(own.llt().solve(part));
+      }
     }
     ASSERT_GE(answers, least_answers) << sigma_px << " px";
-    const auto tolerance = [&](double errors) {
-      return 3.0 * std::sqrt(2.0 / (errors * answers)) + slack;
-    };
-    EXPECT_NEAR(sum / answers, 1.0, tolerance(11.0)) << sigma_px << " px";
-    EXPECT_NEAR(sum_of_poses / answers, 1.0, tolerance(poses)) << sigma_px << " px, poses";
+    for (const Block& block : blocks) {
+      const double freedom = static_cast<double>(block.size * answers);
+      EXPECT_NEAR(block.sum / freedom, 1.0, 3.0 * std::sqrt(2.0 / freedom) + slack)
+          << block.name << " at " << sigma_px << " px";
+    }
   }
 }
 

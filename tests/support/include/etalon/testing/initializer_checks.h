@@ -75,8 +75,8 @@ SyntheticWindow withoutBiasWalk(const SyntheticWindowOptions& options);
 /** Mean velocity error (m/s) of ten gentle windows with 0.5 and with 1 px of noise: below 0.006
  * m/s a pixel and 0.001. Errors in variables grow with the square of the noise. */
 void expectErrsInProportionToThePixelNoise(const Initializer& initializer);
-/** Average NEES of 40 aggressive windows with 0.1 and with 0.5 px of noise, of the first 11 errors
- * and of the poses: 1 within three standard deviations and `slack`.
+/** Average NEES of 40 aggressive windows with 0.1 and with 0.5 px of noise, of the first 11 errors,
+ * each of their blocks and the poses: 1 within three standard deviations and `slack`.
  * @param least_answers windows that may not be refused, of the 40 */
 void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack,
                                    int least_answers = 40);
