@@ -5,7 +5,7 @@
 
 namespace etalon {
 
-/** First-order errors of a b_g that was found elsewhere than in what it is used for. */
+/** First-order errors of a gyro bias that an earlier step has found, for the steps that use it. */
 struct GyroBiasErrors {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of what is not the IMU's, (rad/s)^2
   /** By the rotation error (right perturbation, rad) of every preintegration between neighbouring

@@ -23,7 +23,7 @@ class ErrorSources {
  public:
   /**
    * @param preintegrations between neighbouring keyframes
-   * @param measured_gyro_bias of a b_g found elsewhere; as it begins: none
+   * @param measured_gyro_bias of a b_g found elsewhere; default: none
    */
   ErrorSources(const InitializationProblem& problem,
                const std::vector<Preintegration>& preintegrations,
