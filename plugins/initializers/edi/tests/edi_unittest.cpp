@@ -50,9 +50,7 @@ TEST(Edi, SurvivesThirtyPercentOfOutliers) {
   testing::expectSurvivesOutliersOfStereoOdometry(*load());
 }
 
-TEST(Edi, ErrsAsItsCovarianceSays) {
-  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
-}
+TEST(Edi, ErrsAsItsCovarianceSays) { testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30); }
 
 TEST(Edi, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); },

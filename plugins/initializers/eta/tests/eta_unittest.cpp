@@ -73,9 +73,7 @@ TEST(Eta, GravityInheritsThePinnedAccelerometerBiasUntilViBaFreesIt) {
   EXPECT_LT(errorsOf(states, attempt.vi_ba.bias, window).gravity_deg, 0.3 * before);
 }
 
-TEST(Eta, ErrsAsItsCovarianceSays) {
-  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
-}
+TEST(Eta, ErrsAsItsCovarianceSays) { testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30); }
 
 TEST(Eta, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); });

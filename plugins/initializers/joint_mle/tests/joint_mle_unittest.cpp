@@ -57,9 +57,7 @@ TEST(JointMle, RefusesWhatTheOtherTracksDoNotAgreeWith) {
                          "of the other tracks' pixels agree");
 }
 
-TEST(JointMle, ErrsAsItsCovarianceSays) {
-  testing::expectErrsAsItsCovarianceSays(*load(), 0.05);
-}
+TEST(JointMle, ErrsAsItsCovarianceSays) { testing::expectErrsAsItsCovarianceSays(*load(), 0.05); }
 
 TEST(JointMle, MoreTracksKnowMore) {
   const SyntheticWindowOptions options =

@@ -71,9 +71,7 @@ TEST(ViOrb, SurvivesThirtyPercentOfOutliers) {
   testing::expectSurvivesOutliersOfStereoOdometry(*load());
 }
 
-TEST(ViOrb, ErrsAsItsCovarianceSays) {
-  testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30);
-}
+TEST(ViOrb, ErrsAsItsCovarianceSays) { testing::expectErrsAsItsCovarianceSays(*load(), 0.1, 30); }
 
 TEST(ViOrb, GivesTheSameResultBitForBit) {
   testing::expectSameBits([] { return load(); },
