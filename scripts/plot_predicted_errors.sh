@@ -11,8 +11,8 @@ awk -F ' *\\| *' '
   /^\|/ && $3 ~ /^estimates/ { ++tables; title[tables] = $2; next }
   /^\|/ {
     n = ++rows[tables]; label[tables, n] = $2
-    error[1, tables, n] = $6; predicted[1, tables, n] = $7
-    error[2, tables, n] = $9; predicted[2, tables, n] = $10
+    error[1, tables, n] = $6 + 0; predicted[1, tables, n] = $7 + 0  # 0: a row without estimates
+    error[2, tables, n] = $9 + 0; predicted[2, tables, n] = $10 + 0
     for (q = 1; q <= 2; q++)
       for (k = 0; k < 2; k++) {
         v = k ? predicted[q, tables, n] : error[q, tables, n]
