@@ -143,33 +143,32 @@ class HuangStereo : public Initializer {
     // Linear in p_BC; the second time its errors are those at the p_BC found.
     for (int pass = 0; pass < (free_translation_ ? 2 : 1); ++pass) {
       *estimate = at_camera;
-      moveToBody(p_BC, estimate);
-      if (estimate->errors) {
-        MatrixXd& errors = estimate->errors->poses;
-        for (Index k = 0; k < errors.rows() / 6; ++k)
-          errors.middleRows<3>(6 * k + 3) +=
-              estimate->T_VB[k + 1].R * hat(p_BC) * errors.middleRows<3>(6 * k);
-      }
+      moveToBody(p_BC, MatrixXd(), estimate);
       const CombinedRows triples(problem, pairs, *estimate, triplesOfPairs(estimate->T_VB, pairs),
                                  free_translation_ ? leverColumns(estimate->T_VB) : MatrixXd());
       const auto change = solveCombinedRows(problem, triples, options, estimate);
       if (!change) return refuse(change.error());
       if (!free_translation_) continue;
-      if (estimate->errors) {
-        MatrixXd& errors = estimate->errors->poses;
-        for (Index k = 0; k < errors.rows() / 6; ++k)
-          errors.middleRows<3>(6 * k + 3) -=
-              (estimate->T_VB[k + 1].R - Matrix3d::Identity()) * change->errors;
-      }
       p_BC += change->x;
-      moveToBody(change->x, estimate);
+      moveToBody(change->x, change->errors, estimate);
       solveVelocities(pairs, nullptr, estimate);
     }
     return p_BC;
   }
 
-  static void moveToBody(const Vector3d& p_BC, VisualFrameEstimate* estimate) {
-    for (SE3& T_VB : estimate->T_VB) T_VB.t -= T_VB.R * p_BC;
+  /** Takes positions, and their errors where they are known, from the end of a lever in the body to
+   * its beginning. @param lever_errors empty: it is exact */
+  static void moveToBody(const Vector3d& lever, const MatrixXd& lever_errors,
+                         VisualFrameEstimate* estimate) {
+    for (SE3& T_VB : estimate->T_VB) T_VB.t -= T_VB.R * lever;
+    if (!estimate->errors) return;
+    MatrixXd& errors = estimate->errors->poses;
+    for (Index k = 0; k < errors.rows() / 6; ++k) {
+      const Matrix3d& R_VB = estimate->T_VB[k + 1].R;
+      auto position = errors.middleRows<3>(6 * k + 3);
+      position += R_VB * hat(lever) * errors.middleRows<3>(6 * k);
+      if (lever_errors.size() > 0) position -= (R_VB - Matrix3d::Identity()) * lever_errors;
+    }
   }
 
   CombinedRowsOptions options_;

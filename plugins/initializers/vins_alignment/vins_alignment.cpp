@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "etalon/core/stopwatch.h"
 #include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/initializer.h"
@@ -63,17 +65,13 @@ class VinsAlignment : public Initializer {
     VisualFrameEstimate estimate = gyro->estimate(problem, visual);
     const double gyro_ms = watch.lapMilliseconds();
 
-    const VisualFrameEstimate without_alignment = estimate;
+    std::optional<VisualFrameEstimate> fusion;
+    if (variant_ == Variant::kFusion) fusion = asFusion(problem, preintegrations, estimate);
     const auto aligned = align(problem, visual, preintegrations, &estimate);
-    Initialization result;
-    if (variant_ != Variant::kFusion) {
-      if (!aligned) return refuse(aligned.error());
-      result = alignWithGravity(problem, estimate);
-    } else {
-      result = alignWithGravity(problem, asFusion(problem, preintegrations, without_alignment));
-      if (aligned)
-        result.covariance = covarianceAround(alignWithGravity(problem, estimate), result);
-    }
+    if (!aligned && !fusion) return refuse(aligned.error());
+    Initialization result = alignWithGravity(problem, fusion ? *fusion : estimate);
+    if (aligned && fusion)
+      result.covariance = covarianceAround(alignWithGravity(problem, estimate), result);
     result.timings = {{"gyro_bias", gyro_ms}, {"linear_alignment", watch.lapMilliseconds()}};
     return result;
   }

@@ -35,7 +35,7 @@ struct NormalEpipolarBias {
    * and of the gyro, propagated through all pairs in which it takes part. Too small without
    * parallax (pure rotation) and where the normals are not weighted by their noise. */
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  GyroBiasErrors errors;  ///< the same, by pixels and gyro
+  GyroBiasErrors errors;  ///< what `covariance` is made of: the pixels, and the gyro
   /** Median over the pairs of the robust standard deviation of a match's residual, in units of what
    * sigma_px predicts: 1 where the model holds. */
   double noise = 0.0;

@@ -15,9 +15,8 @@ namespace etalon {
  * What the errors of an initializer come from, as one vector with its covariance: the poses of
  * stereo odometry, the IMU's noise between keyframes, how far the biases are from their prior's
  * mean, and what a gyro bias measured elsewhere has besides the IMU's noise. The four are
- * independent of each other. Errors are
- * estimate (or measurement) less truth; an error that depends on them linearly is a matrix with a
- * column for each.
+ * independent of each other. Errors are estimate (or measurement) less truth; an error that depends
+ * on them linearly is a matrix with a column for each.
  */
 class ErrorSources {
  public:
