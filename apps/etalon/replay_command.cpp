@@ -96,14 +96,12 @@ class Replay {
   FinishedRun finished(double min_coverage) {
     FinishedRun run{source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
                     versions(), min_coverage,   {},        0.0,     std::move(imu_states_)};
-    if (configuration_.pipeline.final_ba) {
-      std::printf("final bundle adjustment...\n");
-      std::fflush(stdout);
-      run.final_flight = pipeline_.finalBa();
-      run.final_ba_s = 1e-3 * watch_.lapMilliseconds();
-    }
+    if (configuration_.pipeline.final_ba) adjust(&run);
     return run;
   }
+
+  /** Whether the final bundle adjustment was wanted, but was told to stop. */
+  bool adjustmentStopped() const { return adjustment_stopped_; }
 
   /** "3.20 s" after the first image, if the run was interrupted; else empty. */
   std::string interruptedAt() const {
@@ -115,6 +113,26 @@ class Replay {
   size_t delivered() const { return images_.size(); }
 
  private:
+  /** The final bundle adjustment; what is not finished is dropped. */
+  void adjust(FinishedRun* run) {
+    std::printf("final bundle adjustment...\n");
+    std::fflush(stdout);
+    FinalFlight flight;
+    if (!state_.stop)
+      flight = pipeline_.finalBa([this](int iterations) {
+        if (!died_)
+          progress_.update(false, [iterations] {
+            return format("replay: final bundle adjustment: %d iterations", iterations);
+          });
+        return !state_.stop;
+      });
+    progress_.interrupt();
+    adjustment_stopped_ = state_.stop;
+    if (adjustment_stopped_) return;
+    run->final_flight = std::move(flight);
+    run->final_ba_s = 1e-3 * watch_.lapMilliseconds();
+  }
+
   static std::string absolute(const std::string& path) {
     return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
   }
@@ -153,7 +171,7 @@ class Replay {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Stopwatch watch_;
   size_t reported_ = 0, events_reported_ = 0;
-  bool interrupted_ = false;
+  bool interrupted_ = false, adjustment_stopped_ = false;
 };
 
 /** Records the attempt that did not come to its end, with a warning. */
@@ -220,7 +238,7 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   } catch (const DataError&) {  // the part before the error is still finished and written
     failure = std::current_exception();
   }
-  const std::string interrupted = run.interruptedAt();
+  std::string interrupted = run.interruptedAt();
   if (run.delivered() == 0 && (failure || !interrupted.empty())) {
     // An earlier run in the folder stays as it is.
     std::error_code ignored;
@@ -235,6 +253,9 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   if (died) addLostAttempt(*died, &record);
   if (!interrupted.empty())
     record.warnings.push_back("the run was interrupted at " + interrupted + " and ends there");
+  if (run.adjustmentStopped())
+    record.warnings.push_back(
+        "the final bundle adjustment was interrupted: there is no trajectory_final.tum");
   RunFiles files;
   try {
     files = writeRunResults(arguments.out, finished, record);
@@ -244,13 +265,15 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   const bool part = arguments.from_s > 0.0 || arguments.to_s < 1e18 || !interrupted.empty();
   printSummary(record, files.written, part);
   if (!failure && !died) offerBiases(arguments, configuration, run.pipeline());
+  if (interrupted.empty() && run.adjustmentStopped()) interrupted = "the final bundle adjustment";
   if (interrupted.empty()) run.waitForWindow();
   if (!files.failures.empty())
     throw DataError("", 0, "not all results could be written: " + joined(files.failures, "; "));
   if (failure) std::rethrow_exception(failure);
   if (!interrupted.empty()) {
-    std::fprintf(stderr, "replay: interrupted at %s; what was flown is written\n",
-                 interrupted.c_str());
+    std::fprintf(stderr, "replay: interrupted at %s; what was flown is written%s\n",
+                 interrupted.c_str(),
+                 run.adjustmentStopped() ? ", without trajectory_final.tum" : "");
     return kInterrupted;
   }
   return run.pipeline().initializedAt() ? kOk : kNotInitialized;

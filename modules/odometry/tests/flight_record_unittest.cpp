@@ -220,6 +220,27 @@ TEST(FlightRecord, KeepsTheNewestKeyframesAlone) {
   EXPECT_TRUE(Recorded(options, 0).record.finalBa({}).keyframes.empty());
 }
 
+TEST(FlightRecord, AnAdjustmentThatIsToldToStopChangesNothing) {
+  SimulatedFlightOptions options = tenSeconds();
+  options.duration_s = 4.0;
+  const Recorded run(options);
+  int asked_last = 0;
+  TrajectoryBaOptions ba;
+  ba.go_on = [&asked_last](int iterations) {
+    asked_last = iterations;
+    return iterations < 3;
+  };
+  const FinalFlight flight = run.record.finalBa({}, ba);
+  EXPECT_EQ(flight.ba.summary.termination, Termination::kStopped);
+  EXPECT_EQ(asked_last, 3);
+  EXPECT_FALSE(flight.ba.summary.usable());
+  ba.go_on = [](int) { return false; };  // at once: nothing is solved
+  const FinalFlight start = run.record.finalBa({}, ba);
+  ASSERT_EQ(flight.keyframes.size(), start.keyframes.size());
+  for (size_t k = 0; k < start.keyframes.size(); ++k)
+    EXPECT_EQ(flight.keyframes[k].T_WB.t, start.keyframes[k].T_WB.t);
+}
+
 TEST(FlightRecord, AFlightInTwoPiecesIsAdjustedAsOne) {
   SimulatedFlightOptions options = tenSeconds();
   options.duration_s = 4.0;

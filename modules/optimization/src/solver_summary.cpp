@@ -12,6 +12,8 @@ const char* toString(Termination termination) {
       return "max_iterations";
     case Termination::kSingular:
       return "singular";
+    case Termination::kStopped:
+      return "stopped";
     case Termination::kFailed:
       return "failed";
   }

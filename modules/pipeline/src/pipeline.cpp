@@ -211,8 +211,9 @@ void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
 
 Trajectory Pipeline::smoothedTrajectory() const { return record_.smoothedFlight(trajectory()); }
 
-FinalFlight Pipeline::finalBa() const {
+FinalFlight Pipeline::finalBa(const std::function<bool(int iterations)>& go_on) const {
   TrajectoryBaOptions options;
+  options.go_on = go_on;
   options.least_noise_factor =
       std::min(1.0, options_.fixed_lag.least_sigma_px / options_.fixed_lag.sigma_px);
   return record_.finalBa(options_.window.priors, options, calibrationInUse());

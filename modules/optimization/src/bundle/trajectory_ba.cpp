@@ -1,5 +1,6 @@
 #include "etalon/optimization/bundle/trajectory_ba.h"
 
+#include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/normal_prior.h>
 
@@ -15,6 +16,24 @@
 namespace etalon {
 namespace {
 
+/** Counts the iterations of all rounds, and asks after each whether to go on. */
+class IterationWatch : public ceres::IterationCallback {
+ public:
+  explicit IterationWatch(std::function<bool(int iterations)> go_on) : go_on_(std::move(go_on)) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
+    if (iteration.iteration > 0) ++iterations_;  // 0 is the evaluation at the start
+    stopped_ = stopped_ || (go_on_ && !go_on_(iterations_));
+    return stopped_ ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  std::function<bool(int iterations)> go_on_;
+  int iterations_ = 0;
+  bool stopped_ = false;
+};
+
 /** Costs, blocks and solution of one batch. */
 class TrajectorySolver {
  public:
@@ -23,7 +42,7 @@ class TrajectorySolver {
     for (const NavState& state : problem->states) motions_.push_back(toMotionBlock(state));
   }
 
-  void solve(double noise_factor, int iterations, SolverSummary* summary) {
+  void solve(double noise_factor, int iterations, IterationWatch* watch, SolverSummary* summary) {
     reintegrate();
     const double variance = noise_factor * noise_factor;
     const auto problem = visual_.makeProblem(std::make_unique<ceres::ScaledLoss>(
@@ -51,6 +70,7 @@ class TrajectorySolver {
       solver.linear_solver_ordering->AddElementToGroup(visual_.pose(k), group);
       solver.linear_solver_ordering->AddElementToGroup(motions_[k].data(), group + 1);
     }
+    solver.callbacks.push_back(watch);
     ceres::Solver::Summary run;
     ceres::Solve(solver, problem.get(), &run);
     addRun(run, summary);
@@ -131,10 +151,15 @@ TrajectoryBaResult solveTrajectoryBa(TrajectoryBaProblem problem,
     return result;
   }
   TrajectorySolver solver(&problem);
+  IterationWatch watch(options.go_on);
   for (int round = 0; round < options.rounds; ++round) {
     const bool last = round + 1 == options.rounds;
     solver.solve(result.noise_factor, last ? options.last_iterations : options.iterations_per_round,
-                 &result.summary);
+                 &watch, &result.summary);
+    if (watch.stopped()) {
+      result.summary.stop(Termination::kStopped, "it was told to stop");
+      break;
+    }
     T_WB = solver.poses();
     bundle.relabel(T_WB, options.chi2_outlier);
     if (bundle.inlierCount() == 0) {

@@ -16,6 +16,8 @@ enum class Termination {
   kMaxIterations,
   /** The data do not determine the state: it is the last one that they did determine. */
   kSingular,
+  /** The caller told it to stop: the state is as it was given. */
+  kStopped,
   /** Something is not finite, or nothing is left to fit: the state is of no use. */
   kFailed,
 };

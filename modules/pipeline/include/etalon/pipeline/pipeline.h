@@ -119,8 +119,9 @@ class Pipeline {
   /** What of the flight is remembered for it, and the landmarks. */
   const FlightRecord& record() const { return record_; }
   /** A bundle adjustment of all keyframes, images and IMU; with PipelineOptions::final_ba. The
-   * trajectory is carriedAlong(smoothedTrajectory(), FinalFlight::keyframes). */
-  FinalFlight finalBa() const;
+   * trajectory is carriedAlong(smoothedTrajectory(), FinalFlight::keyframes).
+   * @param go_on TrajectoryBaOptions::go_on */
+  FinalFlight finalBa(const std::function<bool(int iterations)>& go_on = {}) const;
   /** What the flight says of the calibration since the last start; empty while stereo odometry runs
    * and where nothing of it is looked at. */
   std::vector<CalibrationFinding> calibrationFindings() const {

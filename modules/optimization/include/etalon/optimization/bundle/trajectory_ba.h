@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "etalon/imu/bias_priors.h"
@@ -19,6 +20,9 @@ struct TrajectoryBaOptions {
   /** The pixels' standard deviation follows the residuals' median, but not below this share of the
    * one that the window was built with. */
   double least_noise_factor = 0.3;
+  /** Called after each iteration with their number so far. Once it returns false the solver stops
+   * (Termination::kStopped). Empty: it always goes on. */
+  std::function<bool(int iterations)> go_on;
 };
 
 /** What it is solved on. W is gravity-aligned. */
