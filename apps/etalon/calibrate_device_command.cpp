@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "commands.h"
@@ -22,6 +23,7 @@
 #include "replay_output.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
+#include "support/stop_on_signals.h"
 #include "support/supervised_run.h"
 
 namespace etalon::app {
@@ -237,6 +239,12 @@ class Calibration {
     writeFile(arguments_.out, file_.toIni());
     std::printf("\nwritten: %s, %s\n", arguments_.out.c_str(),
                 counted(file_.flights().size(), "flight").c_str());
+    if (file_.flights().empty())
+      std::fprintf(stderr,
+                   "warning: %s has no biases: no flight settled them. Fly for half a minute or "
+                   "more, and turn and change the speed: the first ten seconds do not count, and "
+                   "ten more are wanted\n",
+                   printable(arguments_.out).c_str());
   }
 
  private:
@@ -249,11 +257,24 @@ class Calibration {
   bool has_noise_ = false;
 };
 
+/** @throws ConfigError if the file to write is there and is something else */
+void requireNoOtherFile(const std::string& out) {
+  if (!std::filesystem::is_regular_file(out)) return;
+  try {
+    DeviceFile::fromIni(IniFile::fromFile(out));
+  } catch (const Error& e) {
+    throw ConfigError("calibrate-device: --out " + out +
+                      " is there and is no device file, so it is not replaced: choose another "
+                      "name or remove it (" +
+                      e.what() + ")");
+  }
+}
+
 /** What should not be noticed after minutes of work: a device file that cannot be written, and
  * recordings that tell nothing. */
 void checkBeforeFlying(const CalibrateDeviceArguments& arguments) {
   requireDifferentNames(arguments.sources);
-  const OutputFile written_in_time(arguments.out);
+  { const OutputFile writable(arguments.out); }
   for (const std::string& source : arguments.sources)
     for (const std::string& warning : requireSoundRecording(source))
       std::fprintf(stderr, "warning: %s\n", printable(warning).c_str());
@@ -264,6 +285,8 @@ int calibrateDevice(const CalibrateDeviceArguments& arguments) {
     throw ConfigError("calibrate-device: expected recordings, or a device file (--base)");
   if (!arguments.without.empty() && arguments.base.empty())
     throw ConfigError("calibrate-device: --without leaves out flights of --base, which is missing");
+  requireNoOtherFile(arguments.out);
+  endOnSignals("calibrate-device: interrupted; nothing is written");
   const RunEnd end = runSupervised(arguments.time_limit_s, [&arguments](RunState& state) {
     checkBeforeFlying(arguments);
     Calibration calibration(arguments, &state);
@@ -318,7 +341,7 @@ void addCalibrateDeviceCommand(CLI::App& app, int* exit_code) {
                      &arguments->time_limit_s);
   command->footer(
       "Exit codes: 0 done, 2 usage or configuration, 3 data, 4 the initializer crashed, ended the "
-      "process or used up its time.");
+      "process or used up its time, 130 interrupted (nothing is written).");
   command->callback([arguments, exit_code] { *exit_code = calibrateDevice(*arguments); });
 }
 

@@ -14,6 +14,7 @@
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/run_configuration.h"
 #include "options/configuration_options.h"
+#include "support/stop_on_signals.h"
 
 namespace etalon::app {
 
@@ -175,6 +176,7 @@ int listChecks() {
 int checkPlugin(const CheckPluginArguments& arguments) {
   if (arguments.list) return listChecks();
   if (arguments.plugin.empty()) throw ConfigError("check-plugin: which plugin? (a name or a path)");
+  endOnSignals("check-plugin: interrupted; the plugin is not judged");
   const std::string crash = crashWhileLoading(arguments);
   if (!crash.empty()) {
     std::cerr << "etalon: " << arguments.plugin << ": while being loaded it " << crash << "\n";
@@ -268,7 +270,7 @@ void addCheckPluginCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--list", arguments->list, "List the checks and exit");
   command->footer(
       "Exit codes: 0 the contract is kept, 1 a check failed, 2 usage or configuration, 3 the "
-      "plugin cannot be found or loaded.");
+      "plugin cannot be found or loaded, 130 interrupted.");
   command->callback([arguments, exit_code] { *exit_code = checkPlugin(*arguments); });
 }
 

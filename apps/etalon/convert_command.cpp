@@ -10,6 +10,7 @@
 #include "etalon/datasets/convert.h"
 #include "options/fault_option.h"
 #include "options/recording_option.h"
+#include "support/new_folders.h"
 #include "support/progress_line.h"
 #include "support/read_summary.h"
 #include "support/stop_on_signals.h"
@@ -17,11 +18,6 @@
 namespace etalon::app {
 
 namespace {
-
-/** Thrown where the work was told to stop. */
-struct Interrupted : public Error {
-  Interrupted() : Error("interrupted") {}
-};
 
 struct ConvertArguments {
   std::string source, destination;
@@ -62,28 +58,6 @@ double megabytes(const std::filesystem::path& path) {
   return sum;
 }
 
-/** Folders that a conversion makes. Those that are empty at the end are removed. */
-class NewFolders {
- public:
-  explicit NewFolders(const std::filesystem::path& destination) {
-    std::error_code error;
-    const auto absolute = std::filesystem::absolute(destination).lexically_normal();
-    for (auto folder = absolute / "mav0"; !std::filesystem::exists(folder, error) && !error;
-         folder = folder.parent_path())
-      missing_.push_back(folder);
-  }
-  ~NewFolders() {
-    std::error_code error;
-    for (const std::filesystem::path& folder : missing_)
-      if (std::filesystem::is_directory(folder, error)) std::filesystem::remove(folder, error);
-  }
-  NewFolders(const NewFolders&) = delete;
-  NewFolders& operator=(const NewFolders&) = delete;
-
- private:
-  std::vector<std::filesystem::path> missing_;  ///< the innermost first
-};
-
 int convert(const ConvertArguments& arguments) {
   const Target target = targetOf(arguments.destination);
   const bool embed = arguments.embed || arguments.fault.given();
@@ -95,7 +69,7 @@ int convert(const ConvertArguments& arguments) {
   const auto source =
       arguments.fault.apply([&] { return openSource(arguments.source, source_options); }, 0.0);
 
-  const NewFolders new_folders(arguments.destination);
+  const NewFolders new_folders(std::filesystem::path(arguments.destination) / "mav0");
   const std::atomic<bool>* stop = stopOnSignals();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line;

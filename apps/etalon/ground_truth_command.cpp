@@ -20,6 +20,7 @@
 #include "options/recording_option.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
+#include "support/stop_on_signals.h"
 
 namespace etalon::app {
 
@@ -131,6 +132,7 @@ void addGroundTruthCommand(CLI::App& app, int* exit_code) {
     if (!arguments->images.empty() && arguments->sources.size() > 1)
       throw ConfigError("--images belongs to one recording; expected a single SRC with it");
     cv::setNumThreads(1);
+    endOnSignals("ground-truth: interrupted; recordings that were done are written");
     std::vector<GroundTruthJudgement> all;
     *exit_code = kOk;
     for (const std::string& source : arguments->sources) {

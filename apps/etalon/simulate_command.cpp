@@ -1,6 +1,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -8,7 +9,9 @@
 #include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/simulate_recording.h"
 #include "support/checks.h"
+#include "support/new_folders.h"
 #include "support/progress_line.h"
+#include "support/stop_on_signals.h"
 
 namespace etalon::app {
 
@@ -24,7 +27,14 @@ struct SimulateArguments {
 /** Frames done, and the rate since the first call. */
 class SimulationProgress {
  public:
+  explicit SimulationProgress(const std::atomic<bool>* stop) : stop_(stop) {}
+
+  /** @throws Interrupted if the simulation shall stop */
   void operator()(int done, int all) {
+    if (stop_->load()) {
+      line_.interrupt();
+      throw Interrupted();
+    }
     using std::chrono::steady_clock;
     const steady_clock::time_point now = steady_clock::now();
     if (done == 1) start_ = now;
@@ -38,6 +48,7 @@ class SimulationProgress {
   }
 
  private:
+  const std::atomic<bool>* stop_;
   ProgressLine line_;
   std::chrono::steady_clock::time_point start_;
 };
@@ -47,8 +58,15 @@ int runSimulate(SimulateArguments arguments, bool has_duration) {
   options.profile = motionProfileFromName(arguments.profile);
   if (arguments.camera == "fisheye") options.calibration = fisheyeCalibration();
   if (has_duration) options.duration_s = arguments.duration_s;
-  options.progress = SimulationProgress();
-  const SimulationSummary summary = simulateRecording(options);
+  const NewFolders new_folders(std::filesystem::path(options.output) / "mav0");
+  options.progress = SimulationProgress(stopOnSignals());
+  SimulationSummary summary;
+  try {
+    summary = simulateRecording(options);
+  } catch (const Interrupted& e) {
+    std::fprintf(stderr, "simulate: %s; nothing is written\n", e.what());
+    return kInterrupted;
+  }
   if (summary.skipped_stamps > 0) {
     std::cerr << "simulate: " << summary.skipped_stamps
               << " stamps skipped: outside of the ground truth or the IMU\n";
@@ -128,6 +146,9 @@ void addSimulateCommand(CLI::App& app, int* exit_code) {
           "Threads that render; 0: as many as there are processors. The result is the same")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
+  command->footer(
+      "Exit codes: 0 done, 2 usage or configuration, 3 data, 130 interrupted (nothing is "
+      "written).");
   command->callback([arguments, duration, exit_code] {
     *exit_code = runSimulate(*arguments, duration->count() > 0);
   });

@@ -63,7 +63,7 @@ TEST(Usage, EveryCommandHasItsOwnExitCodes) {
   const std::map<std::string, std::string> codes = {
       {"info", "or no result of it can be right"},
       {"convert", "3 data, 130 interrupted"},
-      {"simulate", common},
+      {"simulate", "3 data, 130 interrupted (nothing is written)"},
       {"compare", "1 done, but a benchmark is unfinished"},
       {"evaluate", common},
       {"ground-truth", "3 data"},
