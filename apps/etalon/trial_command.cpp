@@ -33,6 +33,19 @@ struct TrialArguments {
   SuiteOptions suite{"out/trial", kTrialTimeLimitS};
 };
 
+/** Sets what a setting says as section.key=value; `origin` names the setting in messages. */
+void setFrom(const std::string& text, const std::string& origin, IniFile* ini) {
+  IniFile one;
+  try {
+    one.setFromArgument(text);
+  } catch (const ConfigError&) {
+    throw ConfigError(origin + ": '" + text + "': expected section.key=value");
+  }
+  for (const std::string& section : one.sections())
+    for (const auto& [key, value] : one.section(section))
+      ini->set(section, key, value.text, origin);
+}
+
 /** A setting: an INI file, or NAME:section.key=value;section.key=value. */
 TrialSetting readSetting(const TrialArguments& arguments, const std::string& text) {
   TrialSetting setting;
@@ -49,7 +62,7 @@ TrialSetting readSetting(const TrialArguments& arguments, const std::string& tex
     name = text.substr(0, colon);
     for (size_t begin = colon + 1; begin < text.size();) {
       const size_t end = std::min(text.find(';', begin), text.size());
-      ini.setFromArgument(text.substr(begin, end - begin));
+      setFrom(text.substr(begin, end - begin), "--settings " + name, &ini);
       begin = end + 1;
     }
   }
@@ -129,6 +142,12 @@ int trial(const TrialArguments& arguments) {
   };
   options.report = trialReportHtml;
   options.stop = stopOnSignals();
+  options.stopping = [&line] {
+    line.interrupt();
+    std::fprintf(stderr,
+                 "trial: interrupted; it stops after the runs in progress (a second Ctrl-C ends it "
+                 "at once)\n");
+  };
   const TrialOutcome outcome = runTrial(settings, options);
   line.interrupt();
   printRecordingWarnings(outcome.record);

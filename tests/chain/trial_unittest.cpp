@@ -135,6 +135,11 @@ TEST_F(TrialTest, OtherSystemsStandBesideOurs) {
 TEST_F(TrialTest, RefusesWhatCannotBe) {
   EXPECT_EQ(trial("x", {"--settings", "nonsense"}).exit_code, 2);
   EXPECT_EQ(trial("x", {"--shard", "3/2"}).exit_code, 2);
+  EXPECT_THAT(
+      trial("x", {"--settings", "b:map.enabeld=false"}).err,
+      AllOf(HasSubstr("--settings b: [map] enabeld"), HasSubstr("did you mean 'enabled'?")));
+  EXPECT_THAT(trial("x", {"--settings", "b:map"}).err,
+              HasSubstr("--settings b: 'map': expected section.key=value"));
   EXPECT_EQ(trial("x", {"--odometries", "nonsense"}).exit_code, 2);
   EXPECT_THAT(trial("x", {"--system", "theirs=" + out("nothing")}).err, HasSubstr("no folder"));
   const CommandResult other = trial("one", {"--seed", "2"});

@@ -132,6 +132,8 @@ class Worker {
   /** The part that the worker is doing, if any. */
   const std::optional<size_t>& part() const { return part_; }
   size_t nextPart() const { return next_part_; }
+  /** Whether what was read last had the end of a part in it. */
+  bool answered() const { return answered_; }
   /** Whether it has begun a part of its item. */
   bool hasBegun() const { return next_part_ > first_part_; }
   bool outOfTime() const { return !why_killed_.empty(); }
@@ -146,6 +148,7 @@ class Worker {
 
   /** Reads all that has come. Returns false if no more will come. */
   bool read() {
+    answered_ = false;
     const bool ended = hasEnded();  // asked first, so that all its messages are there
     std::array<char, 65536> buffer;
     for (;;) {
@@ -170,6 +173,7 @@ class Worker {
       watch_->restart();
     }
     if (head->type == Message::kItemDone) item_.reset();
+    if (head->type == Message::kAnswer || head->type == Message::kThrew) answered_ = true;
     return true;
   }
 
@@ -210,6 +214,7 @@ class Worker {
   std::optional<ProcessWatch> watch_;
   std::optional<size_t> item_, last_item_, part_;
   size_t first_part_ = 0, next_part_ = 0;  ///< of the item
+  bool answered_ = false;
   std::string inbox_, why_killed_;
 };
 
@@ -227,6 +232,7 @@ class Workers {
     }
     while (!workers_.empty()) {
       waitForNews();
+      noticeStop();
       for (std::unique_ptr<Worker>& worker : workers_)
         if (!attend(worker)) worker.reset();
       workers_.erase(std::remove(workers_.begin(), workers_.end(), nullptr), workers_.end());
@@ -234,6 +240,12 @@ class Workers {
   }
 
  private:
+  void noticeStop() {
+    if (stopping_ || !work_.stopped()) return;
+    stopping_ = true;
+    if (work_.stopping) work_.stopping();
+  }
+
   bool hasNext() const { return !left_.empty() && !work_.stopped(); }
 
   /** The item that costs this worker least, see IsolatedWork::group. */
@@ -277,7 +289,7 @@ class Workers {
     const bool lives = worker->read();
     hear(worker.get());
     if (!lives) return replace(worker);
-    if (worker->busy()) return true;
+    if (worker->busy()) return !(worker->answered() && work_.stopped());
     return giveNext(worker.get());
   }
 
@@ -329,6 +341,7 @@ class Workers {
   const double limit_s_;
   const IsolatedWork& work_;
   std::vector<std::unique_ptr<Worker>> workers_;
+  bool stopping_ = false;
   std::list<size_t> left_;  ///< items that no worker has taken, in order
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
 };

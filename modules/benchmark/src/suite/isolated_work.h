@@ -31,7 +31,9 @@ struct IsolatedWork {
   std::function<void(std::size_t item, std::size_t part, const std::string& how, bool out_of_time)>
       died;
   std::function<void(std::size_t item)> item_done;
-  std::function<bool()> stopped;  ///< whether no further item shall begin
+  std::function<bool()> stopped;  ///< whether no further part shall begin
+  /** Called once, when stopped() is seen to be true while parts are in progress; may be empty. */
+  std::function<void()> stopping;
 };
 
 /**
@@ -40,8 +42,9 @@ struct IsolatedWork {
  * part that uses more processor time than `limit_s`, or waits that long, is ended.
  *
  * To be called while this process has one thread. Workers write to standard error what they would
- * write to standard output, and do not hear SIGINT and SIGTERM: an interrupted item is finished. A
- * worker that dies after stopped() has become true leaves its part undone.
+ * write to standard output, and do not hear SIGINT and SIGTERM: once stopped() is true the parts in
+ * progress are finished, and the rest of their items is left. A worker that dies after that leaves
+ * its part undone.
  *
  * @throws DataError, Error as run() did in a worker; Error if no process can be started, or one
  *         dies between two parts

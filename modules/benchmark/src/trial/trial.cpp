@@ -234,6 +234,7 @@ class Trial {
     };
     work.item_done = [](size_t) {};
     work.stopped = [this] { return stopped(); };
+    work.stopping = options_.stopping;
     runIsolatedWork(options_.jobs, options_.time_limit_s, work);
   }
 

@@ -82,6 +82,28 @@ TEST(IsolatedWork, NoItemBeginsOnceItIsStopped) {
   EXPECT_EQ(w.answers.size(), 3u);
 }
 
+TEST(IsolatedWork, NoPartBeginsOnceItIsStopped) {
+  Work w([](Part part) {
+    if (part.second > 0) pause();  // would never end
+  });
+  int told = 0;
+  w.work.stopped = [&w] { return !w.answers.empty(); };
+  w.work.stopping = [&told] { ++told; };
+  runIsolatedWork(1, 10.0, w.work);
+  EXPECT_EQ(w.answers.size(), 1u);
+  EXPECT_TRUE(w.losses.empty());
+  EXPECT_TRUE(w.done.empty());
+}
+
+TEST(IsolatedWork, SaysOnceThatItStops) {
+  Work w([](Part) { usleep(20000); });
+  int asked = 0, told = 0;
+  w.work.stopped = [&asked] { return ++asked > 1; };  // the first time is before the first item
+  w.work.stopping = [&told] { ++told; };
+  runIsolatedWork(1, 10.0, w.work);
+  EXPECT_EQ(told, 1);
+}
+
 TEST(IsolatedWork, AWorkerKeepsToItsGroup) {
   // Items 0 and 2 are a group, and so are 1, 3 and 4.
   Work w([](Part) {});

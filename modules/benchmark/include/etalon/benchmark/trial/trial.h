@@ -42,6 +42,8 @@ struct TrialOptions {
   /** Called with a sentence as soon as a run has crashed or used up its time; may be empty. */
   std::function<void(const std::string&)> warn;
   const std::atomic<bool>* stop = nullptr;  ///< set to true to stop; may be null
+  /** Called once it is seen to stop, while the runs in progress are finished; may be empty. */
+  std::function<void()> stopping;
 };
 
 struct TrialOutcome {
