@@ -129,6 +129,14 @@ TEST_F(BenchmarkTest, SaysWhichRecordingIsTooShort) {
   EXPECT_THAT(result.out, HasSubstr("Not in the table: " + sentence));
 }
 
+TEST_F(BenchmarkTest, RefusesToTryNothing) {
+  const CommandResult result = runEtalon(
+      {"bench", kStandstill, "--initializers", "eta", "--keyframes", "40", "--out", out("x")});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("no window is left: standstill: too short for 40 keyframes"));
+  EXPECT_FALSE(std::filesystem::exists(out("x")));
+}
+
 TEST_F(BenchmarkTest, MergeSaysWhatNoPartCouldRead) {
   const RecordingCopy broken(kFlight);
   broken.write(broken.file("imu0/data.csv"), "#\n1,2,3\n");

@@ -49,6 +49,7 @@ class Benchmark {
   BenchmarkOutcome run() {
     describe();
     openRecordings();
+    requireWindows();
     makeFolder(options_.out);
     const FolderLock lock(options_.out);
     adoptFormerRun();
@@ -94,6 +95,22 @@ class Benchmark {
         checkKeyframeRates(options_.protocol.rates_hz, imageRate(recordings_[s]->imageStamps()),
                            record_.sequences[s].name);
     tracks_.resize(recordings_.size());
+  }
+
+  /** @throws ConfigError if there are recordings, and none is long enough */
+  void requireWindows() const {
+    bool any_opened = false;
+    for (const BenchmarkSequence& sequence : record_.sequences) {
+      if (!sequence.error.empty()) continue;
+      any_opened = true;
+      for (const WindowShape& shape : shapesOf(options_.protocol))
+        if (windowCount(sequence.first_image, sequence.last_image, options_.protocol.every_s,
+                        shape) > 0)
+          return;
+    }
+    if (any_opened)
+      throw ConfigError("no window is left: " + joined(tooShort(record_), "; ") +
+                        "; expected longer recordings, fewer --keyframes or a higher --rate");
   }
 
   /** Finds the windows that an interrupted run of the same benchmark has finished. */
