@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <optional>
 
 #include "etalon/core/printable.h"
 #include "etalon/core/text.h"
@@ -94,6 +96,45 @@ void printAutoSummary(const RunRecord& record) {
   }
 }
 
+/** The moment of a run's last change to "lost" from `begin` on and up to `end`, if there was one. */
+std::optional<TimeNs> lostBetween(const RunRecord& record, TimeNs begin, TimeNs end) {
+  std::optional<TimeNs> lost;
+  for (const EventRecord& event : record.events)
+    if (event.state == toString(PipelineState::kLost) && !event.remark && begin <= event.t &&
+        event.t <= end)
+      lost = event.t;
+  return lost;
+}
+
+/** "after 2 attempts, 0.75 s after the first image; lost at 13.00 s, initialized again at 15.80 s
+ * after 11 more": the starts of a run that was initialized. */
+std::string startsInWords(const RunRecord& record) {
+  const auto at = [&record](TimeNs t) {
+    return format("%.2f s", secondsBetween(record.first_image, t));
+  };
+  std::string text;
+  TimeNs started = record.first_image;
+  size_t attempts = 0;  // since the last start
+  for (const AttemptRecord& attempt : record.attempts) {
+    ++attempts;
+    if (!attempt.accepted()) continue;
+    if (text.empty()) {
+      text =
+          "after " + counted(attempts, "attempt") + ", " + at(attempt.t) + " after the first image";
+    } else {
+      const std::optional<TimeNs> lost = lostBetween(record, started, attempt.t);
+      text += (lost ? "; lost at " + at(*lost) + "," : ";") + " initialized again at " +
+              at(attempt.t) + " after " + std::to_string(attempts) + " more";
+    }
+    started = attempt.t;
+    attempts = 0;
+  }
+  if (const auto lost = lostBetween(record, started, std::numeric_limits<TimeNs>::max()))
+    text += "; lost at " + at(*lost) + " and not initialized again" +
+            (attempts > 0 ? " in " + std::to_string(attempts) + " more" : "");
+  return text;
+}
+
 /** ", 9 of 100 frames": the part of the trajectory that an error covers; empty for all of it. */
 std::string partly(const RunRecord& record) {
   if (!record.ground_truth || record.ground_truth->covered_frames == record.ground_truth->frames)
@@ -111,10 +152,7 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
   if (attempt && !record.at_rest_initializer.empty()) {
     printAutoSummary(record);
   } else if (attempt) {
-    std::printf("\n%s initialized after %zu attempt%s, %.2f s after the first image\n",
-                record.initializer.c_str(), record.attempts.size(),
-                record.attempts.size() == 1 ? "" : "s",
-                secondsBetween(record.first_image, attempt->t));
+    std::printf("\n%s initialized %s\n", record.initializer.c_str(), startsInWords(record).c_str());
     printAccepted(*attempt);
   } else {
     std::printf(
