@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "commands.h"
 #include "compare/compare.h"
@@ -14,20 +17,41 @@ namespace etalon::app {
 
 namespace {
 
+/** @throws ConfigError for options that were given, and are of no use to what is compared
+ * @param options each with whether it was given
+ * @param expected what they are for */
+void refuse(const std::vector<std::pair<const char*, bool>>& options, const std::string& expected) {
+  std::string given;
+  for (const auto& [name, is_given] : options)
+    if (is_given) given += (given.empty() ? "" : ", ") + std::string(name);
+  if (!given.empty()) throw ConfigError("compare: " + given + ": expected " + expected);
+}
+
 int compare(const CompareArguments& arguments) {
   const TableFormat format = tableFormatFromName(arguments.format);
+  const std::vector<std::pair<const char*, bool>> of_benchmarks = {
+      {"--initializers", !arguments.initializers.empty()},
+      {"--metric", !arguments.metrics.empty()},
+      {"--all", arguments.all},
+      {"--seed", arguments.seed.has_value()}};
   if (!arguments.recordings.empty()) {
+    refuse(of_benchmarks, "folders of benchmarks, without --recording");
+    refuse({{"--min-coverage", arguments.min_coverage.has_value()}},
+           "folders of runs or benchmarks, without --recording");
     compareTrajectories(arguments, format);
     return kOk;
   }
   const auto benchmarks =
       std::count_if(arguments.runs.begin(), arguments.runs.end(), isBenchmarkFolder);
-  if (benchmarks == static_cast<std::ptrdiff_t>(arguments.runs.size()))
+  if (benchmarks == static_cast<std::ptrdiff_t>(arguments.runs.size())) {
+    refuse({{"--save-plot", !arguments.plot.empty()}},
+           "folders of runs, or trajectories and their --recording");
     return compareBenchmarkFolders(arguments, format) ? kOk : kIncomplete;
+  }
   if (benchmarks > 0)
     throw ConfigError("runs and benchmarks together: expected folders of one kind");
-  if (!arguments.initializers.empty() || !arguments.metrics.empty())
-    throw ConfigError("--initializers and --metric: expected folders of benchmarks");
+  refuse(of_benchmarks, "folders of benchmarks");
+  refuse({{"--bold", arguments.bold}}, "folders of benchmarks, or trajectories");
   compareRunFolders(arguments, format);
   return kOk;
 }
@@ -73,8 +97,8 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       ->check(checkShare());
   command->add_flag(
       "-v,--verbose", arguments->verbose,
-      "Benchmarks, as text: a table for each figure with a row for each recording, and "
-      "the differences with their intervals");
+      "As text: of benchmarks a table for each figure with a row for each recording, and "
+      "the differences with their intervals; of runs and trajectories all columns");
   command->add_flag("--all", arguments->all,
                     "Benchmarks: print all tables, as `etalon bench --format markdown` does");
   command
@@ -83,9 +107,10 @@ void addCompareCommand(CLI::App& app, int* exit_code) {
       ->check(checkOutputPath());
   command->add_option("--seed", arguments->seed, "Benchmarks: of the bootstrap")
       ->check(checkWholeNumber())
-      ->capture_default_str();
+      ->default_str(std::to_string(BootstrapOptions().seed));
   command->add_flag("--bold", arguments->bold,
-                    "Benchmarks, as text: the best of a row in bold, even if this is no terminal");
+                    "Benchmarks and trajectories, as text: the best of a row in bold, even if this "
+                    "is no terminal");
   command->footer(
       glossary() +
       "Exit codes: 0 done, 1 done, but a benchmark is unfinished or lacks recordings (said above "

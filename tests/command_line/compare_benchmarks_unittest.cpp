@@ -179,5 +179,13 @@ TEST(CompareBenchmarks, RefusesWhatCannotBeCompared) {
   }
 }
 
+TEST(CompareBenchmarks, DrawNothing) {
+  const TemporaryFolder folder;
+  const std::string picture = folder.path() + "/x.png";
+  const CommandResult result = runEtalon({"compare", writeExample(folder), "--save-plot", picture});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--save-plot: expected folders of runs"));
+}
+
 }  // namespace
 }  // namespace etalon::testing

@@ -107,6 +107,41 @@ TEST(CompareCommand, SaysThatRunsOfOtherRecordingsOrPartsCannotBeCompared) {
   EXPECT_THAT(result.err, HasSubstr("warning: part is a run of another part of here (0.20 s"));
   EXPECT_THAT(result.err, HasSubstr("warning: other is a run of another recording (there, not "
                                     "here) than whole: their errors cannot be compared"));
+  const std::string picture = folder.path() + "/picture.png";
+  expectFails({"compare", whole, other, "--save-plot", picture}, 2,
+              {"--save-plot", "whole is of here, other of there"});
+  EXPECT_FALSE(std::filesystem::exists(picture));
+  // A run of a part is held against that part.
+  const CommandResult judged =
+      runEtalon({"compare", part, "--recording", folder.path() + "/here", "--format", "csv"});
+  EXPECT_EQ(judged.exit_code, 0) << judged.err;
+  EXPECT_THAT(judged.out, HasSubstr(",5,5,1,"));  // frames, poses, coverage
+  // Runs in a folder are named.
+  expectFails({"compare", folder.path()}, 2, {"no run, but runs are in it", other, part, whole});
+}
+
+TEST(CompareCommand, RefusesOptionsOfOtherFolders) {
+  const TemporaryFolder folder;
+  for (const std::vector<std::string>& option : std::vector<std::vector<std::string>>{
+           {"--seed", "3"}, {"--all"}, {"--bold"}, {"--initializers", "eta"}}) {
+    std::vector<std::string> arguments = {"compare", folder.path()};
+    arguments.insert(arguments.end(), option.begin(), option.end());
+    expectFails(arguments, 2, {option[0] + ": expected folders of benchmarks"});
+  }
+  expectFails({"compare", "a.tum", "--recording", "b", "--seed", "3", "--min-coverage", "0.3"}, 2,
+              {"--seed: expected folders of benchmarks, without --recording"});
+  expectFails({"compare", "a.tum", "--recording", "b", "--min-coverage", "0.3"}, 2,
+              {"--min-coverage: expected folders of runs or benchmarks"});
+}
+
+TEST(InfoCommand, SaysOfAnUnknownFileWhatIsRead) {
+  const TemporaryFolder folder;
+  const std::string words = "something else\n";
+  expectFails({"info", folder.write("a.bag", words)}, 3, {"a.bag: is no recording", "ROS 1"});
+  expectFails({"info", folder.write("a.db3", words)}, 3, {"a.db3: is no recording", "sqlite3"});
+  expectFails({"info", folder.write("a.mcap", words)}, 3, {"MCAP", "ros2 bag convert"});
+  expectFails({"info", folder.write("a.txt", words)}, 3, {"a.txt: is no recording", ".rawlog"});
+  expectFails({"info", folder.write("zero.rawlog", "")}, 3, {"zero.rawlog: the file is empty"});
 }
 
 TEST(SimulateCommand, RefusesWrongValues) {

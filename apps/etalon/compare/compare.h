@@ -16,7 +16,7 @@ namespace etalon::app {
 struct CompareArguments {
   std::vector<std::string> runs, initializers, metrics, recordings;
   std::string format = "text", plot;
-  std::uint64_t seed = BootstrapOptions().seed;
+  std::optional<std::uint64_t> seed;   ///< without: BootstrapOptions'
   std::optional<double> min_coverage;  ///< without: a benchmark's own, of runs kMinCoverage
   bool bold = false, all = false, verbose = false;
 };

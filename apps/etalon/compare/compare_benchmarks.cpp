@@ -110,7 +110,7 @@ bool compareBenchmarkFolders(const CompareArguments& arguments, TableFormat form
                       "are in summary.csv");
 
   BootstrapOptions options;
-  options.seed = arguments.seed;
+  options.seed = arguments.seed.value_or(options.seed);
   const bool one_screen = format == TableFormat::kText && !arguments.verbose && !arguments.all &&
                           arguments.metrics.empty();
   if (one_screen) options.resamples = 2000;  // enough for a verdict; intervals have 10000

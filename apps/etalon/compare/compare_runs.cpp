@@ -1,10 +1,13 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <utility>
 
 #include "compare/compare.h"
 #include "compare/folder_names.h"
 #include "etalon/benchmark/sequence_tracks.h"
+#include "etalon/benchmark/trial/trial_store.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/text.h"
@@ -35,6 +38,47 @@ void drawRuns(const CompareArguments& arguments,
   drawTrajectories(arguments.plot, trajectories, truth);
 }
 
+/** @throws ConfigError for a trial, and for a folder that holds runs and is none itself */
+void requireRun(const std::string& path) {
+  namespace fs = std::filesystem;
+  if (isTrialFolder(path))
+    throw ConfigError("compare: '" + path +
+                      "' is a trial; its tables are in its report.html and runs.csv. Expected runs "
+                      "(etalon replay) or benchmarks (etalon bench)");
+  if (!fs::is_directory(path) || fs::exists(fs::path(path) / kRunLogName)) return;
+  std::vector<std::string> runs;
+  for (const auto& entry : fs::directory_iterator(path))
+    if (fs::exists(entry.path() / kRunLogName)) runs.push_back(entry.path().string());
+  std::sort(runs.begin(), runs.end());
+  if (!runs.empty())
+    throw ConfigError("compare: '" + path +
+                      "' is no run, but runs are in it; expected them: " + joined(runs, " "));
+}
+
+/** Leaves out the attempts after a run's first start: the tables are of that start. */
+void keepFirstStart(RunRecord* record) {
+  if (const AttemptRecord* first = record->acceptedAttempt())
+    record->attempts.resize(static_cast<size_t>(first - record->attempts.data()) + 1);
+}
+
+/** @throws ConfigError if the runs are of several recordings, which have no common time axis */
+void requireOneRecording(const std::vector<std::pair<std::string, RunRecord>>& runs) {
+  constexpr double kLongestFlightS = 86400.0;
+  const auto& [first_name, first] = runs.front();
+  for (const auto& [name, run] : runs) {
+    const std::string other = recordingName(run.source), recording = recordingName(first.source);
+    const double later_s = secondsBetween(first.first_image, run.first_image);
+    if (other == recording && std::abs(later_s) < kLongestFlightS) continue;
+    const std::string of = other == recording
+                               ? "both are of " + recording + ", but of different days"
+                               : first_name + " is of " + recording + ", " + name + " of " + other;
+    throw ConfigError(
+        "--save-plot: expected runs of one recording, which have time and ground truth in "
+        "common; " +
+        of);
+  }
+}
+
 /** Says which runs are of another recording, or of another part of it, than the first. */
 void warnOfOtherRecordings(const std::vector<std::pair<std::string, RunRecord>>& runs) {
   constexpr double kToleranceS = 0.2;  // a fault may have taken the first or last images
@@ -62,11 +106,16 @@ void warnOfOtherRecordings(const std::vector<std::pair<std::string, RunRecord>>&
 void compareRunFolders(const CompareArguments& arguments, TableFormat format) {
   const std::vector<std::string> names =
       isForPeople(format) ? shortNames(arguments.runs) : arguments.runs;
+  for (const std::string& path : arguments.runs) requireRun(path);
   std::vector<std::pair<std::string, RunRecord>> runs;
   for (size_t i = 0; i < names.size(); ++i)
     runs.emplace_back(names[i], readRunRecord(arguments.runs[i]));
   const double min_coverage = arguments.min_coverage.value_or(kMinCoverage);
-  for (auto& [name, record] : runs) requireCoverage(&record, min_coverage);
+  if (!arguments.plot.empty()) requireOneRecording(runs);
+  for (auto& [name, record] : runs) {
+    requireCoverage(&record, min_coverage);
+    keepFirstStart(&record);
+  }
   warnOfOtherRecordings(runs);
   const bool brief = format == TableFormat::kText && !arguments.verbose;
   const Table table = brief ? compareRunsBriefly(runs) : compareRuns(runs);

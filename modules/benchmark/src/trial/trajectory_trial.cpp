@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -12,12 +14,15 @@
 #include "etalon/benchmark/trial/trial_store.h"
 #include "etalon/core/errors.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/runlog/initialization_json.h"
 #include "trial/trial_flight.h"
 
 namespace etalon {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr TimeNs kStampTolerance = 10'000'000;  // of the stamps of images
 
 /** Which run a file is of. */
 struct Part {
@@ -91,6 +96,26 @@ class TrajectoryTrial {
     return std::nullopt;
   }
 
+  /** The part that a run (etalon replay) flew, by what it has left beside the file; of the only
+   * recording. Nothing where no run lies there, or one of another recording. */
+  std::optional<Part> partOfRun(const fs::path& file) const {
+    std::ifstream in(file.parent_path() / "initialization.json");
+    if (!in) return std::nullopt;
+    RunRecord run;
+    try {
+      run = runRecordFromJson({std::istreambuf_iterator<char>(in), {}}, file.string());
+    } catch (const DataError&) {
+      return std::nullopt;
+    }
+    const BenchmarkSequence& sequence = record_.sequences.front();
+    if (run.first_image < sequence.first_image || run.first_image > sequence.last_image)
+      return std::nullopt;
+    const TimeNs last = run.first_image + durationNs(run.statistics.duration_s);
+    const bool whole = run.first_image <= sequence.first_image + kStampTolerance &&
+                       last >= sequence.last_image - kStampTolerance;
+    return Part{0, secondsBetween(sequence.first_image, run.first_image), kNoFault, whole};
+  }
+
   void read(const NamedText& system) {
     for (const NamedText& other : record_.systems)
       if (other.name == system.name)
@@ -102,8 +127,9 @@ class TrajectoryTrial {
       any = true;
     };
     if (!fs::is_directory(system.text)) {
-      const std::optional<Part> part = partOf(system.text);
-      if (part || record_.sequences.size() == 1) add(system.text, part.value_or(Part()));
+      std::optional<Part> part = partOf(system.text);
+      if (!part && record_.sequences.size() == 1) part = partOfRun(system.text).value_or(Part());
+      if (part) add(system.text, *part);
     } else {
       std::set<fs::path> sorted;
       for (const auto& entry : fs::directory_iterator(system.text))
@@ -117,7 +143,8 @@ class TrajectoryTrial {
                         "recording given");
   }
 
-  /** A run a system: where it has no file there, it has no pose. */
+  /** A run a system: where a folder has no file of it, there is no pose. A system of one file is of
+   * that file's part alone. */
   void judge(const Part& part, const std::map<std::string, Trajectory>& trajectories) {
     const BenchmarkSequence& sequence = record_.sequences[part.recording];
     const Opened& opened = opened_[part.recording];
@@ -125,18 +152,18 @@ class TrajectoryTrial {
     TimeNs to = part.whole ? sequence.last_image : from;
     for (const auto& [name, trajectory] : trajectories)
       if (!trajectory.empty()) to = std::max(to, trajectory.back().t);
-    constexpr TimeNs kTolerance = 10'000'000;
     std::vector<TimeNs> images;
     for (const TimeNs t : opened.images)
-      if (from - kTolerance <= t && t <= to + kTolerance) images.push_back(t);
+      if (from - kStampTolerance <= t && t <= to + kStampTolerance) images.push_back(t);
     for (const NamedText& system : record_.systems) {
+      const auto trajectory = trajectories.find(system.name);
+      if (trajectory == trajectories.end() && !fs::is_directory(system.text)) continue;
       TrialRun run;
       run.recording = sequence.name;
       run.from_s = part.from_s;
       run.variant.system = system.name;
       run.fault = part.fault;
       run.images = static_cast<int>(images.size());
-      const auto trajectory = trajectories.find(system.name);
       const Trajectory none;
       etalon::judge(
           flownBySystem(trajectory == trajectories.end() ? none : trajectory->second, images, {}),

@@ -7,6 +7,7 @@
 
 #include "etalon/benchmark/trial/trial_store.h"
 #include "etalon/core/errors.h"
+#include "etalon/runlog/initialization_json.h"
 #include "etalon/testing/tiny_recording.h"
 
 namespace etalon {
@@ -92,6 +93,38 @@ TEST_F(TrajectoryTrialTest, OneFileOfOneRecordingMayHaveAnyName) {
   const TrialRecord record = judged({{"x", folder_ / "x.tum"}});
   ASSERT_EQ(record.results.size(), 1U);
   EXPECT_EQ(record.results.front().poses, 6);
+}
+
+TEST_F(TrajectoryTrialTest, ARunOfAPartIsHeldAgainstThatPart) {
+  write("ours/trajectory.tum", 2);
+  RunRecord run;
+  run.first_image = testing::frameStamp(2);
+  run.statistics.duration_s =
+      secondsBetween(run.first_image, testing::frameStamp(testing::kFrames - 1));
+  writeInitializationJson(folder_ / "ours/initialization.json", run);
+  TrialRecord record = judged({{"ours", folder_ / "ours/trajectory.tum"}});
+  ASSERT_EQ(record.results.size(), 1U);
+  EXPECT_EQ(record.results[0].frames, 4);
+  EXPECT_EQ(record.results[0].coverage(), 1.0);
+  EXPECT_NEAR(record.results[0].from_s, 0.1, 1e-6);
+  // Beside one of the whole it is held against its own part still.
+  write("theirs.tum", 0);
+  record = judged({{"ours", folder_ / "ours/trajectory.tum"}, {"theirs", folder_ / "theirs.tum"}});
+  ASSERT_EQ(record.results.size(), 2U);
+  EXPECT_EQ(record.results[0].frames, 6);
+  EXPECT_EQ(record.results[1].frames, 4);
+  // Of the whole recording, though its first images show nothing of the pose.
+  run.first_image = testing::frameStamp(0);
+  run.statistics.duration_s =
+      secondsBetween(run.first_image, testing::frameStamp(testing::kFrames - 1));
+  writeInitializationJson(folder_ / "ours/initialization.json", run);
+  record = judged({{"ours", folder_ / "ours/trajectory.tum"}});
+  EXPECT_EQ(record.results.front().frames, 6);
+  // Of another recording.
+  run.first_image = 1;
+  writeInitializationJson(folder_ / "ours/initialization.json", run);
+  record = judged({{"ours", folder_ / "ours/trajectory.tum"}});
+  EXPECT_EQ(record.results.front().frames, 6);
 }
 
 TEST_F(TrajectoryTrialTest, AFolderWithoutTrajectoriesIsRefused) {

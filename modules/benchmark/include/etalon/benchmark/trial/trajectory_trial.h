@@ -10,7 +10,9 @@ namespace etalon {
 /**
  * A trial of trajectories alone: nothing flies, the TUM files of some systems are judged as a trial
  * judges them. A system is a folder of files RECORDING.tum or RECORDING-FROM-FAULT.tum
- * (trajectoryName()), or one such file, which may have any name if there is but one recording.
+ * (trajectoryName()), or one such file, which may have any name if there is but one recording. Where a
+ * run's initialization.json lies beside that one (etalon replay) it is of the part that was flown.
+ * Such a file has no run of the other parts.
  *
  * Poses are held against the recording's images: of a whole recording all of them, of a part those
  * from FROM to the last pose that any of the systems has there. So a system that starts late or ends
