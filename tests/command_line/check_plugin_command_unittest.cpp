@@ -158,5 +158,12 @@ TEST(CheckPluginCommand, ListsTheChecks) {
                                 HasSubstr("status.outliers")));
 }
 
+TEST(CheckPluginCommand, ListsEveryCheckAndNamesTheGroup) {
+  EXPECT_THAT(runEtalon({"check-plugin", "--list"}).out, HasSubstr("\nexact.somewhere "));
+  for (const char* name : {"exact", "exact.somewhere"})
+    EXPECT_THAT(runEtalon({"check-plugin", "eta", "--only", name}).err,
+                HasSubstr("did you mean 'exact.'?"));
+}
+
 }  // namespace
 }  // namespace etalon::testing

@@ -48,7 +48,8 @@ void checkNames(const std::vector<CheckEntry>& checks, const std::vector<std::st
     if (known) continue;
     std::vector<std::string> names;
     for (const CheckEntry& c : checks) names.push_back(c.description.name);
-    const std::string nearest = nearestWord(wanted, names);
+    const bool of_exact = wanted + "." == kExact || wanted == kSomewhere;
+    const std::string nearest = of_exact ? kExact : nearestWord(wanted, names);
     throw ConfigError("the contract has no check '" + wanted + "'" +
                       (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
   }
@@ -167,6 +168,8 @@ int ContractReport::count(ContractCheck::Verdict verdict) const {
 std::vector<ContractCheckDescription> contractChecks() {
   std::vector<ContractCheckDescription> descriptions;
   for (const CheckEntry& entry : allChecks()) descriptions.push_back(entry.description);
+  descriptions.push_back(
+      {kSomewhere, "Not every motion is refused; judged where all of 'exact.' is run."});
   return descriptions;
 }
 
