@@ -14,6 +14,23 @@ namespace {
 
 using namespace etalon::app;
 
+/** " (did you mean '--initializer'?)" for the first option that the command does not have; else
+ * empty. */
+std::string nearestOption(const CLI::App& command, const std::vector<std::string>& arguments) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& argument : arguments) {
+    const std::string word = argument.substr(0, argument.find('='));
+    if (word.size() < 3 || word.compare(0, 2, "--") != 0 ||
+        std::find(known.begin(), known.end(), word) != known.end())
+      continue;
+    const std::string nearest = etalon::nearestWord(word, known);
+    return nearest.empty() ? "" : " (did you mean '" + nearest + "'?)";
+  }
+  return "";
+}
+
 /** Says what was expected of a command line that was not understood. Returns the exit code. */
 int reportUsage(const CLI::App& app, const CLI::ParseError& error,
                 const std::vector<std::string>& arguments) {
@@ -29,7 +46,10 @@ int reportUsage(const CLI::App& app, const CLI::ParseError& error,
   const std::string& first = arguments.front();
   const bool is_command = std::find(commands.begin(), commands.end(), first) != commands.end();
   if (is_command || first[0] == '-') {
-    std::cerr << "etalon: " << error.what() << "\n"
+    std::string nearest;
+    if (is_command && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
+      nearest = nearestOption(*app.get_subcommand(first), arguments);
+    std::cerr << "etalon: " << error.what() << nearest << "\n"
               << "Run `etalon " << (is_command ? first + " " : "")
               << "--help` for what it takes.\n";
     return kUsageError;

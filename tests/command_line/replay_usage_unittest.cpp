@@ -101,7 +101,10 @@ TEST(ReplayUsage, RefusesWrongSettings) {
       {{"--set", "pipeline.keyframe=10"}, {"did you mean 'keyframes'?"}},
       {{"--set", "eeta.landmarks=free"}, {"[eeta]", "did you mean 'eta'?"}},
       {{"--set", "pipeline.keyframes=12", "--set", "eta.landmarks=fre"},
-       {"landmarks = 'fre'", "did you mean 'free'?"}}};
+       {"landmarks = 'fre'", "did you mean 'free'?"}},
+      {{"--set", "auto.moving=nope"}, {"--set: [auto] moving = 'nope': no initializer"}},
+      {{"--set", "frontend.flight_features=500"},
+       {"flight_features = '500': expected at most max_features, 250"}}};
   for (const WrongWords& words : wrong) expectRefused(words);
 }
 
@@ -150,6 +153,11 @@ TEST(ReplayUsage, RefusesAnOptionInPlaceOfAFolder) {
 TEST(ReplayUsage, RefusesAWindowWithoutADisplay) {
   unsetenv("DISPLAY");  // the command inherits it
   expectRefused({{"--gui"}, {"--gui"}});
+}
+
+TEST(ReplayUsage, NamesTheNearestOption) {
+  expectRefused({{"--initalizer", "eta"}, {"--initalizer", "did you mean '--initializer'?"}});
+  expectRefused({{"--final-ab"}, {"did you mean '--final-ba'?"}});
 }
 
 TEST(ReplayUsage, RefusesAFaultThatIsNone) {

@@ -92,10 +92,10 @@ Expected<FlightBias> biasOfFlight(const std::vector<FrameEstimate>& estimates,
   }
   if (!(settled_s >= kLeastS) || gyro.values.size() < 2 * kBatches) {
     std::string known;
-    if (std::isfinite(best))
+    const double wanted = kShareOfPrior * priors.sigma_accel_mps2;
+    if (std::isfinite(best) && !(best <= wanted))
       known = "; b_a was known to " + Number(best).text +
-              " m/s^2 at best, half of the prior's is " +
-              Number(kShareOfPrior * priors.sigma_accel_mps2).text;
+              " m/s^2 at best, half of the prior's is " + Number(wanted).text;
     return refuse(RefusalStatus::kTooFewKeyframes, "the biases were settled for ",
                   Value(settled_s, 1), " s, at least ", Bound(kLeastS, 0),
                   " s are wanted, from " + Number(kSettlingS, 0).text + " s after the start on",

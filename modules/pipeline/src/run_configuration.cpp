@@ -48,6 +48,7 @@ class ConfigurationReader {
     known_.emplace_back(kFlightsSection);
     checkOdd("klt_window_px", pipeline->frontend.klt_window_px);
     checkOdd("anchor_window_px", pipeline->frontend.anchor_window_px);
+    checkFlightFeatures(pipeline->frontend);
     std::vector<std::string> search = plugin_path;
     for (const std::string& folder : split(plugin_options.path)) {
       if (!std::filesystem::exists(folder))
@@ -65,15 +66,7 @@ class ConfigurationReader {
   /** The initializer that the key names; an error says where the key stands. */
   ConfiguredInitializer initializerOfKey(const std::string& section, const std::string& key,
                                          const std::string& name) {
-    const auto& values = ini_.section(section);
-    const auto value = values.find(key);
-    if (value == values.end()) return initializer(name);
-    try {
-      loader_->info(name);
-    } catch (const PluginError& e) {
-      throw PluginError(value->second.origin + ": [" + section + "] " + key + " = '" + name +
-                        "': " + e.what());
-    }
+    requireInitializerOfKey(section, key);
     return initializer(name);
   }
 
@@ -90,9 +83,10 @@ class ConfigurationReader {
     return configured;
   }
 
-  /** The sections of the plugins that were not chosen are checked, too; then that there is no
-   * other. */
+  /** The names in [auto], and the sections of the plugins that were not chosen, are checked, too;
+   * then that there is no other section. */
   void checkRest() {
+    for (const char* key : {"moving", "at_rest"}) requireInitializerOfKey(kAutoInitializer, key);
     for (const PluginInfo& other : loader_->available()) {
       if (std::find(known_.begin(), known_.end(), other.name) != known_.end()) continue;
       if (!ini_.section(other.name).empty()) initializer(other.name);
@@ -102,6 +96,30 @@ class ConfigurationReader {
   }
 
  private:
+  /** @throws PluginError saying where the key stands, if it names an initializer that there is not */
+  void requireInitializerOfKey(const std::string& section, const std::string& key) {
+    const auto& values = ini_.section(section);
+    const auto value = values.find(key);
+    if (value == values.end()) return;
+    try {
+      loader_->info(value->second.text);
+    } catch (const PluginError& e) {
+      throw PluginError(value->second.origin + ": [" + section + "] " + key + " = '" +
+                        value->second.text + "': " + e.what());
+    }
+  }
+
+  /** In flight no more features can be followed than before it. The default gives way to a smaller
+   * max_features. */
+  void checkFlightFeatures(const StereoTrackerOptions& options) const {
+    if (options.flight_features <= options.max_features ||
+        options.flight_features == StereoTrackerOptions().flight_features)
+      return;
+    throw ConfigError(ini_.section("frontend").at("flight_features").origin +
+                      ": [frontend] flight_features = '" + std::to_string(options.flight_features) +
+                      "': expected at most max_features, " + std::to_string(options.max_features));
+  }
+
   /** A patch of the front end has a pixel in its middle. */
   void checkOdd(const std::string& key, int value) const {
     if (value % 2 != 0) return;
