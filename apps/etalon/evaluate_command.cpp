@@ -134,7 +134,17 @@ void printOffset(const EvaluateArguments& arguments, const Trajectory& estimate,
 }
 
 void evaluate(const EvaluateArguments& arguments) {
+  if (arguments.ground_truth.empty())
+    throw ConfigError("evaluate: expected a ground truth after the trajectory: etalon evaluate " +
+                      arguments.trajectory + " GT");
   const TableFormat format = tableFormatFromName(arguments.format);
+  if (std::filesystem::is_directory(arguments.trajectory)) {
+    const std::filesystem::path flown =
+        std::filesystem::path(arguments.trajectory) / "trajectory.tum";
+    throw DataError(arguments.trajectory, 0,
+                    "is a folder; expected a TUM file" +
+                        (std::filesystem::exists(flown) ? ", here " + flown.string() : ""));
+  }
   const Trajectory estimate = readTum(arguments.trajectory);
   if (estimate.size() < kMinCoveredPoses)
     throw DataError(arguments.trajectory, 0,
@@ -181,10 +191,9 @@ void addEvaluateCommand(CLI::App& app, int* exit_code) {
       "evaluate", "Print the errors of any trajectory (ATE, RPE), as evo computes them.");
   command->add_option("TRAJECTORY", arguments->trajectory, "TUM file: t x y z qx qy qz qw")
       ->required();
-  command
-      ->add_option("GT,--ground-truth", arguments->ground_truth,
-                   "Ground truth: TUM file, EuRoC CSV, EuRoC folder or .rawlog")
-      ->required();
+  command->add_option("GT,--ground-truth", arguments->ground_truth,
+                      "Ground truth: TUM file, EuRoC CSV, EuRoC folder or .rawlog; it is needed, "
+                      "after TRAJECTORY or by its name");
   command->add_flag("--estimate-offset", arguments->estimate_offset,
                     "Also find the time shift of the ground truth that makes the ATE least");
   command->add_option("--align", arguments->align, "Alignment of the ATE")

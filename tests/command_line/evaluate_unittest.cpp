@@ -202,5 +202,19 @@ TEST(EvaluateCommand, RefusesWhatItCannotUse) {
   }
 }
 
+TEST(EvaluateCommand, SaysWhichFileIsMissing) {
+  const TemporaryFolder folder;
+  const std::string flown = folder.write("trajectory.tum", "0 0 0 0 0 0 0 1\n");
+  const auto refusal = [](const std::vector<std::string>& words) {
+    std::vector<std::string> arguments = {"evaluate"};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    return runEtalon(arguments).err;
+  };
+  EXPECT_THAT(refusal({flown}), HasSubstr("expected a ground truth after the trajectory"));
+  EXPECT_THAT(refusal({folder.path(), flown}),
+              HasSubstr("is a folder; expected a TUM file, here " + flown));
+  EXPECT_THAT(refusal({"/no/such.tum", flown}), HasSubstr("expected a TUM trajectory"));
+}
+
 }  // namespace
 }  // namespace etalon::testing

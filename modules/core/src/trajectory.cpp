@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -117,6 +118,9 @@ static bool parseSeconds(const std::string& text, TimeNs* t) {
 }
 
 Trajectory readTum(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw DataError(path, 0, "is a folder; expected a TUM trajectory (t x y z qx qy qz qw)");
   std::ifstream in(path);
   if (!in)
     throw DataError(path, 0, "cannot be opened; expected a TUM trajectory (t x y z qx qy qz qw)");

@@ -46,6 +46,10 @@ GroundTruth readGroundTruth(const std::string& path) {
   }
   if (fs::is_directory(path))
     throw DataError(path, 0, "expected a EuRoC CSV, a TUM file or a recording, found a folder");
+  if (!fs::exists(path))
+    throw DataError(path, 0,
+                    "there is no such file; expected a ground truth: a EuRoC CSV, a TUM file or a "
+                    "recording");
   GroundTruth truth;
   if (hasCommas(path))
     truth = readGroundTruthCsv(path, 2);

@@ -34,6 +34,14 @@ constexpr Format kFormats[] = {
     formatOf<RawlogReader>("rawlog", "a .rawlog"),
 };
 
+/** What a file of that name should be, as far as no format accepts it; empty for a folder. */
+std::string expectedByName(const std::string& path) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  if (extension == ".bag") return "a ROS 1 bag, which begins with '#ROSBAG V2.0'";
+  if (extension == ".db3") return "a ROS 2 bag of sqlite3";
+  return "a ROS bag (.bag, or ROS 2's .db3 or its folder), a EuRoC (ASL) folder or a .rawlog";
+}
+
 }  // namespace
 
 std::unique_ptr<RecordedSource> openRecording(const std::string& path,
@@ -45,7 +53,14 @@ std::unique_ptr<RecordedSource> openRecording(const std::string& path,
                                               format.open(path, options.recording), options);
     expected += (expected.empty() ? "" : " or ") + std::string(format.expected);
   }
-  throw DataError(path, 0, "there is no such recording; expected " + expected);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    throw DataError(path, 0, "there is no such recording; expected " + expected);
+  if (std::filesystem::file_size(path, ignored) == 0)
+    throw DataError(path, 0, "the file is empty; expected " + expectedByName(path));
+  if (std::filesystem::path(path).extension() == ".mcap")
+    throw DataError(path, 0, "MCAP is not read; `ros2 bag convert` makes a bag of sqlite3 of it");
+  throw DataError(path, 0, "is no recording; expected " + expectedByName(path));
 }
 
 std::unique_ptr<SensorSource> openSource(const std::string& path, const SourceOptions& options) {

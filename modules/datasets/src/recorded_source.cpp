@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 #include <limits>
 #include <tuple>
@@ -22,6 +23,28 @@ TimeNs shifted(TimeNs t, double seconds) {
   if (seconds > kUnlimitedS) return std::numeric_limits<TimeNs>::max();
   if (seconds < -kUnlimitedS) return std::numeric_limits<TimeNs>::min();
   return t + durationNs(seconds);
+}
+
+/** No image can be read: names the first one. */
+[[noreturn]] void failWithoutImages(const std::string& name, const std::string& kind,
+                                    const ReadStatistics& statistics, const LoadedFrame& last) {
+  std::string file = last.file, problem = last.problem;
+  for (const std::string& warning : statistics.warnings) {
+    const size_t mark = warning.find(kSkippedMark);
+    if (mark == std::string::npos) continue;
+    file = warning.substr(0, mark);
+    problem = warning.substr(mark + std::string(kSkippedMark).size());
+    break;
+  }
+  std::string advice;
+  std::error_code ignored;
+  if (kind == "rawlog" && file != name && !std::filesystem::exists(file, ignored))
+    advice =
+        "; the log refers to its images by their paths: convert the recording again where they "
+        "are now, or with --embed";
+  throw DataError(file, 0,
+                  problem + " (of " + std::to_string(statistics.unreadable_images) +
+                      " stereo pairs none can be read)" + advice);
 }
 
 }  // namespace
@@ -148,11 +171,9 @@ std::optional<StereoFrame> RecordedSource::nextFrame() {
     return std::move(result.frame);
   }
   ++statistics_.unreadable_images;
-  if (frame_ == frame_end_ && statistics_.stereo_frames == 0)
-    throw DataError(result.file, 0,
-                    result.problem + " (of " + std::to_string(statistics_.unreadable_images) +
-                        " stereo pairs none can be read)");
   warn(result.file + kSkippedMark + result.problem);
+  if (frame_ == frame_end_ && statistics_.stereo_frames == 0)
+    failWithoutImages(name_, kind_, statistics_, result);
   return std::nullopt;
 }
 

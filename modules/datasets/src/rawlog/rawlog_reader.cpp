@@ -1,6 +1,7 @@
 #include "rawlog/rawlog_reader.h"
 
 #include <filesystem>
+#include <fstream>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/observation_conversion.h"
@@ -15,7 +16,13 @@ using mrpt::obs::CObservationStereoImages;
 
 bool RawlogReader::accepts(const std::string& path) {
   std::error_code error;
-  return fs::is_regular_file(path, error);
+  if (!fs::is_regular_file(path, error) || fs::file_size(path, error) == 0) return false;
+  if (fs::path(path).extension() == ".rawlog") return true;
+  std::ifstream in(path, std::ios::binary);
+  std::string start(7, '\0');
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  // gzip, or the first object: the length of its class's name and that name.
+  return start.compare(0, 2, "\x1f\x8b") == 0 || start.compare(1, 6, "mrpt::") == 0;
 }
 
 RawlogReader::RawlogReader(std::string path, const RecordingOptions& options)

@@ -133,7 +133,21 @@ TEST_F(Rawlog, OtherFilesAreNoRawlogs) {
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }),
               AllOf(HasSubstr(log), HasSubstr("expected an MRPT rawlog")));
   writeText(log, "");
-  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("CObservationStereoImages"));
+  EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("log.rawlog: the file is empty"));
+}
+
+TEST_F(Rawlog, IsKnownByItsContentWhateverItsName) {
+  convert(log, false);
+  const std::string other = (folder / "log.of_mine").string();
+  fs::rename(log, other);
+  EXPECT_EQ(openSource(other)->kind(), "rawlog");
+}
+
+TEST_F(Rawlog, SaysWhatToDoWhereTheImagesHaveMoved) {
+  convert(log, false);
+  fs::rename(euroc, folder / "moved");
+  EXPECT_THAT(dataErrorOf([&] { readAll(*openSource(log)); }),
+              AllOf(HasSubstr("there is no such image file (of 6"), HasSubstr("or with --embed")));
 }
 
 TEST_F(Rawlog, RawlogEditReadsIt) {
