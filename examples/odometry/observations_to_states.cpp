@@ -16,14 +16,19 @@
 
 int main(int argc, char** argv) {
   using namespace etalon;
-  if (argc < 2) return std::fprintf(stderr, "expected a rawlog\n"), 2;
+  const bool live = argc == 3 && std::string(argv[2]) == "live";
+  if (argc != (live ? 3 : 2))
+    return std::fprintf(stderr, "usage: observations_to_states LOG.rawlog [live]\n"), 2;
   try {
     const std::filesystem::path path = argv[1];
+    if (!std::filesystem::is_regular_file(path))
+      throw DataError(path.string(), 0,
+                      "is no file; expected a rawlog (`etalon convert` makes one of a folder)");
     const StereoInertialCalibration calibration = openRecording(path.string())->calibration();
 
     RunConfiguration run =
         loadRunConfiguration(IniFile(), {});  // the defaults; or IniFile::fromFile
-    run.pipeline.live = argc > 2 && std::string(argv[2]) == "live";
+    run.pipeline.live = live;
     Pipeline odometry(calibration, run.pipeline, run.initializers);
 
     TimeNs printed = 0;

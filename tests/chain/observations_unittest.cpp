@@ -23,5 +23,19 @@ TEST(Observations, OfARawlogGiveAFlight) {
   EXPECT_EQ(runProgram(ETALON_OBSERVATIONS_TO_STATES, {folder.path() + "/none"}).exit_code, 3);
 }
 
+TEST(Observations, TheExampleSaysWhatItTakes) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{}, {"a.rawlog", "liev"}, {"a.rawlog", "live", "b"}}) {
+    const CommandResult run = runProgram(ETALON_OBSERVATIONS_TO_STATES, words);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_EQ(run.err, "usage: observations_to_states LOG.rawlog [live]\n");
+  }
+  const CommandResult folder = runProgram(ETALON_OBSERVATIONS_TO_STATES, {kFlight});
+  EXPECT_EQ(folder.exit_code, 3);
+  EXPECT_EQ(folder.err,
+            std::string(kFlight) +
+                ": is no file; expected a rawlog (`etalon convert` makes one of a folder)\n");
+}
+
 }  // namespace
 }  // namespace etalon::testing
