@@ -275,5 +275,19 @@ TEST(Chain, RawlogEditReadsTheLogOfARun) {
     EXPECT_THAT(result.out, HasSubstr(label));
 }
 
+TEST(Chain, AttemptsAfterALossAreNotThoseOfTheFirstStart) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() + "/run";
+  // Five seconds without a landmark are more than the IMU alone may carry the pose.
+  const CommandResult run = runEtalon({"replay", ETALON_RENDERED "/ten_seconds_aggressive",
+                                       "--fault", "covered from=1 for=5.5", "--out", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("etalon initialized after 2 attempts, 0.75 s after the first "
+                                 "image; lost at 6.00 s, initialized again at "));
+  const CommandResult table = runEtalon({"compare", out, "--format", "csv"});
+  EXPECT_GT(readJson(out + "/initialization.json").at("attempts").size(), 2U);
+  EXPECT_THAT(table.out, HasSubstr(",etalon,0.75,2,"));
+}
+
 }  // namespace
 }  // namespace etalon::testing
