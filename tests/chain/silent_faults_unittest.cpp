@@ -160,6 +160,42 @@ TEST(SilentFaults, AFlightThatIsLostStartsAnew) {
   EXPECT_EQ(accepted, 2);
 }
 
+const std::string kTenSeconds = ETALON_RENDERED "/ten_seconds_aggressive";
+
+TEST(SilentFaults, TheImuCarriesThePoseOverSecondsWithoutAFrame) {
+  // Longer than [odometry] max_dead_reckoning_s and [input] max_gap_s.
+  const TemporaryFolder folder;
+  const std::string out = folder.path() + "/run";
+  const CommandResult result = replay(kTenSeconds, out, {"--fault", "dropped from=2 for=6"});
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, Not(HasSubstr("lost: neither images nor the IMU")));
+  const json run = readJson(out + "/initialization.json");
+  // Without the IMU the pose would be off by metres.
+  EXPECT_LT(run.at("trajectory_errors").at("position_m").at("rmse").get<double>(), 0.5);
+}
+
+TEST(SilentFaults, TheFinalAdjustmentSurvivesALoss) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() + "/run";
+  // New tracks alone, then no frame: the frame of the loss is a keyframe, and begins the next window.
+  const CommandResult result =
+      replay(kTenSeconds, out,
+             {"--final-ba", "--fault", "covered from=2 for=0.5, dropped from=2.5 for=6"});
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("initialized again"));
+  for (const char* name : {"/trajectory_smoothed.tum", "/trajectory_final.tum"}) {
+    std::istringstream lines(readText(out + name));
+    double before = 0.0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line[0] == '#') continue;
+      const double t = std::stod(line);
+      EXPECT_GT(t, before);
+      before = t;
+    }
+    EXPECT_GT(before, 0.0);
+  }
+}
+
 TEST(SilentFaults, AJumpOfTheClockIsToldAndNothingIsIntegratedAcrossIt) {
   const RecordingCopy copy(kFlight);
   const std::string middle = "1400000002525000000";

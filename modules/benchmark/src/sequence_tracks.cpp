@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <future>
-#include <limits>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
@@ -80,7 +79,7 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
 
 SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options) {
   SequenceTracks tracks = withoutTracks(recording);
-  FrontStage front(tracks.calibration, options.frontend, std::numeric_limits<double>::infinity());
+  FrontStage front(tracks.calibration, options.frontend);
   const ImuBias bias{options.gyro_bias, Eigen::Vector3d::Zero()};
   std::vector<double> milliseconds;
   std::string first_problem;

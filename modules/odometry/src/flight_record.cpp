@@ -46,8 +46,18 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
   while (landmarks_.size() > kMostLandmarks) landmarks_.erase(landmarks_.begin());
 }
 
-/** The last frame becomes a keyframe. */
+/** The last frame becomes a keyframe. Where the odometry was lost and begins anew at the same frame,
+ * it replaces the one from before, and the samples up to it stay. */
 void FlightRecord::keepLast() {
+  if (!smoothed_.empty() && smoothed_.back().t == last_->stamp) {
+    smoothed_.pop_back();
+    odometry_times_.pop_back();
+    if (!keyframes_.empty()) {
+      imu_ = std::move(keyframes_.back().imu);
+      imu_missing_ = keyframes_.back().imu_missing;
+      keyframes_.pop_back();
+    }
+  }
   smoothed_.push_back({last_->stamp, last_->state.T_WB});
   odometry_times_.push_back(last_->frame.t);
   if (options_.max_keyframes > 0) {

@@ -21,6 +21,9 @@ Expected<VisualSolution> solveStereoOdometry(const StereoInertialCalibration& ca
   StereoBaOptions ba;
   ba.compute_covariance = true;
   const StereoBaResult result = odometry.bundleAdjust(ba);
+  if (!result.summary.usable())
+    return refuse(RefusalStatus::kNotConverged,
+                  "the bundle adjustment of stereo odometry failed: ", result.summary.message);
   VisualSolution solution;
   solution.T_VB = result.T_VB;
   solution.covariance = result.covariance;

@@ -6,8 +6,8 @@
 namespace etalon {
 
 FrontStage::FrontStage(const StereoInertialCalibration& calibration,
-                       const StereoTrackerOptions& options, double max_gap_s)
-    : max_gap_s_(max_gap_s), tracker_(calibration, options) {}
+                       const StereoTrackerOptions& options)
+    : tracker_(calibration, options) {}
 
 FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu, const ImuBias& bias,
                                bool in_flight) {
@@ -27,7 +27,6 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu, c
             .deltas()
             .dR;
   if (!repeated_images_.isRepeated(frame.left, frame.right, since_last)) {
-    result.after_gap = secondsBetween(tracked_at, frame.t) > max_gap_s_;
     tracked_at_ = frame.t;
     result.tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur, in_flight);
     repeated_images_.tracked(*result.tracked);

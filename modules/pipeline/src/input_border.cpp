@@ -1,5 +1,6 @@
 #include "etalon/pipeline/input_border.h"
 
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -154,7 +155,8 @@ void InputBorder::add(const ImuSample& sample) {
   if (!plausible(sample)) return;
   order(sample, &imu_,
         {kMrptTickNs, InputFault::kImuInvalidStamp, InputFault::kImuRepeatedStamp,
-         InputFault::kImuFromThePast, InputFault::kImuStampAlone});
+         InputFault::kImuFromThePast, InputFault::kImuStampAlone, true});
+  confirmFirstSample();
 }
 
 void InputBorder::add(StereoFrame frame) {
@@ -165,7 +167,8 @@ void InputBorder::add(StereoFrame frame) {
       return count(InputFault::kFrameUnusable, frame.t);
   order(std::move(frame), &frames_,
         {kShortestFrameStep, InputFault::kFrameInvalidStamp, InputFault::kFrameRepeatedStamp,
-         InputFault::kFrameFromThePast, InputFault::kFrameStampAlone});
+         InputFault::kFrameFromThePast, InputFault::kFrameStampAlone, false});
+  confirmFirstSample();
 }
 
 template <typename Measurement>
@@ -177,13 +180,22 @@ void InputBorder::order(Measurement measurement, Stream<Measurement>* stream,
     const TimeNs held = stream->held->t;
     if (inOneTick(t, held) || (t > held && t - held < faults.shortest_step))
       return count(faults.repeated, t);
-    if (t > held) {
+    const bool is_first = !stream->last;
+    if (t > held || (is_first && secondsBetween(t, held) <= options_.max_gap_s)) {
       pass(std::move(*stream->held));
       stream->last = held;
     } else {
-      count(faults.alone, held, secondsBetween(*stream->last, held));
+      count(faults.alone, held, secondsBetween(stream->last.value_or(t), held));
     }
     stream->held.reset();
+  }
+  if (!stream->last && faults.first_is_held) {
+    stream->held = std::move(measurement);
+    return;
+  }
+  if (stream->last && secondsBetween(t, *stream->last) > options_.max_gap_s && takeBack(*stream)) {
+    count(faults.alone, *stream->last, secondsBetween(t, *stream->last));
+    stream->last.reset();
   }
   if (stream->last) {
     const double step_s = secondsBetween(*stream->last, t);
@@ -215,6 +227,23 @@ void InputBorder::comeFromThePast(TimeNs t, Stream<Measurement>* stream) {
   if (++stream->past < kStepBackRun || stream->stepped_back) return;
   stream->stepped_back = true;
   stepBack(*stream);
+}
+
+void InputBorder::confirmFirstSample() {
+  if (!imu_.held || imu_.last || waiting_.empty()) return;
+  const ImuSample held = *imu_.held;
+  if (std::abs(secondsBetween(held.t, waiting_.back().t)) > options_.max_gap_s) return;
+  imu_.held.reset();
+  imu_.last = held.t;
+  pass(held);
+}
+
+bool InputBorder::takeBack(const Stream<StereoFrame>& frames) {
+  const bool waits_alone = frames_passed_ == 1 && waiting_.size() == 1;
+  if (!waits_alone || waiting_.front().t != *frames.last) return false;
+  waiting_.clear();
+  frames_passed_ = 0;
+  return true;
 }
 
 void InputBorder::stepBack(const Stream<ImuSample>& imu) {
@@ -251,6 +280,7 @@ void InputBorder::pass(StereoFrame frame) {
   if (frames_.last && secondsBetween(*frames_.last, frame.t) > options_.max_gap_s)
     count(InputFault::kFrameJump, frame.t, secondsBetween(*frames_.last, frame.t));
   waiting_.push_back(std::move(frame));
+  ++frames_passed_;
   while (!waiting_.empty() && imu_.last && waiting_.front().t <= *imu_.last) release(false);
   while (!waiting_.empty() &&
          (waiting_.size() > kMaxWaitingFrames ||

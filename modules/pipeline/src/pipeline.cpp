@@ -37,7 +37,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       options_(options),
       noise_(options.imu_noise.apply(calibration.imu.noise)),
       border_(calibration, options.input),
-      front_(calibration, options.frontend, options.input.max_gap_s),
+      front_(calibration, options.frontend),
       propagator_(noise_, options.window.gravity_mps2, options.input.max_gap_s),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
@@ -70,7 +70,8 @@ void Pipeline::estimate(const ClockJump& jump) {
 }
 
 void Pipeline::estimate(const ImuSample& sample) {
-  keepSample(sample, last_frame_, &imu_);
+  keepSample(sample, last_frame_, inFlight() ? kLongestGapOfFramesS : options_.input.max_gap_s,
+             &imu_);
   missing_.sample(sample.t, sample.saturated != 0);
   if (options_.live) noticeMissingImages(sample.t);
 }
@@ -86,10 +87,15 @@ void Pipeline::estimate(const FrontFrame& frame) {
   const int not_located = frames_not_located_;
   const bool was_lost = state_ == PipelineState::kLost;
   last_frame_ = frame.t;
-  if (frame.after_gap) window_.restart();
+  // Not as the front end sees it: live, frames between may have been dropped.
+  if (last_tracked_ && secondsBetween(*last_tracked_, frame.t) > options_.input.max_gap_s)
+    window_.restart();
+  if (frame.tracked) last_tracked_ = frame.t;
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
-  const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
+  bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
   follow(frame.t, before, frame.tracked);
+  const bool is_lost_now = !was_lost && state_ == PipelineState::kLost;
+  if (is_lost_now) keyframe = frame.tracked && window_.isKeyframe(frame.t);  // of a new window
   if (was_lost && frames_not_located_ > not_located)
     lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_step_s_), imu);
   if (state_ == PipelineState::kLost)
@@ -105,13 +111,22 @@ void Pipeline::estimate(const FrontFrame& frame) {
     if (views_) keepWindowImages(frame.images);
     if (keyframe) tryInitialize();
     timing.initialization_ms = watch.lapMilliseconds();
-  } else if (!collecting()) {
-    imu_.dropBefore(frame.t);
+  } else {
+    dropSamplesBehind(frame);
   }
   timings_.push_back(timing);
   publish(estimates_.back());
   if (on_tracks_) on_tracks_(frame);
   forgetOld();
+}
+
+/** Of the IMU, what neither the next frame nor the window of keyframes needs. */
+void Pipeline::dropSamplesBehind(const FrontFrame& frame) {
+  const bool window_ends =
+      !last_tracked_ || secondsBetween(*last_tracked_, frame.t) > options_.input.max_gap_s;
+  const bool of_window = collecting() && !window_ends && !window_.stamps().empty();
+  const TimeNs needed = of_window ? window_.stamps().front() : frame.t;
+  imu_.dropBefore(collecting() ? needed - durationNs(kFarthestTimeOffset) : needed);
 }
 
 void Pipeline::forgetOld() {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "etalon/pipeline/pipeline.h"
 
@@ -10,6 +11,7 @@ namespace etalon {
 void Pipeline::process(const mrpt::obs::CObservation& observation) {
   throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
+  if (finished_) return;
   auto measurement = observation_input_.convert(observation);
   if (const auto* unusable = std::get_if<UnusableObservation>(&measurement)) {
     if (unusable->kind == UnusableObservation::Kind::kBroken)
@@ -29,6 +31,7 @@ void Pipeline::process(const mrpt::obs::CObservation& observation) {
 void Pipeline::add(const ImuSample& sample) {
   throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
+  if (finished_) return;
   border_.add(sample);
   processAdmitted();
 }
@@ -36,6 +39,7 @@ void Pipeline::add(const ImuSample& sample) {
 void Pipeline::add(StereoFrame frame) {
   throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
+  if (finished_) return;
   admit(std::move(frame));
   processAdmitted();
 }
@@ -51,14 +55,16 @@ void Pipeline::admit(StereoFrame frame) {
 }
 
 void Pipeline::finish() {
-  {
-    const std::lock_guard<std::mutex> lock(border_mutex_);
+  // Held to the end: who calls at the same time finds the run finished.
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  const bool again = std::exchange(finished_, true);
+  if (!again) {
     border_.finish();
     processAdmitted();
+    joinThreads();
   }
-  joinThreads();
   throwFailure();
-  if (!last_frame_) return;
+  if (again || !last_frame_) return;
   // Where the IMU goes on a little longer the last image is just the end of the recording.
   if (!imu_.empty() &&
       secondsBetween(*last_frame_, imu_.samples().back().t) > options_.input.max_gap_s)
@@ -91,19 +97,18 @@ void Pipeline::processAdmitted() {
   }
 }
 
-/** Adds the sample to those kept since the last frame; a long time without frames needs less. */
+/** Adds the sample to those kept since the last frame; a long time without frames needs no more than
+ * `seconds` of them. */
 void Pipeline::keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
-                          ImuBuffer* imu) const {
+                          double seconds, ImuBuffer* imu) {
   imu->add(sample);
-  // Across a gap of this length nothing is integrated: with no frame in sight, no more is needed.
-  const TimeNs needed =
-      sample.t - durationNs(std::max(options_.input.max_gap_s, options_.max_dead_reckoning_s));
+  const TimeNs needed = sample.t - durationNs(seconds);
   if (!last_frame || *last_frame < needed) imu->dropBefore(needed);
 }
 
 void Pipeline::runFrontEnd(AdmittedInput input) {
   if (const auto* sample = std::get_if<ImuSample>(&input)) {
-    keepSample(*sample, front_.trackedAt(), &front_imu_);
+    keepSample(*sample, front_.trackedAt(), options_.input.max_gap_s, &front_imu_);
     deliver(*sample);
   } else if (const auto* jump = std::get_if<ClockJump>(&input)) {
     front_imu_ = ImuBuffer();

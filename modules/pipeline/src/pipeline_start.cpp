@@ -87,6 +87,7 @@ OdometryOutput Pipeline::startOdometry(const InitializationAttempt& attempt, con
     const std::vector<ImuSample> imu = imu_.between(frames[i - 1].t, frames[i].t);
     showWindowImage(frames[i].t);
     output = odometry_->process(frames[i], imu);
+    remark(frames[i].t, output.remarks);
     if (!recorded) record_.add(output.t, frames[i], imu, output, odometry_.get());
   }
   if (output.inertial) starter_.endWaitForMotion();

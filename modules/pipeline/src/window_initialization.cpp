@@ -110,7 +110,8 @@ InitializationAttempt initializeAndJudge(const InitializationProblem& problem,
   if (attempt.used_stereo_odometry) {
     attempt.stereo_odometry_ms = problem.visualSolutionMilliseconds();
     if (!odometry_was_there) attempt.initialize_ms -= attempt.stereo_odometry_ms;
-    attempt.visual_rms_px = attempt.init ? problem.visualSolution()->rms_px : 0.0;
+    const Expected<VisualSolution>& visual = problem.visualSolution();
+    attempt.visual_rms_px = attempt.init && visual ? visual->rms_px : 0.0;
   }
   if (!attempt.init) {
     attempt.decision = refuse(attempt.init.error());

@@ -157,6 +157,26 @@ TEST_F(InputBorderTest, AStampFarAheadThatStandsAloneIsDropped) {
   EXPECT_EQ(count(InputFault::kImuJump), 0);
 }
 
+TEST_F(InputBorderTest, AFirstSampleFarAheadDoesNotBlockWhatComes) {
+  border.add(sampleAt(3600 * kSecond));
+  border.add(frameAt(6 * kMs));
+  for (TimeNs t = 5; t <= 20; t += 5) border.add(sampleAt(t * kMs));
+  EXPECT_THAT(passed(), ElementsAre(5, 10, -6, 15, 20));
+  EXPECT_EQ(count(InputFault::kImuStampAlone), 1);
+  EXPECT_EQ(count(InputFault::kImuFromThePast), 0);
+}
+
+TEST_F(InputBorderTest, AFirstFrameFarAheadDoesNotBlockWhatComes) {
+  border.add(frameAt(3600 * kSecond));
+  border.add(sampleAt(5 * kMs));
+  border.add(frameAt(6 * kMs));
+  border.add(frameAt(16 * kMs));
+  for (TimeNs t = 10; t <= 20; t += 5) border.add(sampleAt(t * kMs));
+  EXPECT_THAT(passed(), ElementsAre(5, 10, -6, 15, 20, -16));
+  EXPECT_EQ(count(InputFault::kFrameStampAlone), 1);
+  EXPECT_EQ(count(InputFault::kFrameFromThePast), 0);
+}
+
 TEST_F(InputBorderTest, AClockThatStepsBackIsSaidOnceAndNothingIsIntegratedAcrossIt) {
   border.add(sampleAt(1000 * kMs));
   border.add(frameAt(1002 * kMs));

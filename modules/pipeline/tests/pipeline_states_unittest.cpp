@@ -133,6 +133,23 @@ TEST_F(PipelineStates, TheFixedLagOdometryBelievesThePixelsAsConfigured) {
             1.5 * as_usual.estimates().back().sigma().segment<3>(3).norm());
 }
 
+TEST_F(PipelineStates, WhatComesAfterTheEndIsIgnored) {
+  Pipeline pipeline = this->pipeline();
+  fly(&pipeline);
+  const size_t poses = pipeline.trajectory().size(), events = pipeline.events().size();
+  const TimeNs step = flight().frames[1].t - flight().frames[0].t;
+  ImuSample sample = flight().imu.back();
+  StereoFrame frame = flight().frames.back();
+  sample.t += 2 * step;
+  frame.t += step;
+  pipeline.add(sample);
+  pipeline.add(frame);
+  pipeline.finish();
+  EXPECT_EQ(pipeline.trajectory().size(), poses);
+  EXPECT_EQ(pipeline.events().size(), events);
+  EXPECT_TRUE(pipeline.inputFaults().empty());
+}
+
 TEST_F(PipelineStates, FramesWaitForTheImu) {
   Pipeline pipeline = this->pipeline();
   for (size_t k = 0; k < 3; ++k) pipeline.add(flight().frames[k]);

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <limits>
 
 #include "etalon/core/so3.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
@@ -209,17 +208,17 @@ InertialOnlyResult solveInertialOnlyMap(const std::vector<SE3>& T_VB,
     Eigen::MatrixXd damped = H;
     damped.diagonal() *= 1.0 + lambda;
     const Eigen::VectorXd step = damped.ldlt().solve(-b);
+    if (!step.allFinite()) {
+      summary.stop(Termination::kSingular, "the poses do not determine the state");
+      break;
+    }
     const InertialOnlyProblem::State candidate = problem.moved(state, step);
-    const double candidate_cost = step.allFinite() ? problem.evaluate(candidate, nullptr, nullptr)
-                                                   : std::numeric_limits<double>::infinity();
+    const double candidate_cost = problem.evaluate(candidate, nullptr, nullptr);
     // At the minimum the cost stops falling by more than rounding: converged whether the step is
     // taken or not.
     const double decrease = cost - candidate_cost;
     if (std::abs(decrease) <= 1e-11 * cost + 1e-16 || step.norm() < 1e-12) {
-      if (step.allFinite())
-        summary.termination = Termination::kConverged;
-      else
-        summary.stop(Termination::kSingular, "the poses do not determine the state");
+      summary.termination = Termination::kConverged;
       if (decrease > 0) state = candidate;
       break;
     }

@@ -47,7 +47,7 @@ AccelErrorSizes scoredSizes(const AccelErrorSizes& now,
     const Eigen::MatrixXd JP = timesCovariance(a, P).bottomRows<6>();
     score(k) = 0.5 * w2 * (a.r.tail<6>().squaredNorm() - 6.0);
     information(kSlow, k) = information(k, kSlow) =
-        0.5 * w2 * a.weight * JP.middleCols(column, n).squaredNorm();
+        0.5 * w2 * JP.middleCols(column, n).squaredNorm();
     Eigen::Index l = kIntervals;
     for (const LinearizedResidual& b : residuals) {
       if (b.kind != ResidualKind::kImu) continue;

@@ -28,6 +28,7 @@ StereoBaResult solveStereoBa(BundleProblem bundle_to_solve, const std::vector<SE
     ceres::Solver::Summary run;
     ceres::Solve(visual.solverOptions(*problem, options.iterations_per_round), problem.get(), &run);
     addRun(run, &result.summary);
+    if (!result.summary.usable()) return result;
     result.T_VB = visual.poses();
     visual.landmarks().store(&bundle);
     sum = bundle.relabel(result.T_VB, options.chi2_threshold);

@@ -14,7 +14,6 @@ struct FrontFrame {
   TimeNs t = 0;
   std::optional<TrackedFrame> tracked;  ///< nothing: the frame shows the past
   StereoFrame images;                   ///< pixels shared with whoever delivered them
-  bool after_gap = false;               ///< the last tracked frame is more than max_gap_s older
   double ms = 0.0;
 };
 
@@ -22,9 +21,7 @@ struct FrontFrame {
  * whether it flies. */
 class FrontStage {
  public:
-  /** @param max_gap_s see InputOptions */
-  FrontStage(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options,
-             double max_gap_s);
+  FrontStage(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options);
 
   /**
    * The next frame.
@@ -38,7 +35,6 @@ class FrontStage {
   const std::optional<TimeNs>& trackedAt() const { return tracked_at_; }
 
  private:
-  double max_gap_s_;
   RepeatedImages repeated_images_;
   StereoTracker tracker_;
   std::optional<TimeNs> tracked_at_;

@@ -89,6 +89,8 @@ using AdmittedInput = std::variant<ImuSample, StereoFrame, ClockJump>;
  * A frame waits for the IMU; where frames max_wait_s later are there, or kMaxWaitingFrames, it
  * passes without. A measurement more than max_gap_s ahead is held until the next one of its stream:
  * if that is later still, time went on there (a jump), else the stamp stood alone and is dropped.
+ * The first IMU sample is held until the next one, or a frame, is near it; the first frame, which
+ * waits for the IMU, is taken back where the next one is long before it.
  *
  * kStepBackRun measurements of a stream in a row that are from the past, and in order, are a clock
  * that stepped back. It is said once; what comes is dropped until the clock has caught up, because
@@ -122,16 +124,23 @@ class InputBorder {
     TimeNs past_first = 0, past_last = 0;  ///< their stamps
     bool stepped_back = false;             ///< since the last one that passed
   };
-  /** The shortest step between two stamps, ns, and the faults that both streams know. */
+  /** The shortest step between two stamps, ns, the faults that both streams know, and whether the
+   * first measurement is held. */
   struct StreamFaults {
     TimeNs shortest_step;
     InputFault invalid, repeated, past, alone;
+    bool first_is_held;
   };
 
   template <typename Measurement>
   void order(Measurement measurement, Stream<Measurement>* stream, const StreamFaults& faults);
   template <typename Measurement>
   void comeFromThePast(TimeNs t, Stream<Measurement>* stream);
+  /** The first IMU sample passes where a frame is near it. */
+  void confirmFirstSample();
+  /** Whether the last one that passed was the first of its stream, and is forgotten now. */
+  bool takeBack(const Stream<ImuSample>& /*imu*/) { return false; }
+  bool takeBack(const Stream<StereoFrame>& frames);
   void stepBack(const Stream<ImuSample>& imu);
   void stepBack(const Stream<StereoFrame>& frames);
   void pass(ImuSample sample);
@@ -146,6 +155,7 @@ class InputBorder {
   std::optional<TimeNs> first_imu_;
   SaturationDetector saturation_;
   std::deque<StereoFrame> waiting_;  ///< for the IMU
+  size_t frames_passed_ = 0;
   std::deque<AdmittedInput> ready_;
   InputFaultCounts faults_;
 };

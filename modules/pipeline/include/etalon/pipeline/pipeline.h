@@ -70,6 +70,8 @@ class Pipeline {
  public:
   /** Without a frame for this long, the IMU alone carries the pose, s. */
   static constexpr double kNoImageS = 0.5;
+  /** In flight, the IMU carries the pose over at most this long a time without a frame, s. */
+  static constexpr double kLongestGapOfFramesS = 60.0;
 
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
            PipelineInitializers initializers);
@@ -153,8 +155,8 @@ class Pipeline {
   // At the border (pipeline_input.cpp).
   void admit(StereoFrame frame);
   void processAdmitted();
-  void keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
-                  ImuBuffer* imu) const;
+  static void keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
+                         double seconds, ImuBuffer* imu);
   void runFrontEnd(AdmittedInput input);
   void deliver(EstimatorInput input);
   void startThreads();
@@ -172,6 +174,7 @@ class Pipeline {
   void estimate(const ClockJump& jump);
   void estimate(const FrontFrame& frame);
   void noticeMissingImages(TimeNs until);
+  void dropSamplesBehind(const FrontFrame& frame);
   void forgetOld();
   void follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
   OdometryOutput followVisually(const NavState& state, const TrackedFrame& frame);
@@ -199,6 +202,7 @@ class Pipeline {
   ImuNoiseDensities noise_;
 
   mutable std::mutex border_mutex_;  ///< of what delivers measurements, to runFrontEnd()
+  bool finished_ = false;
   ObservationInput observation_input_;
   InputBorder border_;
   FrontStage front_;
@@ -231,7 +235,7 @@ class Pipeline {
   ImuBuffer imu_;
   KeyframeWindow window_;
   Starter starter_;
-  std::optional<TimeNs> last_frame_;
+  std::optional<TimeNs> last_frame_, last_tracked_;
   PipelineState state_ = PipelineState::kWaiting;
   std::vector<PipelineEvent> events_;
   std::optional<TimeNs> initialized_at_, handed_over_at_;
