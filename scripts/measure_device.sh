@@ -6,19 +6,21 @@
 #
 #   scripts/measure_device.sh OUT DEVICE.ini SRC...    -- OUT keeps tracks, device files and results
 #   INITIALIZER=etalon KEYFRAMES=5 EVERY=2.5           -- 5 keyframes at 4 Hz are a second, 10 are 2.25
+#   TRUTH=FOLDER                                       -- of `etalon ground-truth`, in place of the recordings' own
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 3 ]] || { sed -n '2,8p' "$0"; exit 2; }
+[[ $# -ge 3 ]] || { sed -n '2,9p' "$0"; exit 2; }
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
 out=$1 device=$2
 shift 2
+truth_option=(${TRUTH:+--ground-truth "$TRUTH"})
 mkdir -p "$out"
 
 bench() { # SRC RESULT option...
   local source=$1 result=$2
   shift 2
   "$etalon" bench "$source" --initializers "${INITIALIZER:-etalon}" --keyframes "${KEYFRAMES:-5}" --every "${EVERY:-2.5}" --vi-ba off \
-    --tracks "$out/tracks" --out "$result" --overwrite --format csv "$@" >/dev/null 2>"$result.log" || { cat "$result.log" >&2; exit 1; }
+    --tracks "$out/tracks" --out "$result" --overwrite --format csv "${truth_option[@]}" "$@" >/dev/null 2>"$result.log" || { cat "$result.log" >&2; exit 1; }
 }
 
 for source in "$@"; do
@@ -94,7 +96,8 @@ done | awk -F, '
 
 printf '\n%-16s %27s %27s\n' "flight" "b_g off, 1e-5 rad/s (sigma)" "b_a off, m/s^2 (sigma)"
 for source in "$@"; do
-  truth=$source/mav0/state_groundtruth_estimate0/data.csv
+  truth=${TRUTH:+$TRUTH/$(basename "$source")/data.csv}
+  truth=${truth:-$source/mav0/state_groundtruth_estimate0/data.csv}
   flight=$(grep "^$(basename "$source") = " "$device") || continue
   [[ -f $truth ]] || continue
   awk -v flight="$flight" '
