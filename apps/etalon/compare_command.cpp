@@ -10,6 +10,7 @@
 #include "etalon/benchmark/store.h"
 #include "etalon/core/errors.h"
 #include "etalon/report/benchmark_comparison.h"
+#include "etalon/report/benchmark_overview.h"
 #include "support/checks.h"
 #include "support/print_tables.h"
 

@@ -12,6 +12,7 @@
 #include "etalon/core/printable.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/report/comparison_table.h"
 #include "etalon/report/plot.h"
 #include "etalon/runlog/run_log.h"
 
@@ -70,8 +71,9 @@ void requireOneRecording(const std::vector<std::pair<std::string, RunRecord>>& r
     const double later_s = secondsBetween(first.first_image, run.first_image);
     if (other == recording && std::abs(later_s) < kLongestFlightS) continue;
     const std::string of = other == recording
-                               ? "both are of " + recording + ", but of different days"
-                               : first_name + " is of " + recording + ", " + name + " of " + other;
+                               ? format("both are of %s, but of different days", recording.c_str())
+                               : format("%s is of %s, %s of %s", first_name.c_str(),
+                                        recording.c_str(), name.c_str(), other.c_str());
     throw ConfigError(
         "--save-plot: expected runs of one recording, which have time and ground truth in "
         "common; " +
