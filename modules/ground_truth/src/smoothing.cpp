@@ -234,8 +234,8 @@ Expected<GroundTruthSmoothing> smoothGroundTruth(const GroundTruth& recorded,
                   Bound(kFewestRows), " are wanted");
   const double length_s = secondsBetween(rows.front().t, rows.back().t);
   if (length_s < kShortestS)
-    return refuse(RefusalStatus::kInvalidInput, "the ground truth is ", Value(length_s),
-                  " s long, at least ", Bound(kShortestS), " s are wanted");
+    return refuse(RefusalStatus::kInvalidInput, "the ground truth within the IMU's time is ",
+                  Value(length_s), " s long, at least ", Bound(kShortestS), " s are wanted");
 
   const ImuBuffer buffer(imu);
   const auto fits =

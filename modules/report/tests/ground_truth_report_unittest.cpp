@@ -49,6 +49,13 @@ TEST(GroundTruthReport, SaysWhatIsSignificant) {
   EXPECT_EQ(inWords({}), "nothing significant");
 }
 
+TEST(GroundTruthReport, SaysWhereTheImagesDoNotSupportTheCorrection) {
+  GroundTruthJudgement one = judgement();
+  EXPECT_THAT(groundTruthPage({one}), Not(HasSubstr("keep the recorded ones")));
+  one.vision = {5, 0.0006, 0.0063, 0};
+  EXPECT_THAT(groundTruthPage({one}), HasSubstr("keep the recorded ones"));
+}
+
 TEST(GroundTruthReport, PageIsNoWiderThanAScreen) {
   GroundTruthJudgement wide = judgement("a_recording_with_a_rather_long_name");
   wide.found.offset.rotation_shift_s = {-0.11234, 0.01234};

@@ -91,11 +91,13 @@ Table errorsTable(const std::vector<GroundTruthJudgement>& all) {
 }
 
 std::string visionInWords(const VisionCheck& vision) {
+  const bool supported = 2 * vision.corrected_is_nearer >= vision.windows;
   return format(
-      "stereo odometry over 2.25 s is off by %.2f mm from the recorded positions, by %.2f mm from "
-      "the corrected ones (medians of %zu windows; the corrected are nearer in %zu)",
-      1e3 * vision.recorded_m, 1e3 * vision.corrected_m, vision.windows,
-      vision.corrected_is_nearer);
+             "stereo odometry over 2.25 s is off by %.2f mm from the recorded positions, by %.2f "
+             "mm from the corrected ones (medians of %zu windows; the corrected are nearer in %zu)",
+             1e3 * vision.recorded_m, 1e3 * vision.corrected_m, vision.windows,
+             vision.corrected_is_nearer) +
+         (supported ? "" : ": the images do not support the correction, keep the recorded ones");
 }
 
 /** Rows of a table of two columns. */
