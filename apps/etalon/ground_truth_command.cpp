@@ -126,7 +126,8 @@ void addGroundTruthCommand(CLI::App& app, int* exit_code) {
                       "Folder for the cached tracks of the front end (default: OUT/tracks)");
   command->footer(
       "Writes NAME/{data.csv, corrected.tum, report.html} into the folder.\n"
-      "Exit codes: 0 done, 2 usage, 3 data (a recording could not be used; the others are done).");
+      "Exit codes: 0 done, 2 usage, 3 data (a recording could not be used; the others are done),\n"
+      "130 interrupted.");
   command->callback([arguments, exit_code] {
     arguments->recorded.check(arguments->sources);
     if (!arguments->images.empty() && arguments->sources.size() > 1)

@@ -121,9 +121,11 @@ class TrajectoryPlot {
       canvas_.text({x + 38, y}, name, kHeadingSize, kText);
       x += 38 + PlotCanvas::textWidth(name, kHeadingSize) + 28;
     };
-    entry("estimate", [&] { canvas_.line({x, middle}, {x + 30, middle}, kEstimate, 2.0); });
+    entry(options_.estimate_name, [&] {
+      canvas_.line({x, middle}, {x + 30, middle}, kEstimate, 2.0);
+    });
     if (!truth_.empty())
-      entry("ground truth", [&] { canvas_.line({x, middle}, {x + 30, middle}, kTruth, 4.0); });
+      entry(options_.truth_name, [&] { canvas_.line({x, middle}, {x + 30, middle}, kTruth, 4.0); });
     entry("start", [&] { canvas_.disc({x + 20, middle}, 5.5, kStart); });
     if (initialized)
       entry("initialized", [&] { canvas_.diamond({x + 20, middle}, 8.0, kInitialized); });

@@ -81,6 +81,8 @@ TEST(GroundTruthReport, IsOnePageWithItsPlot) {
   EXPECT_THAT(html, HasSubstr("<svg"));
   EXPECT_THAT(html, HasSubstr("</svg>"));
   EXPECT_THAT(html, HasSubstr("Position error"));
+  EXPECT_THAT(html, HasSubstr(">corrected<"));
+  EXPECT_THAT(html, HasSubstr(">recorded<"));
   EXPECT_THAT(html, HasSubstr("V9_01_&lt;odd&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("<odd>")));
   EXPECT_THAT(html, HasSubstr("gap after 1000"));

@@ -206,6 +206,8 @@ std::string groundTruthReportHtml(const GroundTruthJudgement& judgement,
   TrajectoryPlotOptions plot;
   plot.title = judgement.name + ": corrected against recorded";
   plot.alignment = AlignmentType::kSE3;
+  plot.estimate_name = "corrected";
+  plot.truth_name = "recorded";
   const std::string title = escaped("Ground truth of " + judgement.name);
   std::string page =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>" + title +

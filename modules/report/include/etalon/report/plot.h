@@ -18,6 +18,8 @@ struct TrajectoryPlotOptions {
   std::optional<AssociatedTrajectories> pairs;
   /** The instant to mark in the top view and over time. */
   std::optional<TimeNs> initialized_at;
+  /** In the legend; ASCII. */
+  std::string estimate_name = "estimate", truth_name = "ground truth";
 };
 
 /**
