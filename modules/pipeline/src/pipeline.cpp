@@ -70,8 +70,7 @@ void Pipeline::estimate(const ClockJump& jump) {
 }
 
 void Pipeline::estimate(const ImuSample& sample) {
-  keepSample(sample, last_frame_, inFlight() ? kLongestGapOfFramesS : options_.input.max_gap_s,
-             &imu_);
+  keepSample(sample, last_frame_, &imu_);
   missing_.sample(sample.t, sample.saturated != 0);
   if (options_.live) noticeMissingImages(sample.t);
 }

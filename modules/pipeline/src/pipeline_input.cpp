@@ -97,18 +97,20 @@ void Pipeline::processAdmitted() {
   }
 }
 
-/** Adds the sample to those kept since the last frame; a long time without frames needs no more than
- * `seconds` of them. */
+/** Adds the sample to those kept since the last frame, of which there are no more than the longest
+ * gap needs. */
 void Pipeline::keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
-                          double seconds, ImuBuffer* imu) {
+                          ImuBuffer* imu) {
   imu->add(sample);
-  const TimeNs needed = sample.t - durationNs(seconds);
-  if (!last_frame || *last_frame < needed) imu->dropBefore(needed);
+  const TimeNs needed = sample.t - durationNs(kLongestGapOfFramesS);
+  if (last_frame && *last_frame >= needed) return;
+  const bool is_worth_it = imu->samples().front().t < needed - kNanosecondsPerSecond;
+  if (is_worth_it) imu->dropBefore(needed);
 }
 
 void Pipeline::runFrontEnd(AdmittedInput input) {
   if (const auto* sample = std::get_if<ImuSample>(&input)) {
-    keepSample(*sample, front_.trackedAt(), options_.input.max_gap_s, &front_imu_);
+    keepSample(*sample, front_.trackedAt(), &front_imu_);
     deliver(*sample);
   } else if (const auto* jump = std::get_if<ClockJump>(&input)) {
     front_imu_ = ImuBuffer();

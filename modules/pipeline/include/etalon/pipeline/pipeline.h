@@ -70,7 +70,7 @@ class Pipeline {
  public:
   /** Without a frame for this long, the IMU alone carries the pose, s. */
   static constexpr double kNoImageS = 0.5;
-  /** In flight, the IMU carries the pose over at most this long a time without a frame, s. */
+  /** The IMU tells of the motion across a gap of the frames of at most this length, s. */
   static constexpr double kLongestGapOfFramesS = 60.0;
 
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
@@ -156,7 +156,7 @@ class Pipeline {
   void admit(StereoFrame frame);
   void processAdmitted();
   static void keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
-                         double seconds, ImuBuffer* imu);
+                         ImuBuffer* imu);
   void runFrontEnd(AdmittedInput input);
   void deliver(EstimatorInput input);
   void startThreads();
