@@ -77,7 +77,8 @@ tl::unexpected<Refusal> notDetermined(const InitializationProblem& problem, doub
   return refuse(RefusalStatus::kIllConditioned, Value(problem.keyframeCount()),
                 " keyframes do not tell gravity from the accelerometer's bias: the condition "
                 "number is ",
-                Number(condition), ", at most ", Bound(options.max_condition), " is wanted");
+                Number(condition), ", at most ", Bound(options.max_condition),
+                " is wanted: tilt, or accelerate sideways");
 }
 
 /** Gravity without b_a, its magnitude free. */
