@@ -15,10 +15,18 @@ std::optional<bool> WindowRow::success() const {
 }
 
 std::optional<bool> WindowRow::falseAccept() const {
-  if (status != kStatusSuccess) return false;
+  const std::optional<std::string> why = falseAcceptReason();
+  if (!why) return std::nullopt;
+  return !why->empty();
+}
+
+std::optional<std::string> WindowRow::falseAcceptReason() const {
+  if (status != kStatusSuccess) return "";
   const std::optional<bool> good = errors.success();
   if (!good) return std::nullopt;
-  return !*good || errors.outsideClaim();
+  std::vector<std::string> reasons = errors.outsideClaim();
+  if (!*good) reasons.insert(reasons.begin(), "no success");
+  return joined(reasons);
 }
 
 WindowRow windowRow(const WindowResult& result, const std::string& stage) {

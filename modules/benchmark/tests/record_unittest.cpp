@@ -79,12 +79,19 @@ TEST(WindowRows, AFalseAcceptIsAcceptedAndWrongOrOutsideOfItsClaim) {
   EXPECT_EQ(row.falseAccept(), false);  // it was refused
   row.status = kStatusSuccess;
   EXPECT_EQ(row.falseAccept(), true);
+  EXPECT_EQ(row.falseAcceptReason(), "no success");
   row.errors.gravity_deg = 1.0;
   EXPECT_EQ(row.falseAccept(), false);
+  EXPECT_EQ(row.falseAcceptReason(), "");
   row.errors.tilt_nees = 8.0;
   EXPECT_EQ(row.falseAccept(), true);
+  EXPECT_EQ(row.falseAcceptReason(), "tilt");
+  row.errors.velocity_mps = 0.1;
+  row.errors.velocity_nees = 6.0;
+  EXPECT_EQ(row.falseAcceptReason(), "no success, tilt, velocity");
   row.errors = WindowErrors();
   EXPECT_FALSE(row.falseAccept().has_value());  // no ground truth
+  EXPECT_FALSE(row.falseAcceptReason().has_value());
 }
 
 TEST(WindowRows, InitStandsBeforeViBaWhichIsThereIfItWasAskedFor) {

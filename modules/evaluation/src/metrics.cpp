@@ -60,12 +60,16 @@ std::optional<bool> WindowErrors::success() const {
   return gravity_deg < kSuccessGravityDeg && velocity_mps < kSuccessVelocityMps;
 }
 
-bool WindowErrors::outsideClaim() const {
+std::vector<std::string> WindowErrors::outsideClaim() const {
   constexpr double kTail = 4.65e-4;  // of a normal variable beyond 3.5 standard deviations
-  const auto outside = [](double nees, double dof) {
-    return dof * nees > chiSquareQuantile(dof, kTail);
+  std::vector<std::string> outside;
+  const auto check = [&outside](const char* name, double nees, double dof) {
+    if (dof * nees > chiSquareQuantile(dof, kTail)) outside.emplace_back(name);
   };
-  return outside(tilt_nees, 2.0) || outside(velocity_nees, 3.0) || outside(accel_bias_nees, 3.0);
+  check("tilt", tilt_nees, 2.0);
+  check("velocity", velocity_nees, 3.0);
+  check("accelerometer bias", accel_bias_nees, 3.0);
+  return outside;
 }
 
 WindowErrors evaluateWindow(const std::vector<StampedState>& states, const ImuBias& bias,

@@ -1,9 +1,11 @@
 #include "etalon/evaluation/metrics.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
@@ -13,6 +15,8 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 constexpr double kRadians = M_PI / 180.0;
 
@@ -56,17 +60,19 @@ TEST(WindowMetrics, PerfectEstimateHasNoErrorWhateverItsYawAndOrigin) {
 
 TEST(WindowMetrics, OutsideItsClaimIsWhatIsBeyondThreeAndAHalfSigmas) {
   WindowErrors e;
-  EXPECT_FALSE(e.outsideClaim());  // nothing is claimed
+  EXPECT_THAT(e.outsideClaim(), IsEmpty());  // nothing is claimed
   // Chi-square at 4.65e-4: 15.35 for two degrees of freedom, 17.89 for three.
   e.tilt_nees = 15.3 / 2;
   e.velocity_nees = e.accel_bias_nees = 17.8 / 3;
   e.gyro_bias_nees = 100.0;  // the ground truth's does not count
-  EXPECT_FALSE(e.outsideClaim());
-  for (double WindowErrors::*nees :
-       {&WindowErrors::tilt_nees, &WindowErrors::velocity_nees, &WindowErrors::accel_bias_nees}) {
+  EXPECT_THAT(e.outsideClaim(), IsEmpty());
+  for (const auto& [name, nees] :
+       {std::pair("tilt", &WindowErrors::tilt_nees),
+        std::pair("velocity", &WindowErrors::velocity_nees),
+        std::pair("accelerometer bias", &WindowErrors::accel_bias_nees)}) {
     WindowErrors outside = e;
     outside.*nees *= 1.01;
-    EXPECT_TRUE(outside.outsideClaim());
+    EXPECT_THAT(outside.outsideClaim(), ElementsAre(name));
   }
 }
 

@@ -7,6 +7,7 @@
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/statistics.h"
 #include "etalon/core/text.h"
+#include "etalon/core/time.h"
 
 namespace etalon {
 namespace {
@@ -60,30 +61,90 @@ double valueOf(const SummaryRow& row, const std::string& figure) {
   return WindowErrors::kNone;
 }
 
+/** Breaks the text's blanks so that lines have at most kLine characters, where words allow it. */
+std::string brokenIntoLines(std::string text) {
+  constexpr size_t kLine = 100;
+  for (size_t begin = 0, blank = text.find(' '); blank != std::string::npos;) {
+    const size_t next = text.find(' ', blank + 1);
+    const size_t end = next == std::string::npos ? text.size() : next;
+    if (end - begin > kLine) {
+      text[blank] = '\n';
+      begin = blank + 1;
+    }
+    blank = next;
+  }
+  return text;
+}
+
+/** Such as "V1 at 12.5 s: velocity; V1 at 15.0 s: no success", of the initializer's false accepts
+ * that the summary counts; seconds since the recording's first image. */
+std::string listOfFalseAccepts(const BenchmarkRecord& record, const WindowShape& shape,
+                               const std::string& initializer, const std::string& stage) {
+  constexpr size_t kMost = 3;
+  std::vector<std::string> windows;
+  const std::vector<std::optional<bool>> success = judgedSuccess(record, stage);
+  for (size_t i = 0; i < record.results.size(); ++i) {
+    const WindowResult& result = record.results[i];
+    if (!success[i] || result.initializer != initializer || result.shape() != shape) continue;
+    const std::string reason = windowRow(result, stage).falseAcceptReason().value_or("");
+    if (reason.empty()) continue;
+    if (windows.size() == kMost) {
+      windows.emplace_back("...");
+      break;
+    }
+    TimeNs first_image = 0;
+    for (const BenchmarkSequence& sequence : record.sequences)
+      if (sequence.name == result.sequence) first_image = sequence.first_image;
+    windows.push_back(result.sequence +
+                      format(" at %.1f s: ", secondsBetween(first_image, result.t0)) + reason);
+  }
+  return joined(windows, "; ");
+}
+
+/** How many there are, and of the initializer that has the most of them which ones; a line or more,
+ * if there is one. */
+std::string noteOnFalseAccepts(const BenchmarkRecord& record, const WindowShape& shape,
+                               const std::vector<const SummaryRow*>& rows) {
+  int count = 0, tried = 0;
+  const SummaryRow* worst = nullptr;
+  bool alone = true;  // no other initializer has as many
+  for (const SummaryRow* row : rows) {
+    ++tried;
+    count += row->false_accepts;
+    if (worst && row->false_accepts == worst->false_accepts) alone = false;
+    if (worst && row->false_accepts <= worst->false_accepts) continue;
+    worst = row;
+    alone = true;
+  }
+  if (count == 0) return "No false accept. ";
+  const std::string windows = listOfFalseAccepts(record, shape, worst->initializer, worst->stage);
+  const std::string note = "False accepts: " + std::to_string(count);
+  if (tried == 1) return note + " (" + windows + ").\n";
+  if (worst->false_accepts == count)
+    return note + (count == 1 ? "" : ", all") + " by " + worst->initializer + ": " + windows +
+           ".\n";
+  return note + (alone ? ", most by " : ", for example by ") + worst->initializer + " (" +
+         std::to_string(worst->false_accepts) + "): " + windows + ".\n";
+}
+
 /** Below the table: what the columns are, what VI-BA takes, and who accepted what is not good. */
-std::string noteOn(const std::vector<const SummaryRow*>& rows, const std::string& last_stage) {
-  int windows = 0, judged = 0, worst = 0, false_accepts = 0;
-  std::string who;
+std::string noteOn(const BenchmarkRecord& record, const WindowShape& shape,
+                   const std::vector<const SummaryRow*>& rows) {
+  const std::string last_stage = stagesOf(record).back();
+  int windows = 0, judged = 0;
+  std::vector<const SummaryRow*> last;
   std::vector<double> vi_ba_ms;
   for (const SummaryRow* row : rows) {
     windows = row->count;
     judged = std::max(judged, row->judged);
     if (row->stage == kStageViBa && row->runtime_ms.count > 0)
       vi_ba_ms.push_back(row->runtime_ms.median);
-    if (row->stage != last_stage || row->false_accepts == 0) continue;
-    false_accepts += row->false_accepts;
-    if (row->false_accepts <= worst) continue;
-    worst = row->false_accepts;
-    who = row->initializer;
+    if (row->stage == last_stage) last.push_back(row);
   }
   std::string note = std::to_string(windows) + " windows. ";
-  if (judged == 0)
-    note += "None can be judged without ground truth. ";
-  else if (false_accepts == 0)
-    note += "No false accept. ";
-  if (false_accepts > 0)
-    note += "False accepts: " + std::to_string(false_accepts) + ", " + std::to_string(worst) +
-            " of them by " + who + ". ";
+  note += judged == 0 ? "None can be judged without ground truth. "
+                      : noteOnFalseAccepts(record, shape, last);
+  note = brokenIntoLines(note);
   note += "succ.: success [%]. Medians: RRE, gravity [deg],\nATE [mm], velocity [m/s], time [ms]";
   if (vi_ba_ms.empty()) return note + ". ";
   char text[60];
@@ -149,7 +210,7 @@ TitledTable overviewTable(const BenchmarkRecord& record, const std::vector<Summa
     overview.title = sequencesOf(record).front() + ", " + shapeText(shape);
   const std::vector<std::string> absent = tooShort(record, shape);
   if (!absent.empty()) overview.note = "Not in the table: " + joined(absent, "; ") + ".\n";
-  overview.note += noteOn(rows, stages.back());
+  overview.note += noteOn(record, shape, rows);
   overview.marks_best = true;
   overview.keyframes = shape.keyframes;
   overview.rate_hz = shape.rate_hz;

@@ -42,13 +42,65 @@ TEST(BenchmarkOverview, FitsAScreenWithAllInitializers) {
   EXPECT_LE(lines, 25);
 }
 
-TEST(BenchmarkOverview, NamesWhoAcceptedFalsely) {
+/** The record without the results of an initializer. */
+BenchmarkRecord without(const std::string& initializer, BenchmarkRecord record) {
+  record.results.erase(
+      std::remove_if(record.results.begin(), record.results.end(),
+                     [&](const WindowResult& r) { return r.initializer == initializer; }),
+      record.results.end());
+  return record;
+}
+
+/** After VI-BA, by `velocity` above the limit of a claim of 3.5 standard deviations. */
+void claimTooMuch(WindowResult* result) {
+  result->attempt.stages.back().errors->velocity_nees = 6.0;
+}
+
+TEST(BenchmarkOverview, NamesWhoAcceptedFalselyAndWhere) {
   BenchmarkRecord record = testing::exampleBenchmark();
-  EXPECT_THAT(overviewOf(record), HasSubstr("False accepts: 1, 1 of them by bad."));
-  record.results.erase(std::remove_if(record.results.begin(), record.results.end(),
-                                      [](const WindowResult& r) { return r.initializer == "bad"; }),
-                       record.results.end());
-  EXPECT_THAT(overviewOf(record), AllOf(HasSubstr("No false accept."), Not(HasSubstr("bad"))));
+  record.sequences[0].first_image = -100'000'000;
+  EXPECT_THAT(overviewOf(record),
+              HasSubstr("6 windows. False accepts: 1 by bad: V1 at 2.6 s: no success.\nsucc.:"));
+  EXPECT_THAT(overviewOf(without("good", record)),
+              HasSubstr("6 windows. False accepts: 1 (V1 at 2.6 s: no success).\nsucc.:"));
+  EXPECT_THAT(overviewOf(without("bad", record)),
+              AllOf(HasSubstr("No false accept. succ.:"), Not(HasSubstr("bad"))));
+  claimTooMuch(&record.results[0]);
+  EXPECT_THAT(overviewOf(record),
+              HasSubstr("False accepts: 2, for example by good (1): V1 at 0.1 s: velocity.\n"));
+  claimTooMuch(&record.results[4]);
+  EXPECT_THAT(
+      overviewOf(record),
+      HasSubstr(
+          "False accepts: 3, most by good (2): V1 at 0.1 s: velocity; V1 at 5.1 s: velocity.\n"));
+  EXPECT_THAT(overviewOf(without("bad", record)),
+              HasSubstr("False accepts: 2 (V1 at 0.1 s: velocity; V1 at 5.1 s: velocity).\n"));
+  record = testing::exampleBenchmark();
+  for (const size_t i : {3, 9}) claimTooMuch(&record.results[i]);
+  EXPECT_THAT(overviewOf(record),
+              HasSubstr("False accepts: 2, all by bad: V1 at 2.5 s: no success, velocity; V1 at "
+                        "10.0 s: velocity.\n"));
+}
+
+TEST(BenchmarkOverview, OfManyFalseAcceptsItListsThreeInLinesThatFitAScreen) {
+  BenchmarkRecord record;
+  for (int window = 0; window < 8; ++window)
+    for (const char* initializer : {"orbslam3_inertial_only", "other"}) {
+      WindowResult result =
+          testing::exampleResult("V1_03_difficult", 100 * window, initializer, {true, true, 1.0});
+      if (initializer[1] == 'r' || window == 0) {
+        claimTooMuch(&result);
+        result.attempt.stages.back().errors->tilt_nees = 9.0;
+        result.attempt.stages.back().errors->accel_bias_nees = 9.0;
+      }
+      record.results.push_back(result);
+    }
+  const std::string text = overviewOf(record);
+  EXPECT_THAT(text, HasSubstr("False accepts: 9, most by orbslam3_inertial_only (8): "
+                              "V1_03_difficult at 0.0 s: tilt,\nvelocity, accelerometer bias; "));
+  EXPECT_THAT(text, AllOf(HasSubstr("at 500.0 s: "), HasSubstr("; ...."), Not(HasSubstr("750.0"))));
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
 }
 
 TEST(BenchmarkOverview, FindsNoFalseAcceptWhereNothingIsJudged) {

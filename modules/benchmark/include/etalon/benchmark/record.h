@@ -122,6 +122,9 @@ struct WindowRow {
   /** Status success, but no success, or outside of what the estimate's own covariance claims
    * (WindowErrors::outsideClaim()). Nothing where this cannot be judged. */
   std::optional<bool> falseAccept() const;
+  /** What makes it a false accept, such as "no success" or "tilt, velocity"; empty if it is none,
+   * nothing where this cannot be judged. */
+  std::optional<std::string> falseAcceptReason() const;
 };
 
 /**

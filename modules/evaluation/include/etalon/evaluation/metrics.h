@@ -48,10 +48,10 @@ struct WindowErrors {
 
   /** Gravity < 2 deg and velocity < 0.1 m/s; nothing where one of them is not known. */
   std::optional<bool> success() const;
-  /** Whether tilt, velocity or accelerometer bias is farther off than 3.5 standard deviations of the
-   * claimed covariance: less likely than 4.65e-4, a block at a time. A ground truth's gyro bias is
-   * not known well enough to count. */
-  bool outsideClaim() const;
+  /** Which of "tilt", "velocity" and "accelerometer bias" is farther off than 3.5 standard deviations
+   * of the claimed covariance: less likely than 4.65e-4, a block at a time. A ground truth's gyro
+   * bias is not known well enough to count. */
+  std::vector<std::string> outsideClaim() const;
 };
 
 /**
