@@ -30,7 +30,7 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
                  "residuals' median, but not below this, px; at sigma_px or above: it stays.");
   parameters.add("chi2_gate", &chi2_gate, {0.1, 1e9},
                  "An observation whose squared distance from its prediction, in its standard "
-                 "deviations, is larger is left out.");
+                 "deviations with pixels at [odometry] sigma_px, is larger is left out.");
   parameters.add("chi2_outlier", &chi2_outlier, {0.1, 1e9},
                  "An observation whose squared residual (in sigma_px) is larger after the "
                  "optimisation is dropped.");
