@@ -91,10 +91,8 @@ void Pipeline::estimate(const FrontFrame& frame) {
     window_.restart();
   if (frame.tracked) last_tracked_ = frame.t;
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
-  bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
-  follow(frame.t, before, frame.tracked);
-  const bool is_lost_now = !was_lost && state_ == PipelineState::kLost;
-  if (is_lost_now) keyframe = frame.tracked && window_.isKeyframe(frame.t);  // of a new window
+  follow(frame.t, before, frame.tracked);  // a loss begins a new window
+  const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
   if (was_lost && frames_not_located_ > not_located)
     lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_step_s_), imu);
   if (state_ == PipelineState::kLost)
@@ -121,11 +119,9 @@ void Pipeline::estimate(const FrontFrame& frame) {
 
 /** Of the IMU, what neither the next frame nor the window of keyframes needs. */
 void Pipeline::dropSamplesBehind(const FrontFrame& frame) {
-  const bool window_ends =
-      !last_tracked_ || secondsBetween(*last_tracked_, frame.t) > options_.input.max_gap_s;
-  const bool of_window = collecting() && !window_ends && !window_.stamps().empty();
-  const TimeNs needed = of_window ? window_.stamps().front() : frame.t;
-  imu_.dropBefore(collecting() ? needed - durationNs(kFarthestTimeOffset) : needed);
+  if (!collecting()) return imu_.dropBefore(frame.t);
+  const TimeNs first = window_.stamps().empty() ? frame.t : window_.stamps().front();
+  imu_.dropBefore(first - durationNs(kFarthestTimeOffset));
 }
 
 void Pipeline::forgetOld() {
