@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 
 #include "etalon/core/errors.h"
 #include "etalon/datasets/mrpt_time.h"
@@ -16,8 +17,6 @@
 namespace etalon {
 namespace {
 
-using mrpt::obs::CObservation;
-
 /** The attempt whose keyframes go into the log; null if none has states. */
 const AttemptRecord* attemptToLog(const RunRecord& record) {
   if (const AttemptRecord* accepted = record.acceptedAttempt()) return accepted;
@@ -26,47 +25,60 @@ const AttemptRecord* attemptToLog(const RunRecord& record) {
   return nullptr;
 }
 
-std::vector<CObservation::Ptr> observationsOf(const RunLog& log) {
-  std::vector<CObservation::Ptr> observations;
-  const auto add = [&observations](const StampedPose& pose, const std::string& label) {
-    observations.push_back(
-        std::make_shared<mrpt::obs::CObservationRobotPose>(toObservation(pose, label)));
+/** An observation of the log. It is made only when it is written: those of a long run, all at once,
+ * would take more memory than the run itself. */
+struct Entry {
+  mrpt::Clock::time_point t;
+  std::function<void(RawlogWriter*)> write;
+};
+
+/** The observations of a run in time order; they borrow the log. */
+std::vector<Entry> entriesOf(const RunLog& log) {
+  std::vector<Entry> entries;
+  const auto add = [&entries](TimeNs t, std::function<void(RawlogWriter*)> write) {
+    entries.push_back({toMrptTime(t), std::move(write)});
   };
   for (const StereoReference& image : log.images) {
     if (image.left_path.empty() || image.right_path.empty()) continue;
-    StereoFrame frame;
-    frame.t = image.t;
-    frame.left_path = image.left_path;
-    frame.right_path = image.right_path;
-    observations.push_back(std::make_shared<mrpt::obs::CObservationStereoImages>(
-        toObservation(frame, log.calibration, true)));
+    add(image.t, [&log, &image](RawlogWriter* writer) {
+      StereoFrame frame;
+      frame.t = image.t;
+      frame.left_path = image.left_path;
+      frame.right_path = image.right_path;
+      writer->write(toObservation(frame, log.calibration, true));
+    });
   }
   if (const AttemptRecord* attempt = attemptToLog(log.record))
     for (const StageRecord& stage : attempt->stages)
       for (const StampedState& state : stage.states)
-        add({state.t, state.T_WB}, log.record.initializer + "/" + stage.stage);
+        add(state.t, [&log, &stage, &state](RawlogWriter* writer) {
+          writer->write(
+              toObservation({state.t, state.T_WB}, log.record.initializer + "/" + stage.stage));
+        });
   for (const FrameEstimate& estimate : log.estimates)
-    observations.push_back(std::make_shared<mrpt::obs::CObservationRobotPose>(
-        toObservation({estimate.t, estimate.nav.T_WB}, log.record.initializer + "/odometry",
-                      estimate.pose_covariance)));
+    add(estimate.t, [&log, &estimate](RawlogWriter* writer) {
+      writer->write(toObservation({estimate.t, estimate.nav.T_WB},
+                                  log.record.initializer + "/odometry", estimate.pose_covariance));
+    });
   if (!log.estimates.empty())
     for (const StampedState& state : log.ground_truth.states)
       if (state.t >= log.estimates.front().t && state.t <= log.estimates.back().t)
-        add({state.t, state.T_WB}, kGroundTruthLabel);
-  std::stable_sort(observations.begin(), observations.end(),
-                   [](const auto& a, const auto& b) { return a->timestamp < b->timestamp; });
-  return observations;
+        add(state.t, [&state](RawlogWriter* writer) {
+          writer->write(toObservation({state.t, state.T_WB}, kGroundTruthLabel));
+        });
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.t < b.t; });
+  return entries;
 }
 
 }  // namespace
 
 void writeRunLog(const std::string& path, const RunLog& log) {
-  const std::vector<CObservation::Ptr> observations = observationsOf(log);
+  const std::vector<Entry> entries = entriesOf(log);
   RawlogWriter writer(path);
-  const TimeNs first =
-      observations.empty() ? log.record.first_image : fromMrptTime(observations.front()->timestamp);
+  const TimeNs first = entries.empty() ? log.record.first_image : fromMrptTime(entries.front().t);
   writer.write(commentObservation(first, toJson(log.record)));
-  for (const CObservation::Ptr& observation : observations) writer.write(*observation);
+  for (const Entry& entry : entries) entry.write(&writer);
   writer.close();
 }
 

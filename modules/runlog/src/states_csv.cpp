@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "etalon/core/angles.h"
+#include "etalon/core/output_file.h"
 #include "etalon/core/text.h"
 #include "etalon/imu/preintegration.h"
 
@@ -19,44 +20,57 @@ constexpr const char* kHeader =
     "sigma_b_g_x_rps,sigma_b_g_y_rps,sigma_b_g_z_rps,"
     "sigma_b_a_x_mps2,sigma_b_a_y_mps2,sigma_b_a_z_mps2\n";
 
+constexpr const char* kImuRateHeader =
+    "t_ns,state,p_x_m,p_y_m,p_z_m,q_x,q_y,q_z,q_w,v_x_mps,v_y_mps,v_z_mps\n";
+
+/** Writes the header, and for each element the line that `lineOf` makes, which ends without "\n". */
+template <typename Element, typename LineOf>
+void writeCsv(const std::string& path, const char* header, const std::vector<Element>& elements,
+              const LineOf& lineOf) {
+  OutputFile file(path);
+  file.stream() << header;
+  for (const Element& element : elements) file.stream() << lineOf(element) << '\n';
+  if (!file.stream()) file.fail();
+  file.putInPlace();
+}
+
+template <typename Values>
+void appendCells(const Values& values, std::string* line) {
+  for (int i = 0; i < values.size(); ++i) *line += "," + csvNumber(values[i]);
+}
+
+/** Stamp, state, position and quaternion. */
+template <typename Element>
+std::string firstCells(const Element& e) {
+  std::string line = std::to_string(e.t) + "," + toString(e.state);
+  appendCells(e.nav.T_WB.t, &line);
+  appendCells(Eigen::Quaterniond(e.nav.T_WB.R).coeffs(), &line);
+  return line;
+}
+
 }  // namespace
 
-std::string statesCsv(const std::vector<FrameEstimate>& estimates) {
-  std::string text = kHeader;
-  for (const FrameEstimate& e : estimates) {
-    text += std::to_string(e.t) + "," + toString(e.state);
-    const auto add = [&text](double value) { text += "," + csvNumber(value); };
-    const auto addAll = [&add](const auto& values) {
-      for (int i = 0; i < values.size(); ++i) add(values[i]);
-    };
-    addAll(e.nav.T_WB.t);
-    addAll(Eigen::Quaterniond(e.nav.T_WB.R).coeffs());
+void writeStatesCsv(const std::string& path, const std::vector<FrameEstimate>& estimates) {
+  writeCsv(path, kHeader, estimates, [](const FrameEstimate& e) {
+    std::string line = firstCells(e);
     Eigen::Matrix<double, 15, 1> sigma = e.sigma();
     const bool inertial = sigma.allFinite();
     const Eigen::Vector3d unknown = Eigen::Vector3d::Constant(FrameEstimate::kUnknown);
-    addAll(inertial ? e.nav.v_WB : unknown);
-    addAll(inertial ? e.nav.bias.gyro : unknown);
-    addAll(inertial ? e.nav.bias.accel : unknown);
+    appendCells(inertial ? e.nav.v_WB : unknown, &line);
+    appendCells(inertial ? e.nav.bias.gyro : unknown, &line);
+    appendCells(inertial ? e.nav.bias.accel : unknown, &line);
     sigma.segment<3>(kRotation) *= kDegreesPerRadian;
-    addAll(sigma);
-    text += "\n";
-  }
-  return text;
+    appendCells(sigma, &line);
+    return line;
+  });
 }
 
-std::string imuStatesCsv(const std::vector<ImuRateState>& states) {
-  std::string text = "t_ns,state,p_x_m,p_y_m,p_z_m,q_x,q_y,q_z,q_w,v_x_mps,v_y_mps,v_z_mps\n";
-  for (const ImuRateState& s : states) {
-    text += std::to_string(s.t) + "," + toString(s.state);
-    const auto addAll = [&text](const auto& values) {
-      for (int i = 0; i < values.size(); ++i) text += "," + csvNumber(values[i]);
-    };
-    addAll(s.nav.T_WB.t);
-    addAll(Eigen::Quaterniond(s.nav.T_WB.R).coeffs());
-    addAll(s.nav.v_WB);
-    text += "\n";
-  }
-  return text;
+void writeImuStatesCsv(const std::string& path, const std::vector<ImuRateState>& states) {
+  writeCsv(path, kImuRateHeader, states, [](const ImuRateState& s) {
+    std::string line = firstCells(s);
+    appendCells(s.nav.v_WB, &line);
+    return line;
+  });
 }
 
 }  // namespace etalon

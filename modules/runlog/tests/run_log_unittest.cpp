@@ -22,7 +22,8 @@ namespace etalon {
 namespace {
 
 using namespace mrpt::obs;
-using testing::exampleLog;
+using testing::ExampleRun;
+using testing::exampleRun;
 using testing::kFirstImage;
 
 std::vector<CObservation::Ptr> observationsIn(const std::string& path) {
@@ -40,8 +41,8 @@ std::vector<CObservation::Ptr> observationsIn(const std::string& path) {
 TEST(RunLog, HoldsTheRunAsStockObservationsInTimeOrder) {
   const testing::TemporaryFolder folder;
   const std::string path = folder / kRunLogName;
-  const RunLog log = exampleLog();
-  writeRunLog(path, log);
+  const ExampleRun run = exampleRun();
+  writeRunLog(path, run.log());
 
   const std::vector<CObservation::Ptr> observations = observationsIn(path);
   ASSERT_FALSE(observations.empty());
@@ -70,14 +71,14 @@ TEST(RunLog, HoldsTheRunAsStockObservationsInTimeOrder) {
 TEST(RunLog, PosesAndImagesAreWhatWasGiven) {
   const testing::TemporaryFolder folder;
   const std::string path = folder / kRunLogName;
-  const RunLog log = exampleLog();
-  writeRunLog(path, log);
+  const ExampleRun run = exampleRun();
+  writeRunLog(path, run.log());
   size_t odometry = 0, images = 0;
   for (const CObservation::Ptr& observation : observationsIn(path)) {
     if (observation->sensorLabel == "eta/odometry") {
       const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation);
       ASSERT_NE(pose, nullptr);
-      const FrameEstimate& given = log.estimates.at(odometry++);
+      const FrameEstimate& given = run.estimates.at(odometry++);
       EXPECT_EQ(fromMrptTime(pose->timestamp), truncateToMrptTick(given.t));
       // MRPT keeps yaw, pitch and roll: a few roundings.
       const SE3 read = fromMrptPose(pose->pose.mean);
@@ -87,7 +88,7 @@ TEST(RunLog, PosesAndImagesAreWhatWasGiven) {
       const auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation);
       ASSERT_NE(stereo, nullptr);
       if (images == 5) ++images;
-      const StereoReference& given = log.images.at(images++);
+      const StereoReference& given = run.images.at(images++);
       EXPECT_TRUE(stereo->imageLeft.isExternallyStored());
       EXPECT_EQ(stereo->imageLeft.getExternalStorageFile(), given.left_path);
       EXPECT_EQ(stereo->imageRight.getExternalStorageFile(), given.right_path);
@@ -99,25 +100,25 @@ TEST(RunLog, PosesAndImagesAreWhatWasGiven) {
 
 TEST(RunLog, GivesTheRecordBackFromFolderAndFile) {
   const testing::TemporaryFolder folder;
-  const RunLog log = exampleLog();
-  writeRunLog(folder / kRunLogName, log);
-  for (const std::string& run : {folder.path(), (folder / kRunLogName).string()}) {
-    const RunRecord record = readRunRecord(run);
-    EXPECT_EQ(record.source, log.record.source);
-    EXPECT_EQ(record.config, log.record.config);
+  const ExampleRun run = exampleRun();
+  writeRunLog(folder / kRunLogName, run.log());
+  for (const std::string& place : {folder.path(), (folder / kRunLogName).string()}) {
+    const RunRecord record = readRunRecord(place);
+    EXPECT_EQ(record.source, run.record.source);
+    EXPECT_EQ(record.config, run.record.config);
     EXPECT_EQ(record.attempts.size(), 2u);
   }
 }
 
 TEST(RunLog, ARunThatNeverInitializedCanBeLoggedToo) {
   const testing::TemporaryFolder folder;
-  RunLog log = exampleLog();
-  log.record.attempts.resize(1);
-  log.record.initialized_at.reset();
-  log.estimates.clear();
-  log.images.clear();
-  log.ground_truth = {};
-  writeRunLog(folder / kRunLogName, log);
+  ExampleRun run = exampleRun();
+  run.record.attempts.resize(1);
+  run.record.initialized_at.reset();
+  run.estimates.clear();
+  run.images.clear();
+  run.ground_truth = {};
+  writeRunLog(folder / kRunLogName, run.log());
   EXPECT_EQ(observationsIn(folder / kRunLogName).size(), 1u);
   EXPECT_EQ(readRunRecord(folder.path()).acceptedAttempt(), nullptr);
 }
@@ -128,14 +129,14 @@ TEST(RunLog, SaysWhatIsMissing) {
   EXPECT_THROW(readRunRecord(folder / "missing.rawlog"), DataError);
   std::ofstream(folder / "text.rawlog") << "this is not a rawlog";
   EXPECT_THROW(readRunRecord(folder / "text.rawlog"), DataError);
-  EXPECT_THROW(writeRunLog(folder / "no/such/run.rawlog", exampleLog()), DataError);
+  EXPECT_THROW(writeRunLog(folder / "no/such/run.rawlog", exampleRun().log()), DataError);
 }
 
 #ifdef ETALON_RAWLOG_EDIT
 TEST(RunLog, RawlogEditReadsIt) {
   const testing::TemporaryFolder folder;
   const std::string path = folder / kRunLogName, output = folder / "output.txt";
-  writeRunLog(path, exampleLog());
+  writeRunLog(path, exampleRun().log());
   const std::string command =
       std::string(ETALON_RAWLOG_EDIT) + " --info -i '" + path + "' > '" + output + "' 2>&1";
   std::ostringstream text;

@@ -2,24 +2,41 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <sstream>
 #include <vector>
 
+#include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/imu/preintegration.h"
+#include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
 namespace {
 
-std::vector<std::vector<std::string>> cellsOf(const std::string& csv) {
-  std::vector<std::vector<std::string>> rows;
-  std::istringstream lines(csv);
+using Rows = std::vector<std::vector<std::string>>;
+
+Rows cellsOf(const std::string& path) {
+  Rows rows;
+  std::ifstream lines(path);
   for (std::string line; std::getline(lines, line);) {
     rows.emplace_back();
     std::istringstream cells(line + ",");
     for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
   }
   return rows;
+}
+
+Rows cellsOfStates(const std::vector<FrameEstimate>& estimates) {
+  const testing::TemporaryFolder folder;
+  writeStatesCsv(folder / "states.csv", estimates);
+  return cellsOf(folder / "states.csv");
+}
+
+Rows cellsOfImuStates(const std::vector<ImuRateState>& states) {
+  const testing::TemporaryFolder folder;
+  writeImuStatesCsv(folder / "states_imu.csv", states);
+  return cellsOf(folder / "states_imu.csv");
 }
 
 TEST(StatesCsv, EveryNumberStandsUnderItsName) {
@@ -38,7 +55,7 @@ TEST(StatesCsv, EveryNumberStandsUnderItsName) {
   sigma.segment<3>(kAccelBias) << 1.1, 1.2, 1.3;
   estimate.pose_covariance = sigma.head<6>().cwiseAbs2().asDiagonal();
   estimate.motion_variance = sigma.tail<9>().cwiseAbs2();
-  const auto rows = cellsOf(statesCsv({estimate}));
+  const auto rows = cellsOfStates({estimate});
   ASSERT_EQ(rows.size(), 2U);
   ASSERT_EQ(rows[1].size(), rows[0].size());
   const auto cell = [&](const std::string& name) {
@@ -65,15 +82,20 @@ TEST(StatesCsv, EveryNumberStandsUnderItsName) {
 TEST(StatesCsv, WhatStereoOdometryDoesNotKnowIsEmpty) {
   FrameEstimate estimate;  // velocity and biases are zero in it
   estimate.nav.T_WB.t = {1, 2, 3};
-  const auto rows = cellsOf(statesCsv({estimate}));
+  const auto rows = cellsOfStates({estimate});
   ASSERT_EQ(rows[1].size(), rows[0].size());
   EXPECT_EQ(rows[1][2], "1");
   for (size_t i = 9; i < rows[1].size(); ++i) EXPECT_EQ(rows[1][i], "") << rows[0][i];
 }
 
 TEST(StatesCsv, OfNoFramesThereIsTheHeader) {
-  EXPECT_EQ(cellsOf(statesCsv({})).size(), 1U);
-  EXPECT_EQ(cellsOf(imuStatesCsv({})).size(), 1U);
+  EXPECT_EQ(cellsOfStates({}).size(), 1U);
+  EXPECT_EQ(cellsOfImuStates({}).size(), 1U);
+}
+
+TEST(StatesCsv, SaysThatAFileCannotBeWritten) {
+  const testing::TemporaryFolder folder;
+  EXPECT_THROW(writeStatesCsv(folder / "no/such/states.csv", {}), DataError);
 }
 
 TEST(ImuStatesCsv, HasTheFirstColumnsOfTheFrames) {
@@ -85,7 +107,7 @@ TEST(ImuStatesCsv, HasTheFirstColumnsOfTheFrames) {
   state.nav.bias = {{7, 8, 9}, {10, 11, 12}};  // not in it
   ImuRateState later = state;
   later.t += 5'000'000;
-  const auto rows = cellsOf(imuStatesCsv({state, later}));
+  const auto rows = cellsOfImuStates({state, later});
   ASSERT_EQ(rows.size(), 3U);
   const std::vector<std::string> expected = {"1403636584763555584",
                                              "dead_reckoning",
@@ -101,7 +123,7 @@ TEST(ImuStatesCsv, HasTheFirstColumnsOfTheFrames) {
                                              "6"};
   EXPECT_EQ(rows[1], expected);
   EXPECT_EQ(rows[2][0], "1403636584768555584");
-  const auto frames = cellsOf(statesCsv({}));
+  const auto frames = cellsOfStates({});
   EXPECT_EQ(rows[0], std::vector<std::string>(frames[0].begin(), frames[0].begin() + 12));
 }
 
@@ -110,7 +132,7 @@ TEST(StatesCsv, ANegativeVarianceIsNoNumberButZero) {
   estimate.pose_covariance.setZero();
   estimate.motion_variance.setZero();
   estimate.pose_covariance(3, 3) = -1e-20;  // rounding
-  const auto rows = cellsOf(statesCsv({estimate}));
+  const auto rows = cellsOfStates({estimate});
   for (size_t i = 9; i < rows[1].size(); ++i) EXPECT_EQ(rows[1][i], "0") << rows[0][i];
 }
 

@@ -86,29 +86,29 @@ RunRecord exampleRecord() {
   return record;
 }
 
-RunLog exampleLog() {
-  RunLog log;
-  log.record = exampleRecord();
-  for (CameraCalibration& camera : log.calibration.cameras)
+ExampleRun exampleRun() {
+  ExampleRun run;
+  run.record = exampleRecord();
+  for (CameraCalibration& camera : run.calibration.cameras)
     camera.model = CameraModel("pinhole", "none", 752, 480, {458.0, 458.0, 0.0, 0.0}, {});
-  log.calibration.cameras[1].T_BC.t.x() = 0.11;
+  run.calibration.cameras[1].T_BC.t.x() = 0.11;
   for (int i = 0; i < 11; ++i) {
     const TimeNs t = kFirstImage + 50'000'000LL * i;
     const SE3 T_WB(expSO3(Eigen::Vector3d(0.01 * i, 0, 0)), Eigen::Vector3d(0.1 * i, 0, 1));
     const std::string name = std::to_string(t) + ".png";
-    log.images.push_back({t, "/data/cam0/" + name, "/data/cam1/" + name});
+    run.images.push_back({t, "/data/cam0/" + name, "/data/cam1/" + name});
     FrameEstimate estimate;
     estimate.t = t;
     estimate.nav.T_WB = T_WB;
-    log.estimates.push_back(estimate);
+    run.estimates.push_back(estimate);
   }
-  log.images[5].left_path.clear();  // as if embedded: cannot be referenced
+  run.images[5].left_path.clear();  // as if embedded: cannot be referenced
   for (int i = -3; i < 15; ++i) {   // reaches beyond the run at both ends
     StampedState state;
     state.t = kFirstImage + 50'000'000LL * i;
-    log.ground_truth.states.push_back(state);
+    run.ground_truth.states.push_back(state);
   }
-  return log;
+  return run;
 }
 
 }  // namespace etalon::testing

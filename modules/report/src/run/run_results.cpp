@@ -198,16 +198,6 @@ class ResultWriter {
   RunFiles files_;
 };
 
-RunLog runLogOf(const FinishedRun& run, const RunRecord& record) {
-  RunLog log;
-  log.record = record;
-  log.calibration = run.source.calibration();
-  log.images = run.images;
-  log.estimates = run.pipeline.estimates();
-  log.ground_truth = run.source.groundTruth();
-  return log;
-}
-
 FlightScene sceneOf(const FinishedRun& run, const Trajectory& smoothed) {
   FlightScene scene;
   scene.keyframes = run.pipeline.record().smoothed();
@@ -281,7 +271,7 @@ RunFiles writeRunResults(const std::string& folder, const FinishedRun& run,
       writeTum(path, carriedAlong(smoothed, run.final_flight->keyframes), frames);
     });
   write("states.csv",
-        [&](const std::string& path) { writeFile(path, statesCsv(run.pipeline.estimates())); });
+        [&](const std::string& path) { writeStatesCsv(path, run.pipeline.estimates()); });
   write(kJsonName, [&](const std::string& path) { writeInitializationJson(path, record); });
   write("trajectory.png", [&](const std::string& path) {
     TrajectoryPlotOptions plot;
@@ -297,8 +287,7 @@ RunFiles writeRunResults(const std::string& folder, const FinishedRun& run,
   write("flight.3Dscene",
         [&](const std::string& path) { writeScene(path, sceneOf(run, smoothed)); });
   if (!run.imu_states.empty())
-    write(kImuStates,
-          [&](const std::string& path) { writeFile(path, imuStatesCsv(run.imu_states)); });
+    write(kImuStates, [&](const std::string& path) { writeImuStatesCsv(path, run.imu_states); });
   const bool proposal = hasProposal(run);
   for (size_t c = 0; proposal && c < 2; ++c)
     write(kProposedCalibration[c], [&](const std::string& path) {
@@ -308,7 +297,10 @@ RunFiles writeRunResults(const std::string& folder, const FinishedRun& run,
   write("config.ini",
         [&](const std::string& path) { writeFile(path, run.configuration.effective_ini); });
   // The largest comes last: it takes no room from the others.
-  write(kRunLogName, [&](const std::string& path) { writeRunLog(path, runLogOf(run, record)); });
+  write(kRunLogName, [&](const std::string& path) {
+    writeRunLog(path, {record, run.source.calibration(), run.images, run.pipeline.estimates(),
+                       run.source.groundTruth()});
+  });
   return results.finish();
 }
 

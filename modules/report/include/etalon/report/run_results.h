@@ -16,7 +16,7 @@ struct FinishedRun {
   const SensorSource& source;
   const RunConfiguration& configuration;
   const Pipeline& pipeline;
-  std::vector<StereoReference> images;          ///< delivered stereo pairs
+  const std::vector<StereoReference>& images;   ///< delivered stereo pairs
   double wall_s = 0.0;                          ///< of the whole run
   std::map<std::string, std::string> versions;  ///< of the program and the libraries behind it
   double min_coverage = kMinCoverage;           ///< share with ground truth that errors need

@@ -19,13 +19,13 @@ struct StereoReference {
   std::string left_path, right_path;
 };
 
-/** What a run's log holds. */
+/** What a run's log holds. Borrows everything: a long run has much of it. */
 struct RunLog {
-  RunRecord record;
-  StereoInertialCalibration calibration;
-  std::vector<StereoReference> images;   ///< those whose paths are empty are left out
-  std::vector<FrameEstimate> estimates;  ///< of all frames
-  GroundTruth ground_truth;              ///< may be empty
+  const RunRecord& record;
+  const StereoInertialCalibration& calibration;
+  const std::vector<StereoReference>& images;   ///< those whose paths are empty are left out
+  const std::vector<FrameEstimate>& estimates;  ///< of all frames
+  const GroundTruth& ground_truth;              ///< may be empty
 };
 
 /**

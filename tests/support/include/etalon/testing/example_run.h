@@ -10,7 +10,18 @@ constexpr TimeNs kFirstImage = 1403636584763555584;  // not a multiple of MRPT's
 /** Every member filled with numbers that differ; one refused attempt, one accepted one. */
 RunRecord exampleRecord();
 
+/** What a log of a run borrows. */
+struct ExampleRun {
+  RunRecord record;
+  StereoInertialCalibration calibration;
+  std::vector<StereoReference> images;
+  std::vector<FrameEstimate> estimates;
+  GroundTruth ground_truth;
+
+  RunLog log() const { return {record, calibration, images, estimates, ground_truth}; }
+};
+
 /** The record with poses at 20 Hz for half a second, ground truth and references to images. */
-RunLog exampleLog();
+ExampleRun exampleRun();
 
 }  // namespace etalon::testing
