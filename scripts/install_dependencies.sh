@@ -5,7 +5,7 @@
 #   scripts/install_dependencies.sh [--test] [--lint] [--benchmarks] [--package] [--fuzz]
 #
 # Without arguments: what building takes, the unit tests included. --test adds what the tests call
-# (rawlog-edit, GNU parallel, Chromium, Python), --lint the formatter, the linter and Doxygen, --benchmarks Google Benchmark, --package
+# (rawlog-edit, GNU parallel, Chromium, Python, a virtual X server), --lint the formatter, the linter and Doxygen, --benchmarks Google Benchmark, --package
 # what makes and tries the Debian package, --fuzz clang with libFuzzer.
 # Exit code 1 if something is missing and cannot be installed; the command to do it is printed.
 set -euo pipefail
@@ -21,7 +21,7 @@ npm_omit=(--omit=dev)
 for argument in "$@"; do
   case "$argument" in
     --test)
-      packages+=(mrpt-apps parallel chromium python3)
+      packages+=(mrpt-apps parallel chromium python3 xvfb libgl1-mesa-dri)
       npm_omit=()
       ;;
     --lint) packages+=(clang-format-14 clang-tidy-14 doxygen) ;;

@@ -85,7 +85,7 @@ class Replay {
   void openWindow() { window_.reset(loadFlightWindow()(&pipeline_)); }
 
   void waitForWindow() {
-    if (window_) window_->waitUntilClosed();
+    if (window_) window_->waitUntilClosed(state_.stop);
   }
 
   void finish() {

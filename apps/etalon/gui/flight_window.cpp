@@ -55,12 +55,12 @@ class MrptFlightWindow : public FlightWindow {
     draw(with_map);
   }
 
-  void waitUntilClosed() override {
+  void waitUntilClosed(const std::atomic<bool>& stop) override {
     draw(true);
     if (!window_.isOpen()) return;
-    std::printf("replay: close the window to end\n");
+    std::printf("replay: close the window, or press Ctrl-C, to end\n");
     std::fflush(stdout);
-    while (window_.isOpen()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    while (window_.isOpen() && !stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
 
  private:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+
 #include "etalon/pipeline/pipeline.h"
 
 namespace etalon::app {
@@ -15,8 +17,8 @@ class FlightWindow {
 
   /** Draws the pipeline's present state, at most ten times a second. */
   virtual void update() = 0;
-  /** Draws the end of the flight and waits until the window is closed. */
-  virtual void waitUntilClosed() = 0;
+  /** Draws the end of the flight and waits until the window is closed or `stop` is set. */
+  virtual void waitUntilClosed(const std::atomic<bool>& stop) = 0;
 };
 
 }  // namespace etalon::app
