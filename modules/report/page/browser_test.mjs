@@ -103,6 +103,18 @@ async function testBenchmark(context) {
   await expectCharts(page, ["window-trajectory", "window-height"]);
   await shot(page, "panel");
 
+  // An accepted window that its own covariance does not allow is a false accept, and says of what.
+  const falseAccept = await page.evaluate(() => {
+    const { results, state } = window.etalonReport;
+    return results.find((s) => s.shape === state.shape && s.window > 4 && s.judged[1] === 1 && s.outsideClaim).index;
+  });
+  await clickResult(page, falseAccept);
+  const told = await page.locator("#window-reason").innerText();
+  assert.ok(told.includes("false accept"), told);
+  assert.match(told, /outside of what its covariance claims: (tilt|velocity)/);
+  await shot(page, "false-accept");
+  await clickResult(page, estimated);
+
   // Arrow keys go on from there.
   const timeline = await page.evaluate((i) => `timeline-${window.etalonReport.results[i].sequence}`, estimated);
   await page.locator(`#${timeline}`).focus();

@@ -19,6 +19,8 @@ const results = data.results.map((s, index) => ({
   timings: s[9].map(([name, ms]) => ({ name: data.timings[name], ms })),
   stages: s[10], // by stage: null, or [errors by metric, positions]
   noise: s[11],
+  // Of an accepted estimate of the last stage; null where it cannot be judged.
+  outsideClaim: s[12] === null ? null : data.reasons[s[12]],
 }));
 
 /** Results by "sequence shape window initializer", to step from one to its neighbours. */
@@ -44,9 +46,10 @@ const millisecondsOf = (result, name) => {
   return timing && timing.ms !== null ? timing.ms : null;
 };
 
-// What became of a window in a stage. The order is that of the legend.
+// What became of a window in a stage. The order is that of the legend. Only the last stage is accepted or not.
 const OUTCOMES = [
   { key: "success", name: "success", text: "accepted, and within the criterion of success" },
+  { key: "false_accept", name: "false accept", text: "accepted, but outside the criterion of success or of what its own covariance claims" },
   { key: "inaccurate", name: "inaccurate", text: "an estimate outside the criterion of success" },
   { key: "rejected", name: "not accepted", text: "an estimate that was not accepted" },
   { key: "refused", name: "no estimate", text: "refused or failed without an estimate" },
@@ -57,7 +60,10 @@ function outcomeOf(result, stage) {
   if (!result.stages[stage]) return "refused";
   if (STAGES[stage] === "vi_ba" && result.status !== "success") return "rejected";
   if (result.judged[stage] === null) return "unjudged";
-  return result.judged[stage] ? "success" : "inaccurate";
+  const good = result.judged[stage] === 1;
+  const accepted = stage === STAGES.length - 1 && result.status === "success";
+  if (accepted && (!good || result.outsideClaim)) return "false_accept";
+  return good ? "success" : "inaccurate";
 }
 
 function quantile(sorted, q) {

@@ -36,6 +36,7 @@ function reasonOf(result, stage) {
     .map((m, k) => ({ m, value: errorOf(result, stage, k) }))
     .filter(({ m, value }) => m.limit !== null && value !== null && value >= m.limit * m.factor)
     .map(({ m, value }) => `${m.title}: ${number(value)} is not below the limit of ${number(m.limit * m.factor)}`);
+  if (stage === STAGES.length - 1 && result.outsideClaim) parts.push(`outside of what its covariance claims: ${result.outsideClaim}`);
   return parts.join("; ");
 }
 

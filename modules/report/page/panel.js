@@ -44,7 +44,7 @@ function showPanel() {
 
 function panelHtml(result) {
   const outcome = outcomeNamed.get(outcomeOf(result, STAGES.length - 1));
-  const failed = ["inaccurate", "rejected", "refused"].includes(outcome.key);
+  const failed = ["false_accept", "inaccurate", "rejected", "refused"].includes(outcome.key);
   const reason = reasonOf(result, STAGES.length - 1);
   return `<button type="button" class="close" title="Close (Esc)">Close</button>
 <p class="where">${esc(initializerName(result.initializer))}<br>${esc(sequenceName(result.sequence))}, window ${result.window}</p>

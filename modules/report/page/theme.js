@@ -12,10 +12,10 @@ const CROSS = "path://M1.5,0 L5,3.5 L8.5,0 L10,1.5 L6.5,5 L10,8.5 L8.5,10 L5,6.5
 const SYMBOLS = ["circle", "rect", "triangle", "diamond", DOWN, STAR, PLUS];
 const DASHES = ["solid", [6, 3], [2, 2]];
 const OUTCOME_COLOURS = {
-  light: { success: "#56a3d9", inaccurate: "#e69f00", rejected: "#d55e00", refused: "#1b1f24", unjudged: "#9aa4b0" },
-  dark: { success: "#3f7fb5", inaccurate: "#e6b422", rejected: "#f0803c", refused: "#ffffff", unjudged: "#6b7480" },
+  light: { success: "#56a3d9", false_accept: "#aa2288", inaccurate: "#e69f00", rejected: "#d55e00", refused: "#1b1f24", unjudged: "#9aa4b0" },
+  dark: { success: "#3f7fb5", false_accept: "#f06fc4", inaccurate: "#e6b422", rejected: "#f0803c", refused: "#ffffff", unjudged: "#6b7480" },
 };
-const OUTCOME_SYMBOLS = { success: "rect", inaccurate: "diamond", rejected: "triangle", refused: CROSS, unjudged: "circle" };
+const OUTCOME_SYMBOLS = { success: "rect", false_accept: STAR, inaccurate: "diamond", rejected: "triangle", refused: CROSS, unjudged: "circle" };
 
 const root = document.documentElement;
 const systemDark = window.matchMedia("(prefers-color-scheme: dark)");

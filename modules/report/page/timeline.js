@@ -37,8 +37,8 @@ function drawTimeline(sequence) {
   plot.style.height = `${14 + upper + 26 + LANE * Math.max(1, lanes.length) + 44}px`;
   const judged = list.filter((s) => s.judged[state.stage] !== null);
   const good = judged.filter((s) => s.judged[state.stage] === 1).length;
-  const none = list.filter((s) => outcomeOf(s, state.stage) === "refused").length;
-  plot.previousSibling.innerHTML = `<b>${esc(sequenceName(sequence))}</b>: ${good} successes of ${judged.length} judged, ${none} without an estimate`;
+  const count = (outcome) => list.filter((s) => outcomeOf(s, state.stage) === outcome).length;
+  plot.previousSibling.innerHTML = `<b>${esc(sequenceName(sequence))}</b>: ${good} successes of ${judged.length} judged, ${count("false_accept")} false accepts, ${count("refused")} without an estimate`;
   draw(id, timelineOption(sequence, list, lanes, upper));
 }
 

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "etalon/benchmark/summary.h"
+#include "etalon/core/text.h"
 #include "etalon/evaluation/alignment.h"
 #include "etalon/evaluation/window_metrics.h"
 #include "report_page.h"
@@ -94,7 +95,8 @@ Json noiseOf(const WindowResult& result) {
 /** Builds the results of the data and the dictionaries that they refer to. */
 class ResultData {
  public:
-  explicit ResultData(const BenchmarkRecord& record) : metrics_(windowMetrics()) {
+  explicit ResultData(const BenchmarkRecord& record)
+      : metrics_(windowMetrics()), last_stage_(record.protocol.vi_ba ? kStageViBa : kStageInit) {
     for (const BenchmarkSequence& sequence : record.sequences) {
       first_images_.push_back(sequence.first_image);
       sequences_(sequence.name);
@@ -163,6 +165,14 @@ class ResultData {
     return {std::move(errors), positionsOf(*stage, reference)};
   }
 
+  /** What of an accepted estimate is off by more than its own covariance claims, such as "tilt,
+   * velocity"; null where this cannot be judged. */
+  Json outsideClaimOf(const WindowResult& result, const std::optional<bool>& success) {
+    const StageRecord* last = result.attempt.stage(last_stage_);
+    if (!success || !result.attempt.accepted() || !last || !last->errors) return nullptr;
+    return reasons_(joined(last->errors->outsideClaim()));
+  }
+
   void add(const WindowResult& result, double every_s,
            const std::vector<std::optional<bool>>& successes) {
     const size_t sequence = sequences_(result.sequence);
@@ -180,17 +190,18 @@ class ResultData {
     const std::map<TimeNs, Eigen::Vector3d> reference = referenceOf(result);
     // A start is read in hundredths of a second.
     const double start_ms = std::round(1e3 * start_s);
-    results_.push_back(
-        Json::array({sequence, shape, result.window, rounded(1e-3 * start_ms + 0.0),
-                     initializers_(result.initializer), statuses_(result.attempt.status),
-                     reasons_(result.attempt.reason), framesOf(result, sequence, shape),
-                     std::move(judged), std::move(timings),
-                     Json::array({stageOf(result, kStageInit, reference),
-                                  stageOf(result, kStageViBa, reference)}),
-                     noiseOf(result)}));
+    results_.push_back(Json::array(
+        {sequence, shape, result.window, rounded(1e-3 * start_ms + 0.0),
+         initializers_(result.initializer), statuses_(result.attempt.status),
+         reasons_(result.attempt.reason), framesOf(result, sequence, shape), std::move(judged),
+         std::move(timings),
+         Json::array(
+             {stageOf(result, kStageInit, reference), stageOf(result, kStageViBa, reference)}),
+         noiseOf(result), outsideClaimOf(result, successes[last_stage_ == kStageViBa ? 1 : 0])}));
   }
 
   std::vector<WindowMetric> metrics_;
+  std::string last_stage_;
   std::vector<TimeNs> first_images_;
   Dictionary sequences_, initializers_, statuses_, reasons_, timings_;
   std::map<std::tuple<size_t, size_t, int, size_t>, size_t> frame_index_;

@@ -83,5 +83,25 @@ TEST(ReportData, SuccessIsJudgedPerStageAndNotWithoutGroundTruth) {
   EXPECT_EQ(judged(10), json({nullptr, nullptr}));  // no ground truth
 }
 
+TEST(ReportData, SaysWhatOfAnAcceptedEstimateIsOutsideItsClaim) {
+  BenchmarkRecord record = testing::exampleBenchmark();
+  const auto outside = [&record](size_t i) {
+    const json data = reportData(record);
+    const json& index = data.at("results").at(i).at(12);
+    return index.is_null() ? index : data.at("reasons").at(index.get<size_t>());
+  };
+  WindowErrors& errors = *record.results[0].attempt.stages[1].errors;
+  EXPECT_EQ(outside(0), "");
+  errors.tilt_nees = errors.velocity_nees = 100.0;
+  EXPECT_EQ(outside(0), "tilt, velocity");
+  record.results[0].attempt.status = "diverged";
+  EXPECT_EQ(outside(0), nullptr);
+  EXPECT_EQ(outside(10), nullptr);  // no ground truth
+  // Without VI-BA it is the initializer's own estimate that is accepted.
+  record.results[0].attempt.status = kStatusSuccess;
+  record.protocol.vi_ba = false;
+  EXPECT_EQ(outside(0), "");
+}
+
 }  // namespace
 }  // namespace etalon

@@ -58,6 +58,9 @@ class Maker {
     errors.gravity_deg = about(0.6 * size);
     errors.gravity_corrected_deg = about(0.5 * size);
     errors.velocity_mps = about(0.02 * size);
+    // A covariance that claims half of the median error: some are far outside.
+    errors.tilt_nees = 0.5 * std::pow(errors.gravity_deg / (0.3 * size), 2.0);
+    errors.velocity_nees = std::pow(errors.velocity_mps / (0.01 * size), 2.0) / 3.0;
     errors.gyro_bias_rps = about(0.002 * size);
     errors.accel_bias_mps2 = about(0.1 * size);
     if ((truth.front().T_WB.t - truth.back().T_WB.t).norm() > kMinPathForScale)
