@@ -4,10 +4,6 @@
 
 namespace etalon {
 
-void KeyframeSelectorOptions::declare(ParameterSet& parameters) {
-  parameters.add("rate_hz", &rate_hz, {0.1, 1000.0}, "Keyframes per second.");
-}
-
 bool KeyframeSelector::isKeyframe(TimeNs t) {
   const TimeNs period = durationNs(1.0 / options_.rate_hz);
   if (!started_) {

@@ -6,8 +6,6 @@
 #include <random>
 #include <vector>
 
-#include "etalon/core/errors.h"
-
 namespace etalon {
 namespace {
 
@@ -99,18 +97,6 @@ TEST(KeyframeSelector, AJumpOfTheStampsTakesNoTime) {
 TEST(KeyframeSelector, TakesEveryFrameWhereKeyframesAreWantedFaster) {
   EXPECT_EQ(select(regular(20.0, 50), 20.0).size(), 50U);
   EXPECT_EQ(select(regular(20.0, 50), 100.0).size(), 50U);
-}
-
-TEST(KeyframeSelectorOptions, DeclaresItsRate) {
-  KeyframeSelectorOptions options;
-  ParameterSet parameters("keyframes");
-  options.declare(parameters);
-  IniFile ini;
-  ini.set("keyframes", "rate_hz", "10", "test");
-  parameters.read(ini);
-  EXPECT_EQ(options.rate_hz, 10.0);
-  ini.set("keyframes", "rate_hz", "0", "test");
-  EXPECT_THROW(parameters.read(ini), ConfigError);
 }
 
 }  // namespace

@@ -157,13 +157,14 @@ TEST(Slide, TheMinimumStaysWhereItWasOnceAllIsSolved) {
   for (int k = 1; k <= 8; ++k) {
     slider.add(k % 2 == 0);
     const size_t before = slider.window.states.size();
-    WindowSolver({}).solve(&slider.window);
+    WindowSolver({}).solve(&slider.window, SolverOptions().iterations, false);
     slide({3, 3, off}, &slider.window);
     std::vector<SE3> poses;
     for (const WindowState& state : slider.window.states) poses.push_back(state.now.T_WB);
     SolverOptions options;
     options.iterations = 5;
-    const SolverResult again = WindowSolver(options).solve(&slider.window);
+    const SolverResult again =
+        WindowSolver(options).solve(&slider.window, options.iterations, false);
     EXPECT_TRUE(again.converged);
     for (size_t i = 0; i < poses.size(); ++i)
       EXPECT_LT((slider.window.states[i].now.T_WB.t - poses[i].t).norm(), 1e-6) << i;

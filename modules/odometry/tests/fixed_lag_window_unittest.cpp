@@ -206,7 +206,7 @@ TEST(FixedLagWindow, HasTheMinimumThatCeresFinds) {
   SolverOptions options;
   options.iterations = 50;
   options.converged_sigmas = 1e-7;
-  const SolverResult result = WindowSolver(options).solve(&window);
+  const SolverResult result = WindowSolver(options).solve(&window, options.iterations, false);
   EXPECT_TRUE(result.converged);
   EXPECT_NEAR(result.cost, expected, 1e-4 * expected);
   for (size_t i = 0; i < window.states.size(); ++i) {
@@ -246,7 +246,7 @@ TEST_P(FixedLagPrior, CostsNothingAlongPositionAndYaw) {
   WindowSolver solver({});
   for (size_t i = 1; i < flight.frames.size(); ++i) {
     addFrame(flight, i - 1, i, i % 6 == 0, &tracks, &window);
-    solver.solve(&window);
+    solver.solve(&window, SolverOptions().iterations, false);
     tracks.dropOutliers(RelativeViews(window), &window);
     slide({}, &window);
   }

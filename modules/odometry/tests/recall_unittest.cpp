@@ -76,7 +76,7 @@ struct Returned : PointScene {
       }
       slide(sliding, &window);
     }
-    solver.solve(&window);
+    solver.solve(&window, SolverOptions().iterations, false);
   }
   int recall(Answers* answers, const MapOptions& options = {}) {
     const Recall recall(calibration, options, kSigmaPx);

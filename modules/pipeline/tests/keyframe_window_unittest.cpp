@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -28,7 +30,7 @@ TEST(KeyframeWindow, KeepsTheLastKeyframesAndTheFramesBetweenThem) {
     const bool keyframe = window.isKeyframe(t);
     if (keyframe) keyframes.push_back(t);
     window.add(trackedAt(t), keyframe);
-    EXPECT_EQ(window.complete(), keyframes.size() >= 3);
+    EXPECT_EQ(window.regularKeyframes(), std::min<int>(keyframes.size(), 3));
   }
   // 4 Hz of 20 Hz: every fifth frame, 0.0 s to 1.0 s.
   ASSERT_EQ(keyframes.size(), 5U);
@@ -40,7 +42,6 @@ TEST(KeyframeWindow, ClearForgetsTheFramesAndRestartTheRateAsWell) {
   ASSERT_TRUE(window.isKeyframe(0));
   window.add(trackedAt(0), true);
   window.clear();
-  EXPECT_FALSE(window.complete());
   EXPECT_TRUE(window.stamps().empty());
   EXPECT_FALSE(window.isKeyframe(kFrameStep));  // the next one is due at 0.25 s
   window.restart();
@@ -123,16 +124,16 @@ TEST(KeyframeWindow, AdditionalKeyframesDoNotShortenTheWindow) {
   fly(0, 5, &window);
   window.takeSooner(0.1);
   fly(6, 14, &window);
-  EXPECT_FALSE(window.complete());
+  EXPECT_EQ(window.regularKeyframes(), 3);
   fly(15, 15, &window);
-  EXPECT_TRUE(window.complete());
+  EXPECT_EQ(window.regularKeyframes(), 4);
   EXPECT_THAT(framesOf(window), ElementsAre(0, 5, 7, 10, 15));
   fly(16, 20, &window);
   EXPECT_THAT(framesOf(window), ElementsAre(5, 7, 10, 15, 20));
   fly(21, 25, &window);  // it begins with one of the rate
   EXPECT_THAT(framesOf(window), ElementsAre(10, 15, 20, 25));
   EXPECT_EQ(window.frames().size(), 16U);
-  EXPECT_TRUE(window.complete());
+  EXPECT_EQ(window.regularKeyframes(), 4);
 }
 
 TEST(KeyframeWindow, WhatIsForgottenOwesNoAdditionalKeyframe) {
@@ -179,7 +180,7 @@ TEST(KeyframeWindow, TheProblemHoldsItsFramesAndTheSamplesFromItsFirstToItsLastK
   const SyntheticWindow synthetic = testing::makeSyntheticWindow({});
   KeyframeWindow window(4, 4.0);
   for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
-  ASSERT_TRUE(window.complete());
+  ASSERT_EQ(window.regularKeyframes(), 4);
   const InitializationProblem problem =
       window.problem(synthetic.calibration, {}, {}, synthetic.imu);
   EXPECT_EQ(problem.keyframeCount(), 4);

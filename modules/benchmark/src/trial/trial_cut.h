@@ -26,7 +26,6 @@ class TrialCut {
   /** Delivers the part from its beginning. May not outlive the cut. */
   std::unique_ptr<SensorSource> open() const;
 
-  bool isHeld() const { return held_ != nullptr; }
   double fromS() const { return options_.from_s; }
 
  private:

@@ -46,9 +46,8 @@ Eigen::VectorXd deltas(const Window& window, Eigen::Index unknowns);
 class WindowSolver {
  public:
   explicit WindowSolver(const SolverOptions& options) : options_(options) {}
-  SolverResult solve(Window* window) { return solve(window, options_.iterations, false); }
   /**
-   * @param iterations in place of the option
+   * @param iterations most steps; SolverOptions::iterations where nothing else is wanted
    * @param same_prior the window has states and prior of the last call, and observations more
    */
   SolverResult solve(Window* window, int iterations, bool same_prior);

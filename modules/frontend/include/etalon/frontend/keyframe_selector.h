@@ -1,14 +1,11 @@
 #pragma once
 
-#include "etalon/core/parameters.h"
 #include "etalon/core/time.h"
 
 namespace etalon {
 
 struct KeyframeSelectorOptions {
   double rate_hz = 4.0;  ///< keyframes a second
-
-  void declare(ParameterSet& parameters);
 };
 
 /**

@@ -33,8 +33,6 @@ class KeyframeWindow {
   /** Forgets the frames; the rate goes on. */
   void clear();
 
-  /** Whether there are as many keyframes as wanted. */
-  bool complete() const { return regularKeyframes() == keyframes_; }
   /** How many of the keyframes are those of the rate. */
   int regularKeyframes() const { return static_cast<int>(stamps_.size() - additional_.size()); }
   /** Stamps of the keyframes. */
