@@ -106,18 +106,23 @@ TEST(TimeOffsetOfRotations, IsNotCertainWithRightStamps) {
 
 TEST(TimeOffsetOfRotations, NeedsMotionAndKeyframes) {
   Late late{-0.01};
-  late.motion = Motion::kCircle;  // of a constant rate
-  const auto still = found(late, 1);
-  EXPECT_TRUE(!still || !still->certain());
+  // At a constant rate an offset changes no rotation: noise alone determines it, badly.
+  late.motion = Motion::kCircle;
+  const auto even = found(late, 1);
+  ASSERT_FALSE(even.has_value());
+  EXPECT_EQ(even.error().status, RefusalStatus::kImplausible);
+  EXPECT_GT(std::abs(*even.error().value), *even.error().bound);
   late = {-0.01};
   late.keyframes = 6;  // and of the five pairs the IMU covers four
   const auto few = found(late, 1);
   ASSERT_FALSE(few.has_value());
   EXPECT_EQ(few.error().status, RefusalStatus::kTooFewKeyframes);
   EXPECT_EQ(few.error().value, 4.0);
-  // Farther than is looked for.
+  // Farther than is looked for: the first step goes there already.
   const auto far = found({-0.3}, 1);
-  EXPECT_TRUE(!far || !far->certain());
+  ASSERT_FALSE(far.has_value());
+  EXPECT_EQ(far.error().status, RefusalStatus::kImplausible);
+  EXPECT_LT(*far.error().value, -*far.error().bound);
 }
 
 TEST(TimeOffsetOfRotations, IsNotCertainWhereTheRotationsDisagreeWithItOrItIsSmall) {

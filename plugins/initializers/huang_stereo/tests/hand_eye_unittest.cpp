@@ -56,7 +56,9 @@ TEST(HandEye, NeedsRotationAboutTwoAxes) {
   const InitializationProblem problem = testing::makeProblem(window, options);
   ASSERT_TRUE(problem.visualSolution());
   const auto result = solveHandEye(problem, *problem.visualSolution(), false, 10);
-  EXPECT_TRUE(!result || !(result->sigma_rotation < 0.1));
+  // The noise of the attitudes is rotation enough for a solution, which says that it knows nothing.
+  ASSERT_TRUE(result);
+  EXPECT_GT(result->sigma_rotation, 0.1);  // rad
 }
 
 /** Ten keyframes in 2.25 s of a body that turns at these rates (rad/s, by seconds), the same in the
