@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "etalon/core/errors.h"
-#include "etalon/core/time.h"
 #include "etalon/testing/temporary_folder.h"
 
 namespace etalon {
@@ -37,15 +36,6 @@ TEST(FolderLock, AFolderThatIsNotThereIsADataError) {
     EXPECT_THAT(e.what(), HasSubstr("nowhere/.lock"));
     EXPECT_THAT(e.what(), HasSubstr("cannot be written"));
   }
-}
-
-TEST(Time, DurationsAreRoundedAndStampsCutDown) {
-  EXPECT_EQ(durationNs(1.0000000006), 1'000'000'001);
-  EXPECT_EQ(durationNs(-0.25), -250'000'000);
-  EXPECT_EQ(secondsBetween(kLastStamp, kLastStamp + 250'000'000), 0.25);
-  EXPECT_EQ(truncateToMrptTick(1'403'636'584'763'555'584), 1'403'636'584'763'555'500);
-  EXPECT_TRUE(isStamp(0) && isStamp(kLastStamp));
-  EXPECT_FALSE(isStamp(-1) || isStamp(kLastStamp + 1));
 }
 
 }  // namespace
