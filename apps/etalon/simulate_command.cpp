@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "etalon/core/errors.h"
 #include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/simulate_recording.h"
 #include "support/checks.h"

@@ -3,14 +3,7 @@
 #include <atomic>
 #include <string>
 
-#include "etalon/core/errors.h"
-
 namespace etalon::app {
-
-/** Thrown where work was told to stop that leaves nothing behind. */
-struct Interrupted : public Error {
-  Interrupted() : Error("interrupted") {}
-};
 
 /** Lets the first Ctrl-C (or SIGTERM) set what is returned, and the second one end the program. */
 const std::atomic<bool>* stopOnSignals();

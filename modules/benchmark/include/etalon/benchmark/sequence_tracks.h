@@ -35,11 +35,6 @@ struct TrackingOptions {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/** Thrown when the work was told to stop. */
-struct Interrupted : public std::exception {
-  const char* what() const noexcept override { return "interrupted"; }
-};
-
 /** A recording's own name: its folder's, without "mav0"; its file's, without extension. */
 std::string recordingName(const std::string& source);
 

@@ -32,6 +32,12 @@ class ConfigError : public Error {
   using Error::Error;
 };
 
+/** Thrown where work was told to stop that leaves nothing behind. */
+class Interrupted : public Error {
+ public:
+  Interrupted() : Error("interrupted") {}
+};
+
 /** A plugin that cannot be found, loaded or used. */
 class PluginError : public ConfigError {
  public:
