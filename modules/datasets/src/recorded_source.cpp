@@ -12,6 +12,7 @@
 #include "etalon/datasets/ground_truth_file.h"
 #include "etalon/imu/imu_limits.h"
 #include "image_file.h"
+#include "missing_images.h"
 
 namespace etalon {
 
@@ -38,10 +39,7 @@ TimeNs shifted(TimeNs t, double seconds) {
   }
   std::string advice;
   std::error_code ignored;
-  if (kind == "rawlog" && file != name && !std::filesystem::exists(file, ignored))
-    advice =
-        "; the log refers to its images by their paths: convert the recording again where they "
-        "are now, or with --embed";
+  if (file != name && !std::filesystem::exists(file, ignored)) advice = adviceOnMissingImages(kind);
   throw DataError(file, 0,
                   problem + " (of " + std::to_string(statistics.unreadable_images) +
                       " stereo pairs none can be read)" + advice);

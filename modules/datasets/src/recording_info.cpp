@@ -7,6 +7,7 @@
 #include "etalon/core/statistics.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/recording_checks.h"
+#include "missing_images.h"
 #include "stamped_rows.h"
 
 namespace etalon {
@@ -79,7 +80,8 @@ class Inspector {
     std::vector<std::string>& found = bad == info_.images.count ? info_.errors : info_.warnings;
     if (info_.missing_images > 0)
       found.push_back(format("images: the files of %d of %zu pairs do not exist",
-                             info_.missing_images, info_.images.count));
+                             info_.missing_images, info_.images.count) +
+                      adviceOnMissingImages(info_.kind));
     if (info_.unusable_images > 0)
       found.push_back(format("images: %d of %zu pairs cannot be used, the first because of ",
                              info_.unusable_images, info_.images.count) +

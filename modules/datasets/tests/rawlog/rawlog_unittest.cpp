@@ -8,12 +8,14 @@
 #include "etalon/datasets/observation_conversion.h"
 #include "etalon/datasets/rawlog_writer.h"
 #include "etalon/datasets/recording_comment.h"
+#include "etalon/datasets/recording_info.h"
 #include "rawlog/rawlog_test.h"
 
 namespace etalon::testing {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 class RawlogRoundTrip : public Rawlog, public ::testing::WithParamInterface<bool> {};
@@ -148,6 +150,9 @@ TEST_F(Rawlog, SaysWhatToDoWhereTheImagesHaveMoved) {
   fs::rename(euroc, folder / "moved");
   EXPECT_THAT(dataErrorOf([&] { readAll(*openSource(log)); }),
               AllOf(HasSubstr("there is no such image file (of 6"), HasSubstr("or with --embed")));
+  EXPECT_THAT(describeRecording(*openRecording(log)).errors,
+              Contains(AllOf(HasSubstr("the files of 6 of 6 pairs do not exist; "),
+                             HasSubstr("or with --embed"))));
 }
 
 TEST_F(Rawlog, RawlogEditReadsIt) {
