@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "etalon/core/statistics.h"
+#include "etalon/imu/mean_sample.h"
 
 namespace etalon {
 
@@ -38,38 +39,27 @@ bool showsTheSame(const cv::Mat& now, const cv::Mat& before) {
 
 }  // namespace
 
-std::optional<RepeatedImages::ImuMean> RepeatedImages::meanOf(const std::vector<ImuSample>& imu) {
-  if (imu.empty()) return std::nullopt;
-  ImuMean mean;
-  for (const ImuSample& sample : imu) {
-    mean.gyro += sample.gyro;
-    mean.accel += sample.accel;
-  }
-  mean.gyro /= static_cast<double>(imu.size());
-  mean.accel /= static_cast<double>(imu.size());
-  return mean;
-}
-
-bool RepeatedImages::contradicts(const std::optional<ImuMean>& now) const {
+bool RepeatedImages::contradicts(const std::optional<ImuSample>& mean) const {
   if (flow_px_ > kMovedPx) return true;
-  return now && reference_ &&
-         ((now->gyro - reference_->gyro).norm() > kTurnedRps ||
-          (now->accel - reference_->accel).norm() > kPushedMps2);
+  return mean && reference_ &&
+         ((mean->gyro - reference_->gyro).norm() > kTurnedRps ||
+          (mean->accel - reference_->accel).norm() > kPushedMps2);
 }
 
 bool RepeatedImages::isRepeated(const cv::Mat& left, const cv::Mat& right,
                                 const std::vector<ImuSample>& imu) {
-  const std::optional<ImuMean> now = meanOf(imu);
+  std::optional<ImuSample> mean;
+  if (!imu.empty()) mean = meanSample(imu);
   new_ = !showsTheSame(left, previous_[0]) && !showsTheSame(right, previous_[1]);
   left.copyTo(previous_[0]);
   right.copyTo(previous_[1]);
   if (new_) {
     contradicted_ = false;
-    reference_ = now;
+    reference_ = mean;
     return false;
   }
-  contradicted_ = contradicted_ || contradicts(now);
-  if (!reference_) reference_ = now;
+  contradicted_ = contradicted_ || contradicts(mean);
+  if (!reference_) reference_ = mean;
   return contradicted_;
 }
 

@@ -8,6 +8,7 @@
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/imu/mean_sample.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/optimization/residuals/cauchy.h"
@@ -22,18 +23,15 @@ namespace {
 /** Mean and, per axis, standard deviation of the IMU's readings in a window. */
 struct ImuStatistics {
   int samples = 0;
-  Vector3d mean_gyro = Vector3d::Zero(), mean_accel = Vector3d::Zero();
+  ImuSample mean;
   double gyro_std = 0.0, accel_std = 0.0;  ///< of the worst axis, rad/s and m/s^2
 
-  explicit ImuStatistics(const std::vector<ImuSample>& window) : samples(window.size()) {
-    for (const ImuSample& s : window) {
-      mean_gyro += s.gyro / samples;
-      mean_accel += s.accel / samples;
-    }
+  explicit ImuStatistics(const std::vector<ImuSample>& window)
+      : samples(window.size()), mean(meanSample(window)) {
     Vector3d gyro2 = Vector3d::Zero(), accel2 = Vector3d::Zero();
     for (const ImuSample& s : window) {
-      gyro2 += (s.gyro - mean_gyro).cwiseAbs2() / samples;
-      accel2 += (s.accel - mean_accel).cwiseAbs2() / samples;
+      gyro2 += (s.gyro - mean.gyro).cwiseAbs2() / samples;
+      accel2 += (s.accel - mean.accel).cwiseAbs2() / samples;
     }
     gyro_std = std::sqrt(gyro2.maxCoeff());
     accel_std = std::sqrt(accel2.maxCoeff());
@@ -136,8 +134,8 @@ class Static : public Initializer {
     estimate.T_VB.assign(n, SE3());
     estimate.v_VB.assign(n, Vector3d::Zero());
     estimate.g_V =
-        -problem.gravityMagnitude() * (imu.mean_accel - problem.priors().mean.accel).normalized();
-    estimate.bias = {imu.mean_gyro, problem.priors().mean.accel};
+        -problem.gravityMagnitude() * (imu.mean.accel - problem.priors().mean.accel).normalized();
+    estimate.bias = {imu.mean.gyro, problem.priors().mean.accel};
     Initialization result = alignWithGravity(problem, estimate);
     result.covariance = covariance(problem, result.states.front().T_WB.R);
     result.timings = {{"images", images_ms}, {"imu", watch.lapMilliseconds()}};
@@ -186,12 +184,12 @@ class Static : public Initializer {
       return refuse(RefusalStatus::kTooMuchMotion,
                     "the platform moves: the accelerometer varies by ", Value(imu.accel_std, 2),
                     " m/s^2 (1 sigma), at most ", Bound(max_accel_std_, 2), " is standstill");
-    if (!(imu.mean_gyro.norm() <= max_gyro_mean_))
+    if (!(imu.mean.gyro.norm() <= max_gyro_mean_))
       return refuse(RefusalStatus::kImplausible, "the mean rate is ",
-                    Value(imu.mean_gyro.norm(), 3), " rad/s, at most ", Bound(max_gyro_mean_, 3),
+                    Value(imu.mean.gyro.norm(), 3), " rad/s, at most ", Bound(max_gyro_mean_, 3),
                     " can be a bias");
     const double deviation =
-        (imu.mean_accel - problem.priors().mean.accel).norm() - problem.gravityMagnitude();
+        (imu.mean.accel - problem.priors().mean.accel).norm() - problem.gravityMagnitude();
     if (!(std::abs(deviation) <= max_gravity_deviation_))
       return refuse(RefusalStatus::kImplausible, "the mean specific force is ",
                     deviation > 0.0 ? "+" : "", Value(deviation, 2),

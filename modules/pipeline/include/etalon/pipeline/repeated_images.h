@@ -33,14 +33,10 @@ class RepeatedImages {
   void tracked(const TrackedFrame& frame);
 
  private:
-  struct ImuMean {
-    Eigen::Vector3d gyro = Eigen::Vector3d::Zero(), accel = Eigen::Vector3d::Zero();
-  };
-  static std::optional<ImuMean> meanOf(const std::vector<ImuSample>& imu);
-  bool contradicts(const std::optional<ImuMean>& now) const;
+  bool contradicts(const std::optional<ImuSample>& mean) const;
 
   std::array<cv::Mat, 2> previous_;               ///< copies: the caller may use its buffers again
-  std::optional<ImuMean> reference_;              ///< before the last frame that was new
+  std::optional<ImuSample> reference_;            ///< mean before the last frame that was new
   std::map<LandmarkId, Eigen::Vector2d> pixels_;  ///< of the last tracked frame
   double flow_px_ = 0.0;                          ///< median motion of its tracks
   bool new_ = true;                               ///< whether the frame asked about last was new
