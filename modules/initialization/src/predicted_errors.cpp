@@ -14,16 +14,16 @@ namespace {
 
 /** In the order of Initialization::covariance, with the poses of keyframes 1 to `poses`. */
 Eigen::MatrixXd claimedWithPoses(const VisualInertialBaResult& result, Eigen::Index poses) {
-  constexpr Eigen::Index kState = 9, kOthers = 11, kPose = 6;
+  constexpr Eigen::Index kState = 9, kOthers = 11, kPoseSize = 6;
   const Eigen::Index n = result.states.size();
   if (n == 0 || result.covariance.rows() != kState * n + 6) return {};
   const SE3& first = result.states.front().T_WB;
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kOthers + kPose * poses, kState * n + 6);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(kOthers + kPoseSize * poses, kState * n + 6);
   J.block<6, 6>(0, kState * n).setIdentity();
   J.block<2, 3>(6, 0) = first.R.topRows<2>();  // from the body to the world
   J.block<3, 3>(8, kState * (n - 1) + 6).setIdentity();
   for (Eigen::Index k = 1; k <= poses; ++k) {
-    const Eigen::Index row = kOthers + kPose * (k - 1);
+    const Eigen::Index row = kOthers + kPoseSize * (k - 1);
     const SE3 T_B0Bk = first.inverse() * result.states[k].T_WB;
     J.block<3, 3>(row, 0) = -T_B0Bk.R.transpose();
     J.block<3, 3>(row, kState * k).setIdentity();
