@@ -22,4 +22,11 @@ Vector15d NavState::minus(const NavState& other) const {
   return d;
 }
 
+Eigen::Matrix<double, 15, 15> errorsTurned(const Eigen::Matrix3d& R_WW0) {
+  Eigen::Matrix<double, 15, 15> turn = Eigen::Matrix<double, 15, 15>::Identity();
+  turn.block<3, 3>(ix::kPosition, ix::kPosition) = R_WW0;
+  turn.block<3, 3>(ix::kVelocity, ix::kVelocity) = R_WW0;
+  return turn;
+}
+
 }  // namespace etalon

@@ -42,9 +42,16 @@ bool ImageViews::keep(TimeNs view) {
 }
 
 void ImageViews::dropAllBut(const std::vector<TimeNs>& views) {
+  const auto has = [](const std::vector<TimeNs>& stamps, TimeNs t) {
+    return std::binary_search(stamps.begin(), stamps.end(), t);
+  };
   for (auto it = views_.begin(); it != views_.end();)
-    it = std::binary_search(views.begin(), views.end(), it->first) ? std::next(it)
-                                                                   : views_.erase(it);
+    it = has(views, it->first) || has(pinned_, it->first) ? std::next(it) : views_.erase(it);
+}
+
+cv::Mat ImageViews::leftOf(TimeNs view) const {
+  const auto known = views_.find(view);
+  return known == views_.end() ? cv::Mat() : known->second.left[0];
 }
 
 std::vector<ViewMatch> ImageViews::find(TimeNs view, const std::vector<ViewQuery>& queries) {

@@ -4,6 +4,10 @@ namespace etalon {
 
 void MapOptions::declare(ParameterSet& parameters) {
   parameters.add("enabled", &enabled, "Whether old keyframes are kept and found again.");
+  parameters.add(
+      "relocalize", &relocalize,
+      "Whether the odometry, started anew after a loss, goes back to where it was before "
+      "when an old keyframe is recognized; the pose jumps then.");
   parameters.add("max_keyframes", &max_keyframes, {2, 100},
                  "Old keyframes that are kept, apart from those of [fixed_lag].");
   parameters.add("views", &views, {1, 100},

@@ -63,6 +63,39 @@ SE3 moved(const SE3& T, const Vector6d& d) {
   return {T.R * expSO3(d.head<3>()), T.t + d.tail<3>()};
 }
 
+/** How far the view is from its prediction. */
+struct Alignment {
+  Vector6d d = Vector6d::Zero();
+  Matrix6d information = Matrix6d::Zero();
+};
+
+/** By Gauss-Newton with the Cauchy loss, from the prediction, which counts by its covariance. */
+Alignment align(const StereoInertialCalibration& calibration, const OldView& view,
+                const std::vector<SeenLandmark>& landmarks, const std::vector<FoundLandmark>& found,
+                double pixel_variance) {
+  constexpr int kSteps = 8;
+  const Matrix6d prior = view.covariance.llt().solve(Matrix6d::Identity());
+  Alignment at;
+  for (int i = 0; i < kSteps; ++i) {
+    Matrix6d H = prior;
+    Vector6d g = prior * at.d;
+    for (const FoundLandmark& f : found)
+      for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+        const auto residual =
+            residualOf(calibration, camera, moved(view.T_NV, at.d), landmarks[f.landmark],
+                       f.measurements[camera], pixel_variance);
+        if (!residual) continue;
+        const Eigen::Matrix2d S_inverse = residual->S.inverse();
+        const double weight = 1.0 / (1.0 + residual->r.dot(S_inverse * residual->r) / 4.0);
+        H += weight * residual->J.transpose() * S_inverse * residual->J;
+        g += weight * residual->J.transpose() * S_inverse * residual->r;
+      }
+    at.d -= H.llt().solve(g);
+    at.information = H;
+  }
+  return at;
+}
+
 }  // namespace
 
 bool isInView(const StereoInertialCalibration& calibration, const SE3& T_NV,
@@ -107,6 +140,20 @@ std::optional<ViewQuery> predictInView(const StereoInertialCalibration& calibrat
   return query;
 }
 
+std::optional<FoundLandmark> foundLandmark(const StereoInertialCalibration& calibration,
+                                           size_t landmark, const ViewMatch& match,
+                                           double sigma_px) {
+  const auto left = makeMeasurement(calibration.cameras[0].model, match.left, sigma_px);
+  if (!left) return std::nullopt;
+  const auto right = makeMeasurement(calibration.cameras[1].model, match.right, sigma_px);
+  FoundLandmark found;
+  found.landmark = landmark;
+  found.measurements[0] = *left;
+  found.has_right = match.has_right && right;
+  if (found.has_right) found.measurements[1] = *right;
+  return found;
+}
+
 std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration,
                                     const OldView& view, const std::vector<SeenLandmark>& landmarks,
                                     const std::vector<FoundLandmark>& found, double pixel_variance,
@@ -123,25 +170,8 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
     }
     if (agrees) gated.push_back(f);
   }
-  // The view's pose by the other matches: Gauss-Newton with the Cauchy loss from the prediction.
-  const Matrix6d information = view.covariance.llt().solve(Matrix6d::Identity());
-  Vector6d d = Vector6d::Zero();
-  constexpr int kSteps = 8;
-  for (int i = 0; i < kSteps; ++i) {
-    Matrix6d H = information;
-    Vector6d g = information * d;
-    for (const FoundLandmark& f : gated)
-      for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
-        const auto at = residualOf(calibration, camera, moved(view.T_NV, d), landmarks[f.landmark],
-                                   f.measurements[camera], pixel_variance);
-        if (!at) continue;
-        const Eigen::Matrix2d S_inverse = at->S.inverse();
-        const double weight = 1.0 / (1.0 + at->r.dot(S_inverse * at->r) / 4.0);
-        H += weight * at->J.transpose() * S_inverse * at->J;
-        g += weight * at->J.transpose() * S_inverse * at->r;
-      }
-    d -= H.llt().solve(g);
-  }
+  // The view's pose by the other matches.
+  const auto [d, H] = align(calibration, view, landmarks, gated, pixel_variance);
   std::vector<FoundLandmark> inliers;
   for (const FoundLandmark& f : gated) {
     bool agrees = true;
@@ -154,9 +184,16 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
   }
   constexpr double kChi2Pose = 22.46;  // 6 degrees of freedom, 99.9 %
   if (inliers.size() < static_cast<size_t>(options.min_landmarks) ||
-      2 * inliers.size() < found.size() || d.dot(information * d) > kChi2Pose)
+      2 * inliers.size() < found.size() || d.dot(view.covariance.llt().solve(d)) > kChi2Pose)
     inliers.clear();
   return inliers;
+}
+
+OldView aligned(const StereoInertialCalibration& calibration, const OldView& view,
+                const std::vector<SeenLandmark>& landmarks, const std::vector<FoundLandmark>& found,
+                double pixel_variance) {
+  const Alignment at = align(calibration, view, landmarks, found, pixel_variance);
+  return {moved(view.T_NV, at.d), at.information.llt().solve(Matrix6d::Identity())};
 }
 
 }  // namespace etalon

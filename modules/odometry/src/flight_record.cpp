@@ -21,6 +21,10 @@ FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
 
 void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
                        const OdometryOutput& output, const Odometry* odometry) {
+  if (!beginning_) {
+    const auto& seen = frame.observations;
+    beginning_ = Beginning{stamp, seen.empty() ? 0 : seen.front().id};
+  }
   if (output.previous_keyframe && last_) keepLast();
   // Neighbouring pieces share the sample at the frame between them.
   imu_.insert(imu_.end(), imu.begin() + (imu_.empty() || imu.empty() ? 0 : 1), imu.end());
@@ -28,13 +32,7 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
   last_ = Keyframe{stamp, output.state, frame, {}, false, {}};
   if (output.keyframe || imu_.size() > kMostSamples) keepLast();
   noteBlindPiece(stamp, output);
-  for (const RecalledObservation& recalled : output.recalled) {
-    const auto at =
-        std::lower_bound(keyframes_.begin(), keyframes_.end(), recalled.keyframe,
-                         [](const Keyframe& keyframe, TimeNs t) { return keyframe.frame.t < t; });
-    if (at != keyframes_.end() && at->frame.t == recalled.keyframe)
-      at->recalled.push_back(recalled.observation);
-  }
+  recall(output.recalled);
   if (!odometry) return;
   for (const StampedPose& pose : odometry->keyframes()) {
     const auto at = std::lower_bound(odometry_times_.begin(), odometry_times_.end(), pose.t);
@@ -100,7 +98,33 @@ Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
   return carriedAlong(bent, smoothed_);
 }
 
+void FlightRecord::recall(const std::vector<RecalledObservation>& recalled) {
+  for (const RecalledObservation& r : recalled) {
+    const auto at =
+        std::lower_bound(keyframes_.begin(), keyframes_.end(), r.keyframe,
+                         [](const Keyframe& keyframe, TimeNs t) { return keyframe.frame.t < t; });
+    if (at != keyframes_.end() && at->frame.t == r.keyframe) at->recalled.push_back(r.observation);
+  }
+}
+
+void FlightRecord::moveWorld(const SE3& T_WW0) {
+  if (!beginning_) return;
+  for (StampedPose& pose : smoothed_)
+    if (pose.t >= beginning_->stamp) pose.T_WB = T_WW0 * pose.T_WB;
+  for (Keyframe& keyframe : keyframes_)
+    if (keyframe.stamp >= beginning_->stamp) keyframe.state = keyframe.state.moved(T_WW0);
+  if (last_) last_->state = last_->state.moved(T_WW0);
+  for (BlindPiece& piece : blind_pieces_) {
+    if (piece.from < beginning_->stamp) continue;
+    piece.predicted = piece.predicted.moved(T_WW0);
+    piece.seen = piece.seen.moved(T_WW0);
+  }
+  for (auto it = landmarks_.lower_bound(beginning_->first_landmark); it != landmarks_.end(); ++it)
+    it->second = T_WW0 * it->second;
+}
+
 void FlightRecord::interrupt() {
+  beginning_.reset();
   imu_.clear();
   imu_missing_ = true;
   last_.reset();

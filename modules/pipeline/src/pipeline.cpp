@@ -14,6 +14,9 @@ namespace {
 /** After a jump of the clock right behind the start, ns. */
 constexpr TimeNs kShortestStep = kNanosecondsPerSecond / 1000;
 
+/** Standard deviations of the biases across a loss, in those that the odometry had. */
+constexpr double kBiasCaution = 2.0;
+
 std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
                           const OdometryOutput& output) {
   if (!tracked) return "the camera repeats its image";
@@ -52,6 +55,8 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.imu_noise = noise_;
   if (options.map.enabled && options.odometry_kind != kStereoVisual)
     views_ = std::make_shared<ImageViews>();
+  if (views_ && options.map.relocalize)
+    relocalizer_.emplace(calibration, options.map, options.window.odometry.sigma_px, views_);
   front_bias_ = bias_;
   if (options.live) startThreads();
 }
@@ -152,10 +157,12 @@ void Pipeline::follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>
   OdometryOutput output = odometry_ ? odometry_->process(frame, imu) : followVisually({}, frame);
   if (inFlight()) record_.add(t, frame, imu, output, odometry_.get());
   remark(t, output.remarks);
-  output.t = frame.t = t;
+  output.t = t;
   if (output.unlocated_s > 0.0) ++frames_not_located_;
   if (output.inertial) judge(output, tracked);
+  if (output.keyframe && state_ == PipelineState::kInertial) relocalize(frame, &output);
   keep(output);
+  frame.t = t;
   if (output.inertial && state_ == PipelineState::kLost) followVisually(output.state, frame);
 }
 
@@ -213,10 +220,35 @@ void Pipeline::remark(TimeNs t, const std::vector<std::string>& reasons) {
 void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
   enter(PipelineState::kLost, output.t, reason);
   record_.interrupt();
+  if (relocalizer_) relocalizer_->lost(odometry_->keyframes());
   lost_ = LostPose(output.state, output.covariance);
+  const Eigen::Array<double, 15, 1> sigma = output.covariance.diagonal().array().sqrt();
+  starter_.knowBiases(output.state.bias,
+                      kBiasCaution * sigma.segment<3>(state_index::kGyroBias).maxCoeff(),
+                      kBiasCaution * sigma.segment<3>(state_index::kAccelBias).maxCoeff());
   // Across a jump of the clock the odometry went on by the step of the frames before.
   if (clock_step_s_ > 0.0) lost_.goBlind(clock_step_s_, false);
   window_.restart();
+}
+
+/** Where a keyframe shows a place from before the last loss. @param frame in the odometry's time */
+void Pipeline::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
+  if (!relocalizer_ || !relocalizer_->isLooking()) return;
+  const SE3 before = output->state.T_WB;
+  const auto found = relocalizer_->look(frame, before, odometry_->landmarks());
+  if (!found) return;
+  record_.recall(found->recalled);
+  if (!found->moves || !odometry_->moveWorld(found->T_WW0)) return;
+  record_.moveWorld(found->T_WW0);
+  output->state = output->state.moved(found->T_WW0);
+  const auto turn = errorsTurned(found->T_WW0.R);
+  output->covariance = (turn * output->covariance * turn.transpose()).eval();
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "a place from %.1f s ago is recognized; the pose is what it was by it",
+                secondsBetween(found->place, frame.t));
+  events_.push_back({output->t, state_, text, true,
+                     PoseJump{before.inverse() * output->state.T_WB, found->covariance}});
 }
 
 Trajectory Pipeline::smoothedTrajectory() const { return record_.smoothedFlight(trajectory()); }

@@ -66,6 +66,7 @@ void Pipeline::startAgain(const InitializationAttempt& attempt) {
   jump.T_before_after = before.inverse() * estimates_.back().nav.T_WB;
   jump.covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
   events_.back().jump = jump;
+  if (relocalizer_) relocalizer_->startedAgain(estimates_.back().nav.T_WB, jump.covariance);
 }
 
 /** The odometry begins at the window's first keyframe and runs through the window's frames. */
@@ -75,7 +76,7 @@ OdometryOutput Pipeline::startOdometry(const InitializationAttempt& attempt, con
   odometry_ = makeOdometry(options_.odometry_kind, calibration_, options_, views_);
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);
-  OdometryStart start = odometryStart(attempt, T_WA, options_.window.priors);
+  OdometryStart start = odometryStart(attempt, T_WA, starter_.priors());
   const TimeNs first = frames.front().t, taken = first + durationNs(attempt.time_offset_used_s);
   if (taken != first)
     moveToStamp(attempt.time_offset_used_s,

@@ -1,5 +1,6 @@
 #include "etalon/pipeline/starter.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "etalon/pipeline/nested_windows.h"
@@ -29,7 +30,8 @@ Starter::Starter(PipelineInitializers initializers, const AutoOptions& automatic
 
 Starter::Outcome Starter::attempt(KeyframeWindow* window, const MakeProblem& make_problem) {
   const bool takes_over = waits_for_motion_;
-  const WindowOptions options = takes_over ? handoverOptions(*window) : options_;
+  const WindowOptions options = takes_over ? handoverOptions(*window) : startOptions();
+  priors_ = options.priors;
   const InitializationProblem problem = make_problem(options);
   if (takes_over) {
     if (!isInMotion(*window, problem)) return Outcome::kRefused;
@@ -47,6 +49,23 @@ Starter::Outcome Starter::attempt(KeyframeWindow* window, const MakeProblem& mak
   if (!attempts_.back().accepted()) return Outcome::kRefused;
   waits_for_motion_ = false;
   return takes_over ? Outcome::kTakesOver : Outcome::kStarts;
+}
+
+void Starter::knowBiases(const ImuBias& bias, double sigma_gyro, double sigma_accel) {
+  known_ = options_.priors;
+  known_.mean = bias;
+  known_.sigma_gyro_rps = std::min(sigma_gyro, known_.sigma_gyro_rps);
+  known_.sigma_accel_mps2 = std::min(sigma_accel, known_.sigma_accel_mps2);
+  attempts_with_known_ = kAttemptsWithKnownBiases;
+}
+
+WindowOptions Starter::startOptions() {
+  WindowOptions options = options_;
+  if (attempts_with_known_ > 0) {
+    --attempts_with_known_;
+    options.priors = known_;
+  }
+  return options;
 }
 
 /** Adds the attempt, and drops the estimates of the one that is now too old to keep them. */

@@ -174,6 +174,13 @@ class FixedLagOdometry::Impl {
     return out;
   }
 
+  void moveWorld(const SE3& T_WW0) {
+    fixed_lag::moveWorld(T_WW0, &window_);
+    tracks_.turnWorld(T_WW0.R);
+    const Matrix15d turn = errorsTurned(T_WW0.R);
+    covariance_ = (turn * covariance_ * turn.transpose()).eval();
+  }
+
  private:
   fixed_lag::TrackOptions trackOptions() const {
     return {options_.sigma_px,
@@ -298,6 +305,11 @@ OdometryOutput FixedLagOdometry::start(const OdometryStart& start, const Tracked
 OdometryOutput FixedLagOdometry::process(const TrackedFrame& frame,
                                          const std::vector<ImuSample>& imu) {
   return impl_->process(frame, imu);
+}
+
+bool FixedLagOdometry::moveWorld(const SE3& T_WW0) {
+  impl_->moveWorld(T_WW0);
+  return true;
 }
 
 Trajectory FixedLagOdometry::keyframes() const {

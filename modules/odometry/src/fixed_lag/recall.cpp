@@ -137,17 +137,11 @@ void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>&
   std::map<size_t, const ViewMatch*> match_of;  // by the landmark's index
   for (size_t i = 0; i < matches.size(); ++i) {
     if (!matches[i].found) continue;
-    FoundLandmark f;
-    f.landmark = candidate.seen[i];
-    const double sigma_px = sigma_px_ * options_.sigma_factor;
-    const auto left = makeMeasurement(calibration_->cameras[0].model, matches[i].left, sigma_px);
-    if (!left) continue;
-    f.measurements[0] = *left;
-    const auto right = makeMeasurement(calibration_->cameras[1].model, matches[i].right, sigma_px);
-    f.has_right = matches[i].has_right && right;
-    if (f.has_right) f.measurements[1] = *right;
-    found.push_back(f);
-    match_of[f.landmark] = &matches[i];
+    const auto f = foundLandmark(*calibration_, candidate.seen[i], matches[i],
+                                 sigma_px_ * options_.sigma_factor);
+    if (!f) continue;
+    found.push_back(*f);
+    match_of[f->landmark] = &matches[i];
   }
   const std::vector<FoundLandmark> believed =
       agreeing(*calibration_, candidate.view, seen, found, window->pixel_variance, options_);

@@ -80,6 +80,9 @@ class Tracks {
    * @param views at the estimates of the window */
   Fit dropOutliers(const RelativeViews& views, Window* window);
 
+  /** Odometry::moveWorld() turns it so. */
+  void turnWorld(const Eigen::Matrix3d& R_WW0) { last_R_WB_ = R_WW0 * last_R_WB_; }
+
   /** Tracks without a distance begin anew: their measurements are of another calibration. */
   void forgetPending() { pending_.clear(); }
 

@@ -139,6 +139,17 @@ void appendState(Preintegration preintegration, Window* window) {
   window->states.push_back(std::move(state));
 }
 
+void moveWorld(const SE3& T_WW0, Window* window) {
+  const Matrix15d back = errorsTurned(T_WW0.R).transpose();
+  for (WindowState& state : window->states) {
+    state.now = state.now.moved(T_WW0);
+    state.linearization = state.linearization.moved(T_WW0);
+    if (state.column + state.size() > window->prior.unknowns()) continue;
+    auto columns = window->prior.A.middleCols(state.column, state.size());
+    columns = (columns * back.topLeftCorner(state.size(), state.size())).eval();
+  }
+}
+
 RelativeJacobians relativeJacobians(const SE3& T_WH, const SE3& T_WT) {
   const SE3 T_HT = relativePose(T_WH, T_WT);
   RelativeJacobians J;

@@ -133,6 +133,9 @@ void updateImageTimes(Window* window);
 /** Appends the state at the end of the interval, where the IMU predicts it. */
 void appendState(Preintegration preintegration, Window* window);
 
+/** Odometry::moveWorld(). Landmarks live in the bodies of their hosts, and stay. */
+void moveWorld(const SE3& T_WW0, Window* window);
+
 /** Body of state `t` in the body of state `h`. */
 inline SE3 relativePose(const SE3& T_WH, const SE3& T_WT) {
   return {T_WH.R.transpose() * T_WT.R, T_WH.R.transpose() * (T_WT.t - T_WH.t)};

@@ -36,7 +36,13 @@ struct NavState {
   NavState plus(const Eigen::Matrix<double, 15, 1>& d) const;
   /** d with other.plus(d) equal to this. */
   Eigen::Matrix<double, 15, 1> minus(const NavState& other) const;
+
+  /** The same state in another world. */
+  NavState moved(const SE3& T_WW0) const { return {T_WW0 * T_WB, T_WW0.R * v_WB, bias}; }
 };
+
+/** The error of moved() from that of the state, 15 x 15, orthogonal; R_WW0 turns about z. */
+Eigen::Matrix<double, 15, 15> errorsTurned(const Eigen::Matrix3d& R_WW0);
 
 /** A state and the instant that it belongs to. */
 struct StampedState : NavState {

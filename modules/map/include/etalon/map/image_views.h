@@ -25,6 +25,14 @@ class ImageViews : public ViewMatcher {
   void dropAllBut(const std::vector<TimeNs>& views) override;
   std::vector<ViewMatch> find(TimeNs view, const std::vector<ViewQuery>& queries) override;
 
+  /** Views that dropAllBut() leaves, in increasing order; instead of those pinned before. */
+  void pin(const std::vector<TimeNs>& views) { pinned_ = views; }
+  /** The left image of a view; empty if it is not kept. */
+  cv::Mat leftOf(TimeNs view) const;
+  /** The images of the current frame, as shown. */
+  const cv::Mat& left() const { return current_.left[0]; }
+  const cv::Mat& right() const { return current_.right; }
+
  private:
   static constexpr int kLevels = 3;  ///< each of half the resolution of the one before
   struct View {
@@ -37,6 +45,7 @@ class ImageViews : public ViewMatcher {
   View current_;
   std::map<std::pair<LandmarkId, size_t>, AnchorPatch> patches_;  ///< of current_, by level
   std::map<TimeNs, View> views_;
+  std::vector<TimeNs> pinned_;
 };
 
 }  // namespace etalon

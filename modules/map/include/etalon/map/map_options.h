@@ -7,7 +7,8 @@ namespace etalon {
 /** Section [map]. */
 struct MapOptions {
   bool enabled = true;
-  int max_keyframes = 12;     ///< old keyframes that are kept
+  bool relocalize = true;     ///< old keyframes are recognised after a loss
+  int max_keyframes = 12;     ///< old keyframes that are kept, and so many across a loss
   int views = 3;              ///< of these, so many are searched at a keyframe, at most
   int landmarks = 60;         ///< that are looked for in a view, at most
   int min_landmarks = 10;     ///< that must be found in a view, and agree

@@ -49,6 +49,12 @@ struct FoundLandmark {
   std::array<ReprojectionMeasurement, 2> measurements;
 };
 
+/** The landmark of that index where a view shows it; nothing if its left camera cannot.
+ * @param sigma_px of a pixel */
+std::optional<FoundLandmark> foundLandmark(const StereoInertialCalibration& calibration,
+                                           size_t landmark, const ViewMatch& match,
+                                           double sigma_px);
+
 /**
  * The found landmarks that agree with the prediction, whose covariance is the view's and the
  * landmark's, and with each other about where the view is. Empty if fewer than
@@ -59,5 +65,10 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
                                     const OldView& view, const std::vector<SeenLandmark>& landmarks,
                                     const std::vector<FoundLandmark>& found, double pixel_variance,
                                     const MapOptions& options);
+
+/** The view where its prediction and the found landmarks have it, robustly (Cauchy). */
+OldView aligned(const StereoInertialCalibration& calibration, const OldView& view,
+                const std::vector<SeenLandmark>& landmarks, const std::vector<FoundLandmark>& found,
+                double pixel_variance);
 
 }  // namespace etalon

@@ -49,6 +49,12 @@ class FlightRecord {
   /** The odometry ended; later keyframes are tied to earlier ones by their poses alone. */
   void interrupt();
 
+  /** Landmarks of the last frame were found in older keyframes. */
+  void recall(const std::vector<RecalledObservation>& recalled);
+
+  /** Odometry::moveWorld(): of all frames since the odometry ended last. */
+  void moveWorld(const SE3& T_WW0);
+
   /** For flights without end: smoothed poses before `stamp` are no longer wanted. */
   void forgetBefore(TimeNs stamp);
 
@@ -94,6 +100,12 @@ class FlightRecord {
     NavState seen;            ///< there, with the image
   };
 
+  /** Since the odometry ended last: its first frame, and the least id that it saw. */
+  struct Beginning {
+    TimeNs stamp = 0;
+    LandmarkId first_landmark = 0;
+  };
+
   void keepLast();
   void noteBlindPiece(TimeNs stamp, const OdometryOutput& output);
 
@@ -109,6 +121,7 @@ class FlightRecord {
   std::optional<TimeNs> seen_at_;       ///< stamp of the last frame that showed a landmark
   bool is_blind_ = false;               ///< since then frames came that showed none
   std::vector<BlindPiece> blind_pieces_;
+  std::optional<Beginning> beginning_;
 };
 
 }  // namespace etalon

@@ -75,6 +75,13 @@ class Odometry {
    */
   virtual OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) = 0;
 
+  /**
+   * The world turns about its z axis and moves: T_WB becomes T_WW0 T_WB in all that it knows. No
+   * error of one pose relative to another changes.
+   * @return false if it cannot; nothing has happened then
+   */
+  virtual bool moveWorld(const SE3& /*T_WW0*/) { return false; }
+
   /** T_WB of the keyframes that it still optimises, as it knows them now, by their frames' time. */
   virtual Trajectory keyframes() const = 0;
   /** Places of the landmarks in use, p_W, m. */

@@ -26,6 +26,7 @@
 #include "etalon/pipeline/missing_input.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/pipeline_state.h"
+#include "etalon/pipeline/relocalizer.h"
 #include "etalon/pipeline/starter.h"
 
 namespace etalon {
@@ -48,7 +49,8 @@ struct FrameTiming {
  * IMU carries it (kDeadReckoning). After max_dead_reckoning_s, or if the IMU fails, too, it is lost:
  * stereo odometry begins anew at the predicted pose, and the next attempt that is accepted starts
  * the fixed-lag odometry in the same world: position and yaw go on, and the event says how far off
- * they may be.
+ * they may be. When it sees a place from before the loss (Relocalizer), position and yaw jump back to
+ * where they were by it.
  *
  * With kind = stereo_visual stereo odometry goes on in the world of the start (kVisual) and is never
  * lost. With an initializer for the start at rest, the one that takes over starts it again: with its
@@ -183,6 +185,7 @@ class Pipeline {
   void enter(PipelineState state, TimeNs t, const std::string& reason);
   void remark(TimeNs t, const std::vector<std::string>& reasons);
   void lose(const OdometryOutput& output, const std::string& reason);
+  void relocalize(const TrackedFrame& frame, OdometryOutput* output);
   bool inFlight() const { return initialized_at_ && state_ != PipelineState::kLost; }
   bool collecting() const { return !inFlight() || starter_.waitsForMotion(); }
 
@@ -226,6 +229,7 @@ class Pipeline {
    * the first frame. */
   std::unique_ptr<Odometry> odometry_;
   std::shared_ptr<ImageViews> views_;            ///< of the map; null without one
+  std::optional<Relocalizer> relocalizer_;       ///< with a map
   std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
   double clock_step_s_ = 0.0;                    ///< of ClockJumps since the last frame
   FlightRecord record_;

@@ -20,12 +20,12 @@ enum class PipelineState {
 /** Lower-case name as it stands in files, e.g. "dead_reckoning". */
 const char* toString(PipelineState state);
 
-/** By how much a start in flight moved the current pose. */
+/** By how much a start in flight, or a place that was recognised after it, moved the current pose. */
 struct PoseJump {
   SE3 T_before_after;  ///< the pose after, seen from the pose before
   /** Of the pose after as an error in the world of before: [rotation, position], rad and m, in the
-   * order of state_index. It is the odometry's when the platform was lost, and what may have happened
-   * since where no image located it (LostPose). */
+   * order of state_index. At a start it is the odometry's when the platform was lost, and what may
+   * have happened since where no image located it (LostPose); else that of the sighting. */
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
@@ -35,7 +35,7 @@ struct PipelineEvent {
   PipelineState state = PipelineState::kWaiting;
   std::string reason;            ///< a clause: "because ..."
   bool remark = false;           ///< the state is as before
-  std::optional<PoseJump> jump;  ///< of a start in flight
+  std::optional<PoseJump> jump;  ///< if the pose jumped
 };
 
 }  // namespace etalon

@@ -44,6 +44,7 @@ struct PipelineInitializers {
 class Starter {
  public:
   static constexpr size_t kDetailedAttempts = 40;  ///< ten seconds of keyframes
+  static constexpr int kAttemptsWithKnownBiases = 12;
 
   enum class Outcome { kRefused, kStarts, kTakesOver };
   using MakeProblem = std::function<InitializationProblem(const WindowOptions&)>;
@@ -57,6 +58,13 @@ class Starter {
   /** From the next attempt on the images are later by this, in the IMU's time, than their stamps. */
   void setTimeOffset(double offset_s) { options_.time_offset_s = offset_s; }
   double timeOffset() const { return options_.time_offset_s; }
+
+  /** The biases as the odometry had them when it was lost, with the standard deviations of the worst
+   * axes (rad/s, m/s^2), are the prior of the next kAttemptsWithKnownBiases attempts: no more, as
+   * what made the odometry fail may have changed them. */
+  void knowBiases(const ImuBias& bias, double sigma_gyro, double sigma_accel);
+  /** Of the last attempt. */
+  const BiasPriors& priors() const { return priors_; }
 
   /** Whether the odometry was started at rest, and the initializer for motion has not taken over
    * yet. */
@@ -79,6 +87,7 @@ class Starter {
   bool startsAtRest(const InitializationProblem& problem);
   bool isInMotion(const KeyframeWindow& window, const InitializationProblem& problem);
   WindowOptions handoverOptions(const KeyframeWindow& window) const;
+  WindowOptions startOptions();
 
   PipelineInitializers initializers_;
   AutoOptions automatic_;
@@ -90,6 +99,9 @@ class Starter {
   TimeNs started_at_ = 0;
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();  ///< of the start, rad/s
   double sigma_gyro_bias_ = 0.0;                         ///< of the start, of the worst axis, rad/s
+  BiasPriors known_;                                     ///< after a loss
+  int attempts_with_known_ = 0;                          ///< that are still to come
+  BiasPriors priors_;
   std::vector<InitializationAttempt> attempts_;
   size_t attempts_forgotten_ = 0;
 };
