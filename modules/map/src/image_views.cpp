@@ -49,9 +49,10 @@ void ImageViews::dropAllBut(const std::vector<TimeNs>& views) {
     it = has(views, it->first) || has(pinned_, it->first) ? std::next(it) : views_.erase(it);
 }
 
-cv::Mat ImageViews::leftOf(TimeNs view) const {
+std::array<cv::Mat, 2> ImageViews::imagesOf(TimeNs view) const {
   const auto known = views_.find(view);
-  return known == views_.end() ? cv::Mat() : known->second.left[0];
+  if (known == views_.end()) return {};
+  return {known->second.left[0], known->second.right};
 }
 
 std::vector<ViewMatch> ImageViews::find(TimeNs view, const std::vector<ViewQuery>& queries) {

@@ -6,13 +6,14 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 
+#include "etalon/core/so3.h"
 #include "etalon/map/view_selection.h"
 
 namespace etalon {
 namespace {
 
 constexpr int kFeatures = 1000;
-constexpr size_t kPlacesALook = 3;
+constexpr size_t kPlacesALook = 2;
 constexpr float kRatio = 0.8F;       // of the best match's distance to the second best's
 constexpr double kCaution = 2.0;     // of the guess's standard deviations
 constexpr double kFeaturePx = 2.0;   // standard deviation of a feature's pixel
@@ -25,6 +26,23 @@ constexpr double kMinShare = 0.3;                   // of those that the place s
 constexpr double kNearest = 0.3, kFarthest = 40.0;  // m
 
 Eigen::Vector2d pixelOf(const cv::KeyPoint& keypoint) { return {keypoint.pt.x, keypoint.pt.y}; }
+
+struct Features {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;  ///< a row each
+};
+
+Features detect(const cv::Mat& image) {
+  constexpr int kLevels = 4;
+  constexpr float kScale = 1.4F;
+  constexpr int kPatch = 31;
+  constexpr int kFastThreshold = 10;  // gray levels: half of OpenCV's, for dark images
+  const auto orb = cv::ORB::create(kFeatures, kScale, kLevels, kPatch, 0, 2, cv::ORB::HARRIS_SCORE,
+                                   kPatch, kFastThreshold);
+  Features features;
+  orb->detectAndCompute(image, cv::noArray(), features.keypoints, features.descriptors);
+  return features;
+}
 
 /** Matches whose descriptor is much nearer than any other; query and train are the rows. */
 std::vector<cv::DMatch> clearMatches(const cv::Mat& query, const cv::Mat& train) {
@@ -54,7 +72,7 @@ PlaceSearch::PlaceSearch(const StereoInertialCalibration& calibration, const Map
 
 void PlaceSearch::remember(const Trajectory& keyframes) {
   for (const StampedPose& keyframe : keyframes)
-    if (!views_->leftOf(keyframe.t).empty()) places_[keyframe.t].T_WB = keyframe.T_WB;
+    if (!views_->imagesOf(keyframe.t)[0].empty()) places_[keyframe.t].T_WB = keyframe.T_WB;
   while (places_.size() > static_cast<size_t>(options_.max_keyframes)) {
     std::vector<SE3> T_WC;
     for (const auto& [t, place] : places_)
@@ -67,18 +85,16 @@ void PlaceSearch::remember(const Trajectory& keyframes) {
   next_ = 0;
 }
 
-PlaceSearch::Features PlaceSearch::detect(const cv::Mat& image) {
-  constexpr int kFastThreshold = 10;  // gray levels: half of OpenCV's, for dark images
-  const auto orb =
-      cv::ORB::create(kFeatures, 1.2F, 8, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31, kFastThreshold);
-  Features features;
-  orb->detectAndCompute(image, cv::noArray(), features.keypoints, features.descriptors);
-  return features;
+void PlaceSearch::prepareOne() {
+  const auto place = std::find_if(places_.rbegin(), places_.rend(),
+                                  [](const auto& entry) { return !entry.second.prepared; });
+  if (place != places_.rend()) prepare(place->first, &place->second);
 }
 
-PlaceSearch::Points PlaceSearch::triangulate() const {
-  Points points;
-  const Features left = detect(views_->left()), right = detect(views_->right());
+void PlaceSearch::prepare(TimeNs t, Place* place) const {
+  place->prepared = true;
+  const auto images = views_->imagesOf(t);
+  const Features left = detect(images[0]), right = detect(images[1]);
   const CameraCalibration &c0 = calibration_.cameras[0], &c1 = calibration_.cameras[1];
   const SE3 T_C1C0 = calibration_.rightFromLeft();
   const double focal = c1.model.focal().mean();
@@ -97,31 +113,32 @@ PlaceSearch::Points PlaceSearch::triangulate() const {
     const double inverse_depth = -a.dot(b) / a.squaredNorm();
     if (!(inverse_depth > 1.0 / kFarthest && inverse_depth < 1.0 / kNearest)) continue;
     const double sigma = kFeaturePx / focal;  // rad
-    const Eigen::Vector3d p_N = c0.T_BC * (*ray / inverse_depth);
-    points.landmarks.push_back(
-        seenLandmark(c0.T_BC, match.queryIdx, pixel, p_N,
-                     sigma * (p_N - c0.T_BC.t).norm() / calibration_.baseline(), sigma));
-    points.descriptors.push_back(left.descriptors.row(match.queryIdx));
+    const Eigen::Vector3d p_B = c0.T_BC * (*ray / inverse_depth);
+    place->landmarks.push_back(
+        seenLandmark(c0.T_BC, match.queryIdx, pixel, p_B,
+                     sigma * (p_B - c0.T_BC.t).norm() / calibration_.baseline(), sigma));
+    place->descriptors.push_back(left.descriptors.row(match.queryIdx));
   }
-  return points;
 }
 
-std::optional<OldView> PlaceSearch::firstGuess(const Points& points, const Features& place) const {
+std::optional<OldView> PlaceSearch::firstGuess(const Place& place,
+                                               const std::vector<cv::KeyPoint>& keypoints,
+                                               const cv::Mat& descriptors) const {
   const CameraCalibration& left = calibration_.cameras[0];
   std::vector<FoundLandmark> found;
-  std::vector<cv::Point3d> p_N;
+  std::vector<cv::Point3d> p_P;  // in the body's frame at the place
   std::vector<cv::Point2d> xy;
-  for (const cv::DMatch& match : clearMatches(points.descriptors, place.descriptors)) {
+  for (const cv::DMatch& match : clearMatches(place.descriptors, descriptors)) {
     FoundLandmark f;
     f.landmark = match.queryIdx;
-    const Eigen::Vector2d pixel = pixelOf(place.keypoints[match.trainIdx]);
+    const Eigen::Vector2d pixel = pixelOf(keypoints[match.trainIdx]);
     const auto ray = left.model.unproject(pixel);
     const auto measurement = makeMeasurement(left.model, pixel, kFeaturePx);
     if (!ray || !measurement || ray->z() <= 0.0) continue;
     f.measurements[0] = *measurement;
     found.push_back(f);
-    const Eigen::Vector3d& p = points.landmarks[f.landmark].p_N;
-    p_N.emplace_back(p.x(), p.y(), p.z());
+    const Eigen::Vector3d& p = place.landmarks[f.landmark].p_N;
+    p_P.emplace_back(p.x(), p.y(), p.z());
     xy.emplace_back(ray->x() / ray->z(), ray->y() / ray->z());
   }
   if (found.size() < kMinInliers) return std::nullopt;
@@ -129,24 +146,24 @@ std::optional<OldView> PlaceSearch::firstGuess(const Points& points, const Featu
   constexpr double kConfidence = 0.999;
   cv::Mat turn, shift;
   std::vector<int> inliers;
-  if (!cv::solvePnPRansac(p_N, xy, cv::Matx33d::eye(), cv::noArray(), turn, shift, false, kTries,
+  if (!cv::solvePnPRansac(p_P, xy, cv::Matx33d::eye(), cv::noArray(), turn, shift, false, kTries,
                           static_cast<float>(kInlierPx / left.model.focal().mean()), kConfidence,
                           inliers, cv::SOLVEPNP_P3P) ||
       inliers.size() < kMinInliers)
     return std::nullopt;
   cv::Matx33d R;
   cv::Rodrigues(turn, R);
-  SE3 T_CN;  // the place's left camera, and the current body
+  SE3 T_CP;  // the current left camera
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) T_CN.R(i, j) = R(i, j);
-    T_CN.t[i] = shift.at<double>(i);
+    for (int j = 0; j < 3; ++j) T_CP.R(i, j) = R(i, j);
+    T_CP.t[i] = shift.at<double>(i);
   }
-  OldView guess;
-  guess.T_NV = (left.T_BC * T_CN).inverse();
+  OldView guess;  // here the current frame is the view
+  guess.T_NV = (left.T_BC * T_CP).inverse();
   guess.covariance.setIdentity();  // nothing is known
   std::vector<FoundLandmark> agreed;
   for (const int i : inliers) agreed.push_back(found[i]);
-  guess = aligned(calibration_, guess, points.landmarks, agreed, 1.0);
+  guess = inverse(aligned(calibration_, guess, place.landmarks, agreed, 1.0));
   guess.covariance *= kCaution * kCaution;
   return guess;
 }
@@ -188,22 +205,43 @@ std::optional<Sighting> PlaceSearch::confirm(TimeNs place, const OldView& guess,
 }
 
 std::optional<Sighting> PlaceSearch::look(const std::vector<SeenLandmark>& landmarks) {
-  if (places_.empty() || views_->left().empty() || views_->right().empty()) return std::nullopt;
-  const Points points = triangulate();
-  if (points.landmarks.size() < kMinInliers) return std::nullopt;
+  if (places_.empty() || views_->left().empty()) return std::nullopt;
+  const Features now = detect(views_->left());
+  if (now.keypoints.empty()) return std::nullopt;
   for (size_t i = 0; i < std::min(kPlacesALook, places_.size()); ++i) {
     next_ = next_ % places_.size() + 1;
-    auto& [t, place] = *std::prev(places_.end(), static_cast<std::ptrdiff_t>(next_));
-    if (!place.features) place.features = detect(views_->leftOf(t));
-    if (place.features->keypoints.empty()) continue;
-    const auto guess = firstGuess(points, *place.features);
+    const auto& [t, place] = *std::prev(places_.end(), static_cast<std::ptrdiff_t>(next_));
+    if (place.landmarks.empty()) continue;
+    const auto guess = firstGuess(place, now.keypoints, now.descriptors);
     if (!guess) continue;
-    if (auto sighting = confirm(t, *guess, landmarks)) {
-      next_ -= 1;  // it is looked at first next time
-      return sighting;
-    }
+    if (auto sighting = confirm(t, *guess, landmarks)) return sighting;
   }
   return std::nullopt;
+}
+
+std::optional<Sighting> PlaceSearch::lookNear(const SE3& T_WN,
+                                              const Eigen::Matrix<double, 6, 6>& covariance,
+                                              const std::vector<SeenLandmark>& landmarks) const {
+  TimeNs best = 0;
+  OldView view;
+  size_t most = kMinLandmarks - 1;
+  for (const auto& [t, place] : places_) {
+    const SE3 T_NV = T_WN.inverse() * place.T_WB;
+    const auto shown = static_cast<size_t>(
+        std::count_if(landmarks.begin(), landmarks.end(),
+                      [&](const SeenLandmark& l) { return isInView(calibration_, T_NV, l); }));
+    if (shown <= most) continue;
+    best = t;
+    most = shown;
+    view.T_NV = T_NV;
+  }
+  if (most < kMinLandmarks) return std::nullopt;
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+  J.topLeftCorner<3, 3>() = -view.T_NV.R.transpose();
+  J.bottomLeftCorner<3, 3>() = hat(view.T_NV.t);
+  J.bottomRightCorner<3, 3>() = -T_WN.R.transpose();
+  view.covariance = J * covariance * J.transpose();
+  return confirm(best, view, landmarks);
 }
 
 }  // namespace etalon

@@ -98,6 +98,15 @@ Alignment align(const StereoInertialCalibration& calibration, const OldView& vie
 
 }  // namespace
 
+OldView inverse(const OldView& view) {
+  const SE3 T_VN = view.T_NV.inverse();
+  Matrix6d J = Matrix6d::Zero();
+  J.topLeftCorner<3, 3>() = -view.T_NV.R;
+  J.bottomLeftCorner<3, 3>() = hat(T_VN.t);
+  J.bottomRightCorner<3, 3>() = -T_VN.R;
+  return {T_VN, J * view.covariance * J.transpose()};
+}
+
 bool isInView(const StereoInertialCalibration& calibration, const SE3& T_NV,
               const SeenLandmark& landmark) {
   const CameraCalibration& left = calibration.cameras[0];

@@ -20,26 +20,19 @@ constexpr double kSigmaDistance = 0.02;    // share of it
 constexpr double kSigmaDirection = 0.001;  // rad
 
 /** Sightings within a second are of the same landmarks, and err alike. */
-constexpr double kAlike = 3.0;
+constexpr double kAlike = 10.0;
 /** Of the remembered keyframes, one against the others. */
-constexpr double kSigmaPlaceM = 0.005, kSigmaPlaceYaw = radians(0.1);
+const Vector4d kSigmaPlace(radians(0.1), 0.005, 0.005, 0.005);
 constexpr double kChi2Same = 18.5;  // 4 degrees of freedom, 99.9 %
 constexpr int kMinSightings = 3;
 /** Of the visual odometry between loss and start: yaw (rad), position (m). */
 const Vector4d kSigmaVisual(0.05, 0.1, 0.1, 0.1);
 /** Roll and pitch are those of the remembered world, within the error of a new start. */
 constexpr double kSameTilt = radians(3.0);
+constexpr double kSigmaTiltOfWorlds = radians(0.5);
+// When to move the world again, and when no more.
 constexpr double kBetter = 2.0;
-
-/** Of the inverse of a pose, from the pose's; [rotation by right perturbation, position]. */
-Matrix6d covarianceOfInverse(const SE3& T, const Matrix6d& covariance) {
-  const SE3 inverse = T.inverse();
-  Matrix6d J = Matrix6d::Zero();
-  J.topLeftCorner<3, 3>() = -T.R;
-  J.bottomLeftCorner<3, 3>() = hat(inverse.t);
-  J.bottomRightCorner<3, 3>() = -inverse.R;
-  return J * covariance * J.transpose();
-}
+constexpr double kSureYaw = radians(0.1), kSureM = 0.008;
 
 /** From the error [yaw, position] of a world by left perturbation to the error at p, or back. */
 Matrix4d errorAt(const Vector3d& p) {
@@ -93,19 +86,8 @@ bool Relocalizer::fuse(const SE3& T_WW0, const Matrix4d& covariance) {
   return ++estimate_.sightings >= kMinSightings;
 }
 
-Matrix4d Relocalizer::covarianceAt(const Vector3d& p_W) const {
-  const Matrix4d J = errorAt(p_W);
-  return J * estimate_.information.llt().solve(Matrix4d::Identity()) * J.transpose();
-}
-
-std::optional<Relocalization> Relocalizer::look(
-    const TrackedFrame& frame, const SE3& T_WB,
-    const std::map<LandmarkId, Eigen::Vector3d>& landmarks) {
-  if (!looking_) return std::nullopt;
-  if (estimate_.sightings > 0 && secondsBetween(first_sighting_, frame.t) > kLookS) {
-    looking_ = false;
-    return std::nullopt;
-  }
+std::optional<Sighting> Relocalizer::sight(const TrackedFrame& frame, const SE3& T_WB,
+                                           const std::map<LandmarkId, Vector3d>& landmarks) {
   const SE3 T_BW = T_WB.inverse();
   std::vector<SeenLandmark> seen;
   for (const Observation& o : frame.observations) {
@@ -114,49 +96,79 @@ std::optional<Relocalization> Relocalizer::look(
       seen.push_back(seenLandmark(calibration_.cameras[0].T_BC, o.id, o.left, T_BW * known->second,
                                   kSigmaDistance, kSigmaDirection));
   }
-  const std::optional<Sighting> sighting = places_.look(seen);
+  if (estimate_.sightings == 0) return places_.look(seen);
+  const SE3 guess = estimate_.T_WW0 * T_WB;
+  Matrix6d covariance = poseCovariance(guess);
+  covariance.diagonal().head<3>().array() += kSigmaTiltOfWorlds * kSigmaTiltOfWorlds;
+  return places_.lookNear(guess, covariance, seen);
+}
+
+std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const SE3& T_WB,
+                                                const std::map<LandmarkId, Vector3d>& landmarks) {
+  if (!looking_) return std::nullopt;
+  if (estimate_.sightings > 0 && secondsBetween(first_sighting_, frame.t) > kLookS) {
+    if (moved_) {
+      looking_ = false;
+      return std::nullopt;
+    }
+    estimate_ = Estimate();  // it was seen once or twice, by mistake
+  }
+  const std::optional<Sighting> sighting = sight(frame, T_WB, landmarks);
   if (!sighting) return std::nullopt;
-  const SE3 T_WN = sighting->T_WP * sighting->view.T_NV.inverse();
+  const OldView seen_from_place = inverse(sighting->view);
+  const SE3 T_WN = sighting->T_WP * seen_from_place.T_NV;
   // Of the turn from here to there, what is not about z.
   const Eigen::Matrix3d turn = T_WN.R * T_WB.R.transpose();
   if (!(turn(2, 2) > std::cos(kSameTilt))) return std::nullopt;
-  const SE3 T_turn = turnedAboutZ(aligningYaw(turn), Vector3d::Zero());
-  const SE3 T_WW0(T_turn.R, T_WN.t - T_turn.R * T_WB.t);
+  const double yaw = aligningYaw(turn);
+  const SE3 turned = turnedAboutZ(yaw, Vector3d::Zero());
+  const SE3 T_WW0(turned.R, T_WN.t - turned.R * T_WB.t);
 
-  Matrix6d in_place = covarianceOfInverse(sighting->view.T_NV, sighting->view.covariance);
   Eigen::Matrix<double, 4, 6> J = Eigen::Matrix<double, 4, 6>::Zero();
   J.topLeftCorner<1, 3>() = T_WN.R.row(2);
   J.bottomRightCorner<3, 3>() = sighting->T_WP.R;
-  Matrix4d at_body = kAlike * J * in_place * J.transpose();
-  at_body.diagonal() +=
-      Vector4d(kSigmaPlaceYaw, kSigmaPlaceM, kSigmaPlaceM, kSigmaPlaceM).cwiseAbs2();
-  if (!moved_) {  // repeating scenes show the same place elsewhere
+  Matrix4d covariance = kAlike * J * seen_from_place.covariance * J.transpose();
+  covariance.diagonal() += kSigmaPlace.cwiseAbs2();
+  if (!moved_) {  // scenes repeat themselves
     Vector4d d;
-    d << aligningYaw(turn), T_WN.t - T_WB.t;
-    if (d.dot((prior_ + at_body).llt().solve(d)) > kChi2Same) return std::nullopt;
+    d << yaw, T_WN.t - T_WB.t;
+    if (d.dot((prior_ + covariance).llt().solve(d)) > kChi2Same) return std::nullopt;
   }
-  const Matrix4d back = errorAt(-T_WN.t);
   if (estimate_.sightings == 0) first_sighting_ = frame.t;
-  if (!fuse(T_WW0, back * at_body * back.transpose())) return std::nullopt;
+  const Matrix4d back = errorAt(-T_WN.t);
+  if (!fuse(T_WW0, back * covariance * back.transpose())) return std::nullopt;
 
   Relocalization found;
   found.place = sighting->place;
   for (const Observation& o : sighting->observations)
     found.recalled.push_back({sighting->place, o});
-  const Matrix4d now = covarianceAt((estimate_.T_WW0 * T_WB).t);
-  const double yaw = std::sqrt(now(0, 0)),
-               position = std::sqrt(now.bottomRightCorner<3, 3>().trace());
-  if (moved_ && kBetter * yaw > sigma_yaw_ && kBetter * position > sigma_position_) return found;
-  found.moves = true;
-  found.T_WW0 = estimate_.T_WW0;
-  found.covariance.bottomRightCorner<3, 3>() = now.bottomRightCorner<3, 3>();
-  const Vector3d vertical_B = T_WB.R.row(2);
-  found.covariance.topLeftCorner<3, 3>() = now(0, 0) * vertical_B * vertical_B.transpose();
-  moved_ = true;
+  moveIfBetter(T_WB, &found);
+  return found;
+}
+
+/** Of the body's pose in the world of before, if it is there in that world. */
+Matrix6d Relocalizer::poseCovariance(const SE3& T_WB) const {
+  const Matrix4d J = errorAt(T_WB.t);
+  const Matrix4d now = J * estimate_.information.llt().solve(Matrix4d::Identity()) * J.transpose();
+  Eigen::Matrix<double, 6, 4> to_pose = Eigen::Matrix<double, 6, 4>::Zero();
+  to_pose.topLeftCorner<3, 1>() = T_WB.R.row(2).transpose();
+  to_pose.bottomRightCorner<3, 3>().setIdentity();
+  return to_pose * now * to_pose.transpose();
+}
+
+void Relocalizer::moveIfBetter(const SE3& T_WB, Relocalization* found) {
+  found->covariance = poseCovariance(estimate_.T_WW0 * T_WB);
+  const double yaw = std::sqrt(found->covariance.topLeftCorner<3, 3>().trace());
+  const double position = std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace());
+  const bool is_sure = yaw < kSureYaw && position < kSureM;
+  if (moved_ && !is_sure && kBetter * yaw > sigma_yaw_ && kBetter * position > sigma_position_)
+    return;
+  looking_ = !is_sure;
+  found->moves = moved_ = true;
+  found->T_WW0 = estimate_.T_WW0;
   sigma_yaw_ = yaw;
   sigma_position_ = position;
   estimate_.T_WW0 = SE3();
-  return found;
 }
 
 }  // namespace etalon

@@ -27,11 +27,10 @@ class ImageViews : public ViewMatcher {
 
   /** Views that dropAllBut() leaves, in increasing order; instead of those pinned before. */
   void pin(const std::vector<TimeNs>& views) { pinned_ = views; }
-  /** The left image of a view; empty if it is not kept. */
-  cv::Mat leftOf(TimeNs view) const;
-  /** The images of the current frame, as shown. */
+  /** The images of a view, left and right; empty if it is not kept. */
+  std::array<cv::Mat, 2> imagesOf(TimeNs view) const;
+  /** The left image of the current frame. */
   const cv::Mat& left() const { return current_.left[0]; }
-  const cv::Mat& right() const { return current_.right; }
 
  private:
   static constexpr int kLevels = 3;  ///< each of half the resolution of the one before

@@ -23,9 +23,10 @@ struct Sighting {
 
 /**
  * Recognises old views without knowing where the body is. ORB features (Rublee et al., ORB: An
- * efficient alternative to SIFT or SURF, ICCV 2011) of the current pair, triangulated, are matched
- * with those of a view; RANSAC over perspective three-point problems gives a first pose. From there
- * on the view is one of the map: landmarks are found in it by their patches, and must agree.
+ * efficient alternative to SIFT or SURF, ICCV 2011) of a view's pair, triangulated, are matched with
+ * those of the current left image; RANSAC over perspective three-point problems gives a first pose.
+ * From there on the view is one of the map: landmarks are found in it by their patches, and must
+ * agree.
  */
 class PlaceSearch {
  public:
@@ -38,28 +39,28 @@ class PlaceSearch {
    * as different as possible. @param keyframes T_WB, in increasing order of time */
   void remember(const Trajectory& keyframes);
 
-  /** Looks at a few of the places, at others with every call.
+  /** Triangulates the features of a place of which that is still to be done, some 20 ms. Places are
+   * looked at after that. */
+  void prepareOne();
+
+  /** Looks at two of the places, at the next ones with every call; some 15 ms.
    * @param landmarks that the current frame sees */
   std::optional<Sighting> look(const std::vector<SeenLandmark>& landmarks);
+  /** The same where it is known about where the body is: at the place that shows most of the
+   * landmarks, some 2 ms. @param covariance of T_WN: [rotation by right perturbation, position] */
+  std::optional<Sighting> lookNear(const SE3& T_WN, const Eigen::Matrix<double, 6, 6>& covariance,
+                                   const std::vector<SeenLandmark>& landmarks) const;
 
  private:
-  struct Features {
-    std::vector<cv::KeyPoint> keypoints;
-    cv::Mat descriptors;  ///< a row each
-  };
   struct Place {
     SE3 T_WB;
-    std::optional<Features> features;  ///< once it was looked at
+    bool prepared = false;
+    cv::Mat descriptors;                  ///< a row each
+    std::vector<SeenLandmark> landmarks;  ///< where they are in the body's frame there
   };
-  /** Features of the current left image, and where they are, p_N in m. */
-  struct Points {
-    cv::Mat descriptors;
-    std::vector<SeenLandmark> landmarks;
-  };
-
-  static Features detect(const cv::Mat& image);
-  Points triangulate() const;
-  std::optional<OldView> firstGuess(const Points& points, const Features& place) const;
+  void prepare(TimeNs t, Place* place) const;
+  std::optional<OldView> firstGuess(const Place& place, const std::vector<cv::KeyPoint>& keypoints,
+                                    const cv::Mat& descriptors) const;
   std::optional<Sighting> confirm(TimeNs place, const OldView& guess,
                                   const std::vector<SeenLandmark>& landmarks) const;
 

@@ -28,6 +28,9 @@ struct OldView {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
+/** The current frame against the view: T_VN and its covariance. */
+OldView inverse(const OldView& view);
+
 /** Whether the view's left camera should see the landmark, from a direction (35 degrees) and a
  * distance (a factor of two) that are not very different. */
 bool isInView(const StereoInertialCalibration& calibration, const SE3& T_NV,

@@ -24,8 +24,8 @@ struct Relocalization {
 /**
  * From a loss on it remembers keyframes of before; once the odometry runs again it looks for them.
  * The first sightings are of young landmarks, whose distances are hardly known, so it goes on
- * looking for kLookS: the world moves when three sightings agree, and again whenever they have made
- * its place twice as sure.
+ * looking, for kLookS at most: the world moves when three sightings agree with each other and with
+ * what the loss may have done, and again whenever further ones have made its place twice as sure.
  */
 class Relocalizer {
  public:
@@ -40,6 +40,9 @@ class Relocalizer {
   void lost(const Trajectory& keyframes);
   /** @param covariance of T_WB in the world of before: [rotation, position], rad and m */
   void startedAgain(const SE3& T_WB, const Eigen::Matrix<double, 6, 6>& covariance);
+
+  /** To be called once a frame while the odometry is lost. */
+  void prepare() { places_.prepareOne(); }
 
   /** To be asked at keyframes.
    * @param landmarks p_W, as the odometry knows them */
@@ -58,8 +61,10 @@ class Relocalizer {
   };
 
   bool fuse(const SE3& T_WW0, const Eigen::Matrix4d& covariance);
-  /** Of yaw (rad) and position (m) at a point of the world of before. */
-  Eigen::Matrix4d covarianceAt(const Eigen::Vector3d& p_W) const;
+  std::optional<Sighting> sight(const TrackedFrame& frame, const SE3& T_WB,
+                                const std::map<LandmarkId, Eigen::Vector3d>& landmarks);
+  Eigen::Matrix<double, 6, 6> poseCovariance(const SE3& T_WB) const;
+  void moveIfBetter(const SE3& T_WB, Relocalization* found);
 
   StereoInertialCalibration calibration_;
   PlaceSearch places_;
