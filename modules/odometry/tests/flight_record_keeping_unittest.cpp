@@ -77,6 +77,16 @@ TEST_F(RecordKeeping, AFrameMayBecomeAKeyframeOneFrameLater) {
   EXPECT_EQ(positions(), (std::vector<double>{0.0, 3.0, 5.0, 6.0}));
 }
 
+TEST_F(RecordKeeping, WhatCameSinceTheLastLossMovesWithTheWorld) {
+  for (int k = 0; k < 3; ++k) add(k, true, nullptr);
+  record_.interrupt();
+  for (int k = 3; k < 5; ++k) add(k, true, nullptr);
+  record_.moveWorld(at(100.0));
+  EXPECT_EQ(positions(), (std::vector<double>{0.0, 1.0, 2.0, 103.0, 104.0}));
+  add(5, true, nullptr);  // by the odometry, whose world has moved, too
+  EXPECT_EQ(positions().back(), 5.0);
+}
+
 TEST_F(RecordKeeping, LandmarksAreTakenAtKeyframesAndStayWhereTheyWereLastKnown) {
   ToldOdometry odometry;
   odometry.landmarks_ = {{1, Vector3d(1, 1, 1)}, {2, Vector3d(2, 2, 2)}};

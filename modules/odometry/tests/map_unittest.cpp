@@ -15,6 +15,7 @@ namespace etalon {
 namespace {
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;
+using fixed_lag::Matrix15d;
 
 FixedLagOptions mapOptionsFor(const SimulatedFlight& flight) {
   FixedLagOptions options;
@@ -220,6 +221,28 @@ TEST(OdometryWithMap, WhatIsFoundWronglyIsLeftOut) {
     wrong += lateError(outputs, flown, 10.0);
   }
   EXPECT_LT(wrong, 1.5 * with);
+}
+
+TEST(OdometryWithMap, AWorldThatMovesChangesNothingElse) {
+  const SimulatedFlight flown = flight(4, 12.0);
+  const SE3 T(expSO3({0.0, 0.0, 0.7}), {3.0, -2.0, 1.0});
+  FixedLagOdometry stays(flown.calibration, mapOptionsFor(flown)),
+      moves(flown.calibration, mapOptionsFor(flown));
+  const OdometryStart start = flown.startAt(0, startSigma(), 7);
+  stays.start(start, flown.frames[0]);
+  moves.start(start, flown.frames[0]);
+  for (size_t i = 1; i < flown.frames.size(); ++i) {
+    const OdometryOutput a = stays.process(flown.frames[i], flown.between(i - 1, i));
+    const OdometryOutput b = moves.process(flown.frames[i], flown.between(i - 1, i));
+    if (i == 60) ASSERT_TRUE(moves.moveWorld(T));
+    if (i <= 60) continue;
+    const Eigen::Matrix<double, 15, 1> d = b.state.minus(a.state.moved(T));
+    ASSERT_LT(d.cwiseAbs().maxCoeff(), 1e-6) << "frame " << i << ": " << d.transpose();
+    const auto turn = errorsTurned(T.R);
+    const Matrix15d expected = turn * a.covariance * turn.transpose();
+    ASSERT_LT((b.covariance - expected).norm(), 1e-5 * expected.norm());
+    ASSERT_EQ(a.keyframe, b.keyframe);
+  }
 }
 
 }  // namespace

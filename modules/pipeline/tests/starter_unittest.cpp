@@ -89,6 +89,40 @@ std::vector<std::vector<int>> attemptsAt(const WindowOptions& options, bool wind
   return at;
 }
 
+TEST(Starter, BiasesFromBeforeALossArePriorsForAWhile) {
+  const testing::SyntheticWindowOptions window_options;
+  const testing::SyntheticWindow synthetic = testing::makeSyntheticWindow(window_options);
+  const InitializationProblem problem = testing::makeProblem(synthetic, window_options);
+  KeyframeWindow window(3, 4.0);
+  for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
+  PipelineInitializers initializers;
+  initializers.initializer =
+      std::make_shared<Scripted>([](const InitializationProblem&) -> InitializationResult {
+        return refuse(RefusalStatus::kTooFewTracks, "none");
+      });
+  WindowOptions options;
+  options.priors.sigma_gyro_rps = 0.02;
+  Starter starter(initializers, {}, options, {}, false);
+  std::vector<BiasPriors> priors;
+  const auto make = [&](const WindowOptions& o) {
+    priors.push_back(o.priors);
+    return problem;
+  };
+  starter.attempt(&window, make);
+  const ImuBias known{{0.01, 0.02, 0.03}, {0.1, 0.2, 0.3}};
+  starter.knowBiases(known, 0.05, 0.03);
+  for (int i = 0; i <= Starter::kAttemptsWithKnownBiases; ++i) starter.attempt(&window, make);
+  EXPECT_EQ(priors[0].mean.accel, options.priors.mean.accel);
+  for (int i = 1; i <= Starter::kAttemptsWithKnownBiases; ++i) {
+    EXPECT_EQ(priors[i].mean.accel, known.accel);
+    EXPECT_EQ(priors[i].mean.gyro, known.gyro);
+    EXPECT_EQ(priors[i].sigma_accel_mps2, 0.03);
+    EXPECT_EQ(priors[i].sigma_gyro_rps, 0.02);  // never wider than without
+  }
+  EXPECT_EQ(priors.back().mean.accel, options.priors.mean.accel);
+  EXPECT_EQ(starter.priors().sigma_accel_mps2, options.priors.sigma_accel_mps2);
+}
+
 TEST(Starter, WhatLacksNothingButASecondWindowHasOneSooner) {
   WindowOptions options;
   options.refine = false;
