@@ -246,7 +246,7 @@ void Pipeline::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
   output->covariance = (turn * output->covariance * turn.transpose()).eval();
   char text[120];
   std::snprintf(text, sizeof text,
-                "a place from %.1f s ago is recognized; the pose is what it was by it",
+                "a place from %.1f s ago is recognized, and the pose is corrected by it",
                 secondsBetween(found->place, frame.t));
   events_.push_back({output->t, state_, text, true,
                      PoseJump{before.inverse() * output->state.T_WB, found->covariance}});
