@@ -5,18 +5,19 @@
 #   scripts/make_odometry_tables.sh RECORDINGS OUT [TABLE]...
 #
 # TABLE: whole (runs by default, with the final adjustment), faults (a grid of them), starts (twelve by every initializer, to the end: more than an hour),
-# first_seconds (what a better start buys), survival (the shipped faults over the seven recordings); without: all of them.
+# first_seconds (what a better start buys), survival (the shipped faults over the seven recordings), losses (seven seconds of covered lenses,
+# and back to where it was or not); without: all of them.
 # RECORDINGS has, made by render_sequence, MH_01_easy, MH_03_medium, MH_04_difficult, V1_01_easy, V1_02_medium, V2_01_easy and
 # V2_02_medium with seed 1, those of docs/odometry_results.md ("Whole recordings"), and MH_01_easy_real.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-[[ $# -ge 2 && $1 != -* ]] || { sed -n '2,10p' "$0"; exit 2; }
+[[ $# -ge 2 && $1 != -* ]] || { sed -n '2,11p' "$0"; exit 2; }
 etalon=${ETALON_BINARY:-$here/build/release/bin/etalon}
 mkdir -p "$2"
 recordings=$(realpath "$1") out=$(realpath "$2")
 shift 2
 tables=("$@")
-((${#tables[@]})) || tables=(whole faults starts first_seconds survival)
+((${#tables[@]})) || tables=(whole faults starts first_seconds survival losses)
 seven=(MH_01_easy MH_03_medium MH_04_difficult V1_01_easy V1_02_medium V2_01_easy V2_02_medium)
 cd "$recordings"
 
@@ -52,12 +53,16 @@ first_seconds() {
 survival() {
   trial survival "${seven[@]}" --starts 3 --faults "$here/config/faults.ini"
 }
+losses() {
+  trial losses "${seven[@]}" --from 10,20,30,40 --seconds 40 --faults "$here/config/losses.ini" --settings back:map.relocalize=true \
+    --settings stays:map.relocalize=false --ate-limit 5
+}
 
 for table in "${tables[@]}"; do
   case "$table" in
-    whole | faults | starts | first_seconds | survival) ;;
+    whole | faults | starts | first_seconds | survival | losses) ;;
     *)
-      echo "make_odometry_tables.sh: unknown table '$table'; expected whole, faults, starts, first_seconds or survival" >&2
+      echo "make_odometry_tables.sh: unknown table '$table'; expected whole, faults, starts, first_seconds, survival or losses" >&2
       exit 2
       ;;
   esac

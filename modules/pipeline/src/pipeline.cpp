@@ -160,7 +160,8 @@ void Pipeline::follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>
   output.t = t;
   if (output.unlocated_s > 0.0) ++frames_not_located_;
   if (output.inertial) judge(output, tracked);
-  if (relocalizer_ && state_ == PipelineState::kLost) relocalizer_->prepare();
+  if (relocalizer_ && (state_ == PipelineState::kLost || relocalizer_->isLooking()))
+    relocalizer_->prepare();
   if (output.keyframe && state_ == PipelineState::kInertial) relocalize(frame, &output);
   keep(output);
   frame.t = t;

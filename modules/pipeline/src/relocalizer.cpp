@@ -25,6 +25,7 @@ constexpr double kAlike = 10.0;
 const Vector4d kSigmaPlace(radians(0.1), 0.005, 0.005, 0.005);
 constexpr double kChi2Same = 18.5;  // 4 degrees of freedom, 99.9 %
 constexpr int kMinSightings = 3;
+constexpr double kAgreeWithinS = 3.0;
 /** Of the visual odometry between loss and start: yaw (rad), position (m). */
 const Vector4d kSigmaVisual(0.05, 0.1, 0.1, 0.1);
 /** Roll and pitch are those of the remembered world, within the error of a new start. */
@@ -106,13 +107,11 @@ std::optional<Sighting> Relocalizer::sight(const TrackedFrame& frame, const SE3&
 std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const SE3& T_WB,
                                                 const std::map<LandmarkId, Vector3d>& landmarks) {
   if (!looking_) return std::nullopt;
-  if (estimate_.sightings > 0 && secondsBetween(first_sighting_, frame.t) > kLookS) {
-    if (moved_) {
-      looking_ = false;
-      return std::nullopt;
-    }
-    estimate_ = Estimate();  // it was seen once or twice, by mistake
-  }
+  const double since_first =
+      estimate_.sightings > 0 ? secondsBetween(first_sighting_, frame.t) : 0.0;
+  looking_ = !moved_ || since_first < kLookS;
+  if (!looking_) return std::nullopt;
+  if (!moved_ && since_first > kAgreeWithinS) estimate_ = Estimate();  // that was another place
   const std::optional<Sighting> sighting = sight(frame, T_WB, landmarks);
   if (!sighting) return std::nullopt;
   const OldView seen_from_place = inverse(sighting->view);

@@ -41,7 +41,7 @@ class Relocalizer {
   /** @param covariance of T_WB in the world of before: [rotation, position], rad and m */
   void startedAgain(const SE3& T_WB, const Eigen::Matrix<double, 6, 6>& covariance);
 
-  /** To be called once a frame while the odometry is lost. */
+  /** To be called once a frame while the odometry is lost or isLooking(). */
   void prepare() { places_.prepareOne(); }
 
   /** To be asked at keyframes.
@@ -69,8 +69,8 @@ class Relocalizer {
   StereoInertialCalibration calibration_;
   PlaceSearch places_;
   bool looking_ = false;
-  Eigen::Matrix4d prior_ =
-      Eigen::Matrix4d::Zero();  ///< covariance of yaw and position at the start
+  /** Covariance of yaw and position when the odometry started again, rad and m. */
+  Eigen::Matrix4d prior_ = Eigen::Matrix4d::Zero();
   TimeNs first_sighting_ = 0;
   Estimate estimate_;
   bool moved_ = false;
