@@ -23,7 +23,8 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
                        const OdometryOutput& output, const Odometry* odometry) {
   if (!beginning_) {
     const auto& seen = frame.observations;
-    beginning_ = Beginning{stamp, seen.empty() ? 0 : seen.front().id};
+    const LandmarkId next = landmarks_.empty() ? 0 : landmarks_.rbegin()->first + 1;
+    beginning_ = Beginning{stamp, seen.empty() ? next : seen.front().id};
   }
   if (output.previous_keyframe && last_) keepLast();
   // Neighbouring pieces share the sample at the frame between them.

@@ -78,11 +78,16 @@ TEST_F(RecordKeeping, AFrameMayBecomeAKeyframeOneFrameLater) {
 }
 
 TEST_F(RecordKeeping, WhatCameSinceTheLastLossMovesWithTheWorld) {
-  for (int k = 0; k < 3; ++k) add(k, true, nullptr);
+  ToldOdometry before, after;
+  before.landmarks_ = {{1, Vector3d(1, 0, 0)}, {2, Vector3d(2, 0, 0)}};
+  after.landmarks_ = {{3, Vector3d(3, 0, 0)}};
+  for (int k = 0; k < 3; ++k) add(k, true, &before);
   record_.interrupt();
-  for (int k = 3; k < 5; ++k) add(k, true, nullptr);
+  for (int k = 3; k < 5; ++k) add(k, true, &after);
   record_.moveWorld(at(100.0));
   EXPECT_EQ(positions(), (std::vector<double>{0.0, 1.0, 2.0, 103.0, 104.0}));
+  EXPECT_EQ(record_.landmarks().at(2), Vector3d(2, 0, 0));
+  EXPECT_EQ(record_.landmarks().at(3), Vector3d(103, 0, 0));
   add(5, true, nullptr);  // by the odometry, whose world has moved, too
   EXPECT_EQ(positions().back(), 5.0);
 }
