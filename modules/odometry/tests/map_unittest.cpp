@@ -234,7 +234,9 @@ TEST(OdometryWithMap, AWorldThatMovesChangesNothingElse) {
   for (size_t i = 1; i < flown.frames.size(); ++i) {
     const OdometryOutput a = stays.process(flown.frames[i], flown.between(i - 1, i));
     const OdometryOutput b = moves.process(flown.frames[i], flown.between(i - 1, i));
-    if (i == 60) ASSERT_TRUE(moves.moveWorld(T));
+    if (i == 60) {
+      ASSERT_TRUE(moves.moveWorld(T));
+    }
     if (i <= 60) continue;
     const Eigen::Matrix<double, 15, 1> d = b.state.minus(a.state.moved(T));
     ASSERT_LT(d.cwiseAbs().maxCoeff(), 1e-6) << "frame " << i << ": " << d.transpose();
