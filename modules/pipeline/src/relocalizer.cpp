@@ -42,6 +42,16 @@ Matrix4d errorAt(const Vector3d& p) {
   return J;
 }
 
+/** The error [yaw, position in W] from that of a pose, [rotation by right perturbation, position in
+ * axes that R_WA turns to W's]. */
+Eigen::Matrix<double, 4, 6> yawAndPosition(const Eigen::Matrix3d& R_WB,
+                                           const Eigen::Matrix3d& R_WA) {
+  Eigen::Matrix<double, 4, 6> J = Eigen::Matrix<double, 4, 6>::Zero();
+  J.topLeftCorner<1, 3>() = R_WB.row(2);
+  J.bottomRightCorner<3, 3>() = R_WA;
+  return J;
+}
+
 SE3 turnedAboutZ(double yaw, const Vector3d& t) {
   return {Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix(), t};
 }
@@ -60,9 +70,7 @@ void Relocalizer::lost(const Trajectory& keyframes) {
 
 void Relocalizer::startedAgain(const SE3& T_WB, const Matrix6d& covariance) {
   looking_ = true;
-  Eigen::Matrix<double, 4, 6> J = Eigen::Matrix<double, 4, 6>::Zero();
-  J.topLeftCorner<1, 3>() = T_WB.R.row(2);
-  J.bottomRightCorner<3, 3>().setIdentity();
+  const auto J = yawAndPosition(T_WB.R, Eigen::Matrix3d::Identity());
   prior_ = J * covariance * J.transpose();
   prior_.diagonal() += kSigmaVisual.cwiseAbs2();
   moved_ = false;
@@ -123,9 +131,7 @@ std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const
   const SE3 turned = turnedAboutZ(yaw, Vector3d::Zero());
   const SE3 T_WW0(turned.R, T_WN.t - turned.R * T_WB.t);
 
-  Eigen::Matrix<double, 4, 6> J = Eigen::Matrix<double, 4, 6>::Zero();
-  J.topLeftCorner<1, 3>() = T_WN.R.row(2);
-  J.bottomRightCorner<3, 3>() = sighting->T_WP.R;
+  const auto J = yawAndPosition(T_WN.R, sighting->T_WP.R);
   Matrix4d covariance = kAlike * J * seen_from_place.covariance * J.transpose();
   covariance.diagonal() += kSigmaPlace.cwiseAbs2();
   if (!moved_) {  // scenes repeat themselves
@@ -149,10 +155,8 @@ std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const
 Matrix6d Relocalizer::poseCovariance(const SE3& T_WB) const {
   const Matrix4d J = errorAt(T_WB.t);
   const Matrix4d now = J * estimate_.information.llt().solve(Matrix4d::Identity()) * J.transpose();
-  Eigen::Matrix<double, 6, 4> to_pose = Eigen::Matrix<double, 6, 4>::Zero();
-  to_pose.topLeftCorner<3, 1>() = T_WB.R.row(2).transpose();
-  to_pose.bottomRightCorner<3, 3>().setIdentity();
-  return to_pose * now * to_pose.transpose();
+  const auto from_pose = yawAndPosition(T_WB.R, Eigen::Matrix3d::Identity());
+  return from_pose.transpose() * now * from_pose;
 }
 
 void Relocalizer::moveIfBetter(const SE3& T_WB, Relocalization* found) {
