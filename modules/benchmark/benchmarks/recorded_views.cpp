@@ -12,7 +12,8 @@ double cpuMilliseconds() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-RecordedViews::RecordedViews(const std::string& source) : recording_(openRecording(source)) {}
+RecordedViews::RecordedViews(const std::string& source)
+    : recording_(openRecording(source)), views_(recording_->calibration()) {}
 
 double RecordedViews::takeReadingMilliseconds() { return std::exchange(reading_ms_, 0.0); }
 

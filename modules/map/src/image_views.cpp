@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "view_features.h"
+
 namespace etalon {
 namespace {
 
@@ -21,6 +23,7 @@ void ImageViews::show(const cv::Mat& left, const cv::Mat& right) {
   for (size_t level = 1; level < kLevels; ++level) current_.left[level] = cv::Mat();
   current_.right = right;
   patches_.clear();
+  current_features_.reset();
 }
 
 const AnchorPatch& ImageViews::patchOf(const ViewQuery& query, size_t level) {
@@ -49,10 +52,22 @@ void ImageViews::dropAllBut(const std::vector<TimeNs>& views) {
     it = has(views, it->first) || has(pinned_, it->first) ? std::next(it) : views_.erase(it);
 }
 
-std::array<cv::Mat, 2> ImageViews::imagesOf(TimeNs view) const {
+bool ImageViews::prepare(TimeNs view) {
   const auto known = views_.find(view);
-  if (known == views_.end()) return {};
-  return {known->second.left[0], known->second.right};
+  if (known == views_.end() || known->second.features) return false;
+  View& of = known->second;
+  of.features =
+      std::make_shared<const ViewFeatures>(triangulateFeatures(calibration_, of.left[0], of.right));
+  return true;
+}
+
+std::optional<OldView> ImageViews::recognize(TimeNs view) {
+  const auto known = views_.find(view);
+  if (known == views_.end() || !known->second.features || current_.left[0].empty())
+    return std::nullopt;
+  if (!current_features_)
+    current_features_ = std::make_shared<const ImageFeatures>(detectFeatures(current_.left[0]));
+  return viewByFeatures(calibration_, *known->second.features, *current_features_);
 }
 
 std::vector<ViewMatch> ImageViews::find(TimeNs view, const std::vector<ViewQuery>& queries) {

@@ -80,7 +80,7 @@ Alignment align(const StereoInertialCalibration& calibration, const OldView& vie
     Matrix6d H = prior;
     Vector6d g = prior * at.d;
     for (const FoundLandmark& f : found)
-      for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+      for (size_t camera = 0; camera < (f.match.has_right ? 2u : 1u); ++camera) {
         const auto residual =
             residualOf(calibration, camera, moved(view.T_NV, at.d), landmarks[f.landmark],
                        f.measurements[camera], pixel_variance);
@@ -97,6 +97,16 @@ Alignment align(const StereoInertialCalibration& calibration, const OldView& vie
 }
 
 }  // namespace
+
+SeenLandmark seenLandmark(const SE3& T_BC, LandmarkId id, const Eigen::Vector2d& pixel,
+                          const Eigen::Vector3d& p_N, double sigma_distance,
+                          double sigma_direction) {
+  const Eigen::Vector3d ray = p_N - T_BC.t;
+  const double across = std::pow(sigma_direction, 2) * ray.squaredNorm();
+  SeenLandmark landmark{id, pixel, p_N, across * Eigen::Matrix3d::Identity()};
+  landmark.covariance += std::pow(sigma_distance, 2) * ray * ray.transpose();
+  return landmark;
+}
 
 OldView inverse(const OldView& view) {
   const SE3 T_VN = view.T_NV.inverse();
@@ -158,8 +168,9 @@ std::optional<FoundLandmark> foundLandmark(const StereoInertialCalibration& cali
   FoundLandmark found;
   found.landmark = landmark;
   found.measurements[0] = *left;
-  found.has_right = match.has_right && right;
-  if (found.has_right) found.measurements[1] = *right;
+  found.match = match;
+  found.match.has_right = match.has_right && right;
+  if (found.match.has_right) found.measurements[1] = *right;
   return found;
 }
 
@@ -170,7 +181,7 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
   std::vector<FoundLandmark> gated;
   for (const FoundLandmark& f : found) {
     bool agrees = true;
-    for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+    for (size_t camera = 0; camera < (f.match.has_right ? 2u : 1u); ++camera) {
       const auto at = residualOf(calibration, camera, view.T_NV, landmarks[f.landmark],
                                  f.measurements[camera], pixel_variance);
       agrees = agrees && at &&
@@ -184,7 +195,7 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
   std::vector<FoundLandmark> inliers;
   for (const FoundLandmark& f : gated) {
     bool agrees = true;
-    for (size_t camera = 0; camera < (f.has_right ? 2u : 1u); ++camera) {
+    for (size_t camera = 0; camera < (f.match.has_right ? 2u : 1u); ++camera) {
       const auto at = residualOf(calibration, camera, moved(view.T_NV, d), landmarks[f.landmark],
                                  f.measurements[camera], pixel_variance);
       agrees = agrees && at && at->r.dot(at->S.inverse() * at->r) < options.chi2_gate;

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "etalon/simulation/euroc_rig.h"
+
 namespace etalon {
 namespace {
 
@@ -70,7 +72,7 @@ class ImageViewsTest : public ::testing::Test {
   cv::Mat current_ = texture(1);
   Motion motion_{(Matrix2d() << 1.06, -0.08, 0.07, 0.97).finished(), {6.3, -4.6}};
   Motion right_{(Matrix2d() << 1.06, -0.08, 0.07, 0.97).finished(), {-8.2, -4.6}};
-  ImageViews views_;
+  ImageViews views_{eurocCalibration()};
 };
 
 TEST_F(ImageViewsTest, FindsLandmarksToAFractionOfAPixelFromAFarGuess) {

@@ -56,7 +56,7 @@ struct Scene {
       const auto m = pixel ? makeMeasurement(c.model, *pixel + noise + error, kSigmaPx)
                            : std::optional<ReprojectionMeasurement>();
       if (m) f.measurements[camera] = *m;
-      f.has_right = m.has_value();
+      f.match.has_right = m.has_value();
     }
     found.push_back(f);
   }

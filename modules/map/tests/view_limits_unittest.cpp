@@ -128,7 +128,7 @@ TEST(ViewSelectionLimits, DistancesAndAnglesCountAsConfigured) {
 }
 
 TEST(ImageViewsLimits, WithoutImagesNothingIsKeptNorFound) {
-  ImageViews views;
+  ImageViews views{eurocCalibration()};
   EXPECT_FALSE(views.keep(1));  // nothing was shown
   views.show(cv::Mat(), cv::Mat());
   EXPECT_FALSE(views.keep(1));

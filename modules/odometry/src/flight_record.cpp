@@ -13,6 +13,34 @@ namespace {
  * so that the samples kept between two keyframes stay few. */
 constexpr size_t kMostSamples = 2000;
 
+/** Index of the pose with that stamp. */
+std::optional<size_t> poseAt(const Trajectory& trajectory, TimeNs t) {
+  const auto pose =
+      std::lower_bound(trajectory.begin(), trajectory.end(), t,
+                       [](const StampedPose& of, TimeNs stamp) { return of.t < stamp; });
+  if (pose == trajectory.end() || pose->t != t) return std::nullopt;
+  return pose - trajectory.begin();
+}
+
+/** Poses between two that the IMU alone told, so that they end at what the images show and not at
+ * what it predicted there. */
+void bend(const Trajectory& told, size_t first, size_t last, const NavState& predicted,
+          const NavState& seen, Trajectory* bent) {
+  // A cubic: the error of the position and its derivative are zero at the beginning and known at the
+  // end. That of a constant acceleration is one, and so is the most likely one of accelerations that
+  // are white noise.
+  const double T = secondsBetween(told[first].t, told[last].t);
+  const Eigen::Vector3d shift = seen.T_WB.t - predicted.T_WB.t,
+                        change = T * (seen.v_WB - predicted.v_WB);
+  const Eigen::Vector3d turn = logSO3(predicted.T_WB.R.transpose() * seen.T_WB.R);
+  for (size_t k = first + 1; k < last; ++k) {
+    const double u = secondsBetween(told[first].t, told[k].t) / T;
+    SE3& pose = (*bent)[k].T_WB;
+    pose.R = told[k].T_WB.R * expSO3(u * turn);
+    pose.t = told[k].T_WB.t + u * u * ((3.0 - 2.0 * u) * shift + (u - 1.0) * change);
+  }
+}
+
 }  // namespace
 
 FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
@@ -26,13 +54,14 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
     const LandmarkId next = landmarks_.empty() ? 0 : landmarks_.rbegin()->first + 1;
     beginning_ = Beginning{stamp, seen.empty() ? next : seen.front().id};
   }
+  if (output.recognition) moveAfter(*output.recognition);
   if (output.previous_keyframe && last_) keepLast();
   // Neighbouring pieces share the sample at the frame between them.
   imu_.insert(imu_.end(), imu.begin() + (imu_.empty() || imu.empty() ? 0 : 1), imu.end());
   imu_missing_ = imu_missing_ || output.imu_missing;
   last_ = Keyframe{stamp, output.state, frame, {}, false, {}};
-  if (output.keyframe || imu_.size() > kMostSamples) keepLast();
-  noteBlindPiece(stamp, output);
+  noteBlindPiece(stamp, frame, output);
+  if (output.keyframe || (imu_.size() > kMostSamples && !is_blind_)) keepLast();
   recall(output.recalled);
   if (!odometry) return;
   for (const StampedPose& pose : odometry->keyframes()) {
@@ -70,33 +99,40 @@ void FlightRecord::keepLast() {
   imu_missing_ = false;
 }
 
-void FlightRecord::noteBlindPiece(TimeNs stamp, const OdometryOutput& output) {
+void FlightRecord::noteBlindPiece(TimeNs stamp, const TrackedFrame& frame,
+                                  const OdometryOutput& output) {
   const bool seeing = output.unlocated_s == 0.0 || output.used > 0;
   if (seeing && is_blind_ && seen_at_ && output.predicted)
-    blind_pieces_.push_back({*seen_at_, stamp, *output.predicted, output.state});
+    blind_pieces_.push_back({*seen_at_, stamp, *output.predicted, output.state,
+                             frame.observations.empty() ? 0 : frame.observations.front().id});
   if (seeing) seen_at_ = stamp;
   is_blind_ = !seeing;
 }
 
 Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
-  Trajectory bent = causal;
-  const auto earlier = [](const StampedPose& pose, TimeNs t) { return pose.t < t; };
-  for (const BlindPiece& piece : blind_pieces_) {
-    auto pose = std::lower_bound(bent.begin(), bent.end(), piece.from, earlier);
-    const auto end = std::lower_bound(pose, bent.end(), piece.to, earlier);
-    if (end == bent.end() || end->t != piece.to) continue;
-    // The error of the position is v t + a t^2 / 2; it and its derivative are known at the end.
-    const NavState &told = piece.predicted, &seen = piece.seen;
-    const double T = secondsBetween(piece.from, piece.to);
-    const Eigen::Vector3d shift = seen.T_WB.t - told.T_WB.t, change = T * (seen.v_WB - told.v_WB);
-    const Eigen::Vector3d turn = logSO3(told.T_WB.R.transpose() * seen.T_WB.R);
-    for (; pose != end; ++pose) {
-      const double u = secondsBetween(piece.from, pose->t) / T;
-      pose->T_WB.R = pose->T_WB.R * expSO3(u * turn);
-      pose->T_WB.t += u * (2.0 * shift - change) + u * u * (change - shift);
-    }
+  struct Piece {
+    const BlindPiece* told;
+    size_t first, last;  // poses
+  };
+  std::vector<Piece> pieces;
+  for (const BlindPiece& told : blind_pieces_) {
+    const auto first = poseAt(causal, told.from), last = poseAt(causal, told.to);
+    if (first && last) pieces.push_back({&told, *first, *last});
   }
-  return carriedAlong(bent, smoothed_);
+  // To where the next image showed the platform at once, and then to where it is known to have been.
+  Trajectory bent = causal;
+  for (const Piece& piece : pieces)
+    bend(causal, piece.first, piece.last, piece.told->predicted, piece.told->seen, &bent);
+  Trajectory smoothed = carriedAlong(bent, smoothed_);
+  for (const auto& [told, first, last] : pieces) {
+    const SE3 at_end = smoothed[last].T_WB * told->seen.T_WB.inverse();
+    const SE3 at_begin = smoothed[first].T_WB * causal[first].T_WB.inverse();
+    Trajectory begins_right = causal;
+    for (size_t k = first; k < last; ++k) begins_right[k].T_WB = at_begin * causal[k].T_WB;
+    bend(begins_right, first, last, told->predicted.moved(at_begin), told->seen.moved(at_end),
+         &smoothed);
+  }
+  return smoothed;
 }
 
 void FlightRecord::recall(const std::vector<RecalledObservation>& recalled) {
@@ -109,18 +145,27 @@ void FlightRecord::recall(const std::vector<RecalledObservation>& recalled) {
 }
 
 void FlightRecord::moveWorld(const SE3& T_WW0) {
-  if (!beginning_) return;
+  if (beginning_) moveFrom(*beginning_, T_WW0);
+}
+
+/** The odometry has moved its poses since it was blind. */
+void FlightRecord::moveAfter(const Recognition& recognition) {
+  const auto first =
+      std::upper_bound(odometry_times_.begin(), odometry_times_.end(), recognition.after);
+  if (first == odometry_times_.end()) return;
+  const TimeNs stamp = smoothed_[first - odometry_times_.begin()].t;
+  for (const BlindPiece& piece : blind_pieces_)
+    if (piece.to >= stamp) return moveFrom({stamp, piece.first_landmark}, recognition.T_WW0);
+}
+
+void FlightRecord::moveFrom(const Beginning& beginning, const SE3& T_WW0) {
+  const TimeNs from = beginning.stamp;
   for (StampedPose& pose : smoothed_)
-    if (pose.t >= beginning_->stamp) pose.T_WB = T_WW0 * pose.T_WB;
+    if (pose.t >= from) pose.T_WB = T_WW0 * pose.T_WB;
   for (Keyframe& keyframe : keyframes_)
-    if (keyframe.stamp >= beginning_->stamp) keyframe.state = keyframe.state.moved(T_WW0);
+    if (keyframe.stamp >= from) keyframe.state = keyframe.state.moved(T_WW0);
   if (last_) last_->state = last_->state.moved(T_WW0);
-  for (BlindPiece& piece : blind_pieces_) {
-    if (piece.from < beginning_->stamp) continue;
-    piece.predicted = piece.predicted.moved(T_WW0);
-    piece.seen = piece.seen.moved(T_WW0);
-  }
-  for (auto it = landmarks_.lower_bound(beginning_->first_landmark); it != landmarks_.end(); ++it)
+  for (auto it = landmarks_.lower_bound(beginning.first_landmark); it != landmarks_.end(); ++it)
     it->second = T_WW0 * it->second;
 }
 

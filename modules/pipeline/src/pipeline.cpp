@@ -54,7 +54,7 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
   options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
   options_.fixed_lag.imu_noise = noise_;
   if (options.map.enabled && options.odometry_kind != kStereoVisual)
-    views_ = std::make_shared<ImageViews>();
+    views_ = std::make_shared<ImageViews>(calibration);
   if (views_ && options.map.relocalize)
     relocalizer_.emplace(calibration, options.map, options.window.odometry.sigma_px, views_);
   front_bias_ = bias_;
@@ -162,7 +162,14 @@ void Pipeline::follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>
   if (output.inertial) judge(output, tracked);
   if (relocalizer_ && (state_ == PipelineState::kLost || relocalizer_->isLooking()))
     relocalizer_->prepare();
-  if (output.keyframe && state_ == PipelineState::kInertial) relocalize(frame, &output);
+  if (output.recognition) {
+    const SE3 T_WB_before = output.recognition->T_WW0.inverse() * output.state.T_WB;
+    noteRecognition(
+        t, secondsBetween(output.recognition->keyframe, frame.t),
+        {T_WB_before.inverse() * output.state.T_WB, output.covariance.topLeftCorner<6, 6>()});
+  } else if (output.keyframe && state_ == PipelineState::kInertial) {
+    relocalize(frame, &output);
+  }
   keep(output);
   frame.t = t;
   if (output.inertial && state_ == PipelineState::kLost) followVisually(output.state, frame);
@@ -245,12 +252,16 @@ void Pipeline::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
   output->state = output->state.moved(found->T_WW0);
   const auto turn = errorsTurned(found->T_WW0.R);
   output->covariance = (turn * output->covariance * turn.transpose()).eval();
+  noteRecognition(output->t, secondsBetween(found->place, frame.t),
+                  {before.inverse() * output->state.T_WB, found->covariance});
+}
+
+void Pipeline::noteRecognition(TimeNs t, double seconds_ago, const PoseJump& jump) {
   char text[120];
   std::snprintf(text, sizeof text,
                 "a place from %.1f s ago is recognized, and the pose is corrected by it",
-                secondsBetween(found->place, frame.t));
-  events_.push_back({output->t, state_, text, true,
-                     PoseJump{before.inverse() * output->state.T_WB, found->covariance}});
+                seconds_ago);
+  events_.push_back({t, state_, text, true, jump});
 }
 
 Trajectory Pipeline::smoothedTrajectory() const { return record_.smoothedFlight(trajectory()); }

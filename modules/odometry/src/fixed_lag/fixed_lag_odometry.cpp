@@ -47,6 +47,8 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
 
 class FixedLagOdometry::Impl {
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
+  static constexpr double kAstrayAfterS = 1.0;  ///< without images
+  static constexpr double kLookS = 20.0;        ///< for old keyframes after that
 
  public:
   const fixed_lag::Window& window() const { return window_; }
@@ -91,6 +93,7 @@ class FixedLagOdometry::Impl {
       window_.states.front().is_view = views_->keep(frame.t);
     }
     located_at_ = frame.t;
+    astray_.reset();
     OdometryOutput out;
     out.t = frame.t;
     out.state = start.state;
@@ -136,6 +139,7 @@ class FixedLagOdometry::Impl {
       // One step is enough to know where to look.
       solver_.solve(&window_, 1, false);
       out.recalled = recall_.recall(frame, views_.get(), solver_, &window_);
+      recognize(frame, &out);
     }
     fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
     if (bias_jumps_.follow(options_.iterations, &solver_, &window_, &solved))
@@ -154,10 +158,14 @@ class FixedLagOdometry::Impl {
       tracks_.followNoise(std::move(fit.squares), &window_);
     covariance_ = solved.covariance;
 
-    if (fit.used >= fixed_lag::kLocatedBy)
+    if (fit.used >= fixed_lag::kLocatedBy) {
+      if (secondsBetween(located_at_, frame.t) > kAstrayAfterS)
+        astray_ = Astray{located_at_, frame.t};
       located_at_ = frame.t;
-    else
+    } else {
       out.previous_keyframe = keepLastLocated();
+    }
+    prepareViews(frame.t);
     WindowState& newest = window_.states.back();  // another window's since the biases jumped
     out.state = newest.now;
     out.covariance = covariance_;
@@ -208,6 +216,31 @@ class FixedLagOdometry::Impl {
     WindowState& last = window_.states[window_.states.size() - 2];
     if (last.t != located_at_ || last.keyframe) return false;
     return last.keyframe = true;
+  }
+
+  /** After a while without images the pose may be too far off for the old keyframes' patches. */
+  void recognize(const TrackedFrame& frame, OdometryOutput* out) {
+    if (!astray_ || !map_.relocalize) return;
+    const auto is_old = [this](const RecalledObservation& r) {
+      return r.keyframe <= astray_->after;
+    };
+    if (std::any_of(out->recalled.begin(), out->recalled.end(), is_old) ||
+        secondsBetween(astray_->since, frame.t) > kLookS)
+      return astray_.reset();
+    out->recognition =
+        recall_.recognize(frame, astray_->after, views_.get(), solver_, &window_, &out->recalled);
+    if (!out->recognition) return;
+    tracks_.turnWorld(out->recognition->T_WW0.R);
+    astray_.reset();
+  }
+
+  /** One view a frame, while there is or soon will be something to recognise, from the newest on. */
+  void prepareViews(TimeNs t) {
+    if (!map_.enabled || !map_.relocalize) return;
+    if (!astray_ && !(secondsBetween(located_at_, t) > kAstrayAfterS)) return;
+    for (auto state = window_.states.rbegin(); state != window_.states.rend(); ++state)
+      if (state->is_view && (!astray_ || state->t <= astray_->after) && views_->prepare(state->t))
+        return;
   }
 
   void dropViews() {
@@ -284,6 +317,12 @@ class FixedLagOdometry::Impl {
   fixed_lag::Window window_;
   fixed_lag::RelativeViews relative_views_;  ///< at the estimates of the last optimisation
   TimeNs located_at_ = 0;
+  /** A while without images, and no old keyframe found again yet. */
+  struct Astray {
+    TimeNs after = 0;  ///< last frame that was located before
+    TimeNs since = 0;  ///< first frame that was located again
+  };
+  std::optional<Astray> astray_;
   Matrix15d covariance_ = Matrix15d::Zero();
 };
 

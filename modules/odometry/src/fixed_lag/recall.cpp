@@ -1,11 +1,23 @@
 #include "recall.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
+
+#include "etalon/core/angles.h"
+#include "etalon/core/so3.h"
 
 namespace etalon::fixed_lag {
 namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+
+/** Of dead reckoning's standard deviations: scale factors and slow errors of a real IMU, which are not
+ * in its noise, double its error within some seconds. */
+constexpr double kCaution = 3.0;
+constexpr double kChi2Pose = 22.46;  // 6 degrees of freedom, 99.9 %
 
 /** Of p_N, from the parameters in the host. */
 Eigen::Matrix3d covarianceInNewest(const Landmark& landmark, const Eigen::Matrix3d& R_NH) {
@@ -25,6 +37,15 @@ void addObservation(const LandmarkObservation& observation, Landmark* landmark) 
   all.insert(after, observation);
 }
 
+/** Whether the state sees the landmark, or was asked before. */
+bool isKnown(const Landmark& landmark, int serial) {
+  const auto& all = landmark.observations;
+  const auto& sought = landmark.sought;
+  return std::find(sought.begin(), sought.end(), serial) != sought.end() ||
+         std::any_of(all.begin(), all.end(),
+                     [serial](const LandmarkObservation& o) { return o.serial == serial; });
+}
+
 /** Notes that a landmark was found there, and how often this was so before: a point of the scene
  * that comes into view again is another landmark, but the old image errs there as it did. */
 int noteFound(const Eigen::Vector2d& pixel, WindowState* state) {
@@ -39,11 +60,11 @@ int noteFound(const Eigen::Vector2d& pixel, WindowState* state) {
 
 }  // namespace
 
+/** A retained keyframe that should show landmarks. */
 struct Recall::Candidate {
   size_t state = 0;
-  OldView view;
-  std::vector<size_t> seen;  ///< indices
-  std::vector<ViewQuery> queries;
+  OldView view;              ///< as the states have it
+  std::vector<size_t> seen;  ///< indices of the landmarks
 };
 
 std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
@@ -65,26 +86,18 @@ std::vector<SeenLandmark> Recall::seenLandmarks(const TrackedFrame& frame,
   return seen;
 }
 
-std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher,
-                                                const WindowSolver& solver, Window* window) const {
-  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
-  const WindowState& newest = window->states.back();
-  const double sigma_px = sigma_px_ * options_.sigma_factor * std::sqrt(window->pixel_variance);
+std::vector<Recall::Candidate> Recall::candidatesFor(const std::vector<SeenLandmark>& seen,
+                                                     const Window& window) const {
+  const WindowState& newest = window.states.back();
   std::vector<Candidate> candidates;
-  for (size_t i = 0; i < window->firstFull(); ++i) {
-    const WindowState& state = window->states[i];
+  for (size_t i = 0; i < window.firstFull(); ++i) {
+    const WindowState& state = window.states[i];
     if (!state.retained) continue;
     Candidate candidate;
     candidate.state = i;
     candidate.view.T_NV = relativePose(newest.seenFrom(), state.seenFrom());
     for (size_t l = 0; l < seen.size(); ++l) {
-      const Landmark& landmark = window->landmarks.at(seen[l].id);
-      const auto& sought = landmark.sought;
-      if (std::find(sought.begin(), sought.end(), state.serial) != sought.end()) continue;
-      const auto& all = landmark.observations;
-      if (std::any_of(all.begin(), all.end(),
-                      [&state](const LandmarkObservation& o) { return o.serial == state.serial; }))
-        continue;
+      if (isKnown(window.landmarks.at(seen[l].id), state.serial)) continue;
       if (isInView(*calibration_, candidate.view.T_NV, seen[l])) candidate.seen.push_back(l);
     }
     if (candidate.seen.size() >= static_cast<size_t>(options_.min_landmarks))
@@ -92,6 +105,19 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.seen.size() > b.seen.size(); });
+  return candidates;
+}
+
+ViewSearch Recall::searchWith(ViewMatcher* matcher, const Window& window) const {
+  return {*calibration_, options_, sigma_px_ * options_.sigma_factor, window.pixel_variance,
+          *matcher};
+}
+
+std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewMatcher* matcher,
+                                                const WindowSolver& solver, Window* window) const {
+  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
+  const WindowState& newest = window->states.back();
+  std::vector<Candidate> candidates = candidatesFor(seen, *window);
   if (candidates.size() > static_cast<size_t>(options_.views)) candidates.resize(options_.views);
   if (candidates.empty()) return {};
 
@@ -106,7 +132,7 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
   for (size_t k = 0; k < candidates.size(); ++k) {
     Candidate& candidate = candidates[k];
     const WindowState& state = window->states[candidate.state];
-    Eigen::Matrix<double, 12, 12> P;
+    Matrix12d P;
     const Eigen::Index at = 6 + 6 * k;
     P << joint.topLeftCorner<6, 6>(), joint.block<6, 6>(0, at), joint.block<6, 6>(at, 0),
         joint.block<6, 6>(at, at);
@@ -114,51 +140,81 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
     candidate.view.covariance.diagonal().array() += 1e-10;
     // Of too many every n-th is taken: neighbouring ids began together, all over the image.
     const size_t most = std::min(candidate.seen.size(), static_cast<size_t>(options_.landmarks));
-    std::vector<size_t> asked;
-    for (size_t i = 0; i < most; ++i) {
-      const size_t l = candidate.seen[i * candidate.seen.size() / most];
-      const auto query = predictInView(*calibration_, candidate.view, seen[l], sigma_px);
-      if (!query) continue;
-      asked.push_back(l);
-      candidate.queries.push_back(*query);
-    }
-    candidate.seen = std::move(asked);
-    search(candidate, seen, matcher, window, &recalled);
+    std::vector<size_t> which;
+    for (size_t i = 0; i < most; ++i)
+      which.push_back(candidate.seen[i * candidate.seen.size() / most]);
+    observe(candidate, searchWith(matcher, *window).find(state.t, candidate.view, seen, which),
+            seen, window, &recalled);
   }
   return recalled;
 }
 
-void Recall::search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
-                    ViewMatcher* matcher, Window* window,
-                    std::vector<RecalledObservation>* recalled) const {
+std::optional<Recognition> Recall::recognize(const TrackedFrame& frame, TimeNs after,
+                                             ViewMatcher* matcher, const WindowSolver& solver,
+                                             Window* window,
+                                             std::vector<RecalledObservation>* recalled) {
+  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
+  std::vector<Candidate> candidates = candidatesFor(seen, *window);
+  candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
+                                  [&](const Candidate& candidate) {
+                                    return window->states[candidate.state].t > after;
+                                  }),
+                   candidates.end());
+  if (candidates.empty()) return std::nullopt;
+  const Candidate& candidate = candidates[recognitions_++ % candidates.size()];
+  const WindowState& newest = window->states.back();
+  const WindowState& state = window->states[candidate.state];
+  const auto guess = matcher->recognize(state.t);
+  if (!guess) return std::nullopt;
+  std::vector<size_t> which;  // not only where the states have them in view
+  for (size_t l = 0; l < seen.size(); ++l)
+    if (!isKnown(window->landmarks.at(seen[l].id), state.serial)) which.push_back(l);
+  const ViewFindings findings = searchWith(matcher, *window).find(state.t, *guess, seen, which);
+  if (!findings.confirmGuess()) return std::nullopt;
+  const OldView view =
+      aligned(*calibration_, *guess, seen, findings.landmarks, window->pixel_variance);
+
+  std::vector<Eigen::Index> unknowns;
+  for (const Eigen::Index column : {newest.column, state.column})
+    for (Eigen::Index c = 0; c < 6; ++c) unknowns.push_back(column + c);
+  const Eigen::MatrixXd joint = solver.covariance(unknowns);
+  if (joint.size() == 0) return std::nullopt;
+  const Matrix6d covariance =
+      view.covariance +
+      kCaution * kCaution * relativeCovariance(newest.seenFrom(), state.seenFrom(), joint);
+  Eigen::Matrix<double, 6, 1> off;
+  off << logSO3(candidate.view.T_NV.R.transpose() * view.T_NV.R),
+      view.T_NV.t - candidate.view.T_NV.t;
+  if (!(off.dot(covariance.llt().solve(off)) < kChi2Pose)) return std::nullopt;
+
+  const SE3 T_WN = newest.seenFrom(), there = state.seenFrom() * view.T_NV.inverse();
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(aligningYaw(there.R * T_WN.R.transpose()), Eigen::Vector3d::UnitZ())
+          .toRotationMatrix();
+  const Recognition recognition{state.t, after, {R, there.t - R * T_WN.t}};
+  observe(candidate, findings, seen, window, recalled);
+  for (WindowState& later : window->states)
+    if (later.t > after) later.now = later.now.moved(recognition.T_WW0);
+  return recognition;
+}
+
+void Recall::observe(const Candidate& candidate, const ViewFindings& findings,
+                     const std::vector<SeenLandmark>& seen, Window* window,
+                     std::vector<RecalledObservation>* recalled) const {
   WindowState& state = window->states[candidate.state];
-  const std::vector<ViewMatch> matches = matcher->find(state.t, candidate.queries);
-  std::vector<FoundLandmark> found;
-  std::map<size_t, const ViewMatch*> match_of;  // by the landmark's index
-  for (size_t i = 0; i < matches.size(); ++i) {
-    if (!matches[i].found) continue;
-    const auto f = foundLandmark(*calibration_, candidate.seen[i], matches[i],
-                                 sigma_px_ * options_.sigma_factor);
-    if (!f) continue;
-    found.push_back(*f);
-    match_of[f->landmark] = &matches[i];
-  }
-  const std::vector<FoundLandmark> believed =
-      agreeing(*calibration_, candidate.view, seen, found, window->pixel_variance, options_);
-  for (const FoundLandmark& f : believed) {
-    Landmark& landmark = window->landmarks.at(seen[f.landmark].id);
-    const ViewMatch& match = *match_of.at(f.landmark);
-    LandmarkObservation observation{state.serial, static_cast<int>(candidate.state), f.has_right,
-                                    f.measurements};
-    const double look = 1 + noteFound(match.left, &state);
+  for (size_t i = 0; i < findings.landmarks.size(); ++i) {
+    const FoundLandmark& f = findings.landmarks[i];
+    LandmarkObservation observation{state.serial, static_cast<int>(candidate.state),
+                                    f.match.has_right, f.measurements};
+    const double look = 1 + noteFound(f.match.left, &state);
     for (ReprojectionMeasurement& m : observation.measurements)
       m.sqrt_information /= std::sqrt(look);
-    addObservation(observation, &landmark);
-    recalled->push_back({state.t, {landmark.id, match.left, match.right, f.has_right}});
+    addObservation(observation, &window->landmarks.at(seen[f.landmark].id));
+    recalled->push_back({state.t, findings.observations[i]});
   }
   // Once the view is found, no landmark is looked for there a second time.
-  if (!believed.empty())
-    for (const size_t l : candidate.seen)
+  if (!findings.landmarks.empty())
+    for (const size_t l : findings.asked)
       window->landmarks.at(seen[l].id).sought.push_back(state.serial);
 }
 

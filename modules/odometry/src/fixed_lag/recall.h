@@ -3,8 +3,7 @@
 // The newest frame's landmarks in the keyframes that were retained. Private to the module.
 
 #include "etalon/map/map_options.h"
-#include "etalon/map/view_geometry.h"
-#include "etalon/map/view_matcher.h"
+#include "etalon/map/view_search.h"
 #include "etalon/odometry/odometry.h"
 #include "window_solver.h"
 
@@ -25,16 +24,31 @@ class Recall {
   std::vector<RecalledObservation> recall(const TrackedFrame& frame, ViewMatcher* matcher,
                                           const WindowSolver& solver, Window* window) const;
 
+  /**
+   * Recognises one of the retained keyframes up to `after` by how it looks, another one with every
+   * call: after a while without images the joint covariance says too little of where to look. The
+   * states since `after` turn about the vertical and move to where that keyframe has the newest one,
+   * so that what was found there is believed when the window is solved next.
+   * @param recalled what was found
+   */
+  std::optional<Recognition> recognize(const TrackedFrame& frame, TimeNs after,
+                                       ViewMatcher* matcher, const WindowSolver& solver,
+                                       Window* window, std::vector<RecalledObservation>* recalled);
+
  private:
   struct Candidate;
   std::vector<SeenLandmark> seenLandmarks(const TrackedFrame& frame, const Window& window) const;
-  void search(const Candidate& candidate, const std::vector<SeenLandmark>& seen,
-              ViewMatcher* matcher, Window* window,
-              std::vector<RecalledObservation>* recalled) const;
+  std::vector<Candidate> candidatesFor(const std::vector<SeenLandmark>& seen,
+                                       const Window& window) const;
+  ViewSearch searchWith(ViewMatcher* matcher, const Window& window) const;
+  void observe(const Candidate& candidate, const ViewFindings& findings,
+               const std::vector<SeenLandmark>& seen, Window* window,
+               std::vector<RecalledObservation>* recalled) const;
 
   const StereoInertialCalibration* calibration_;
   MapOptions options_;
   double sigma_px_;
+  size_t recognitions_ = 0;  ///< that were tried
 };
 
 }  // namespace etalon::fixed_lag

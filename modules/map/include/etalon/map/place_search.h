@@ -2,7 +2,6 @@
 
 #include <map>
 #include <memory>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
@@ -22,11 +21,9 @@ struct Sighting {
 };
 
 /**
- * Recognises old views without knowing where the body is. ORB features (Rublee et al., ORB: An
- * efficient alternative to SIFT or SURF, ICCV 2011) of a view's pair, triangulated, are matched with
- * those of the current left image; RANSAC over perspective three-point problems gives a first pose.
- * From there on the view is one of the map: landmarks are found in it by their patches, and must
- * agree.
+ * Recognises old views without knowing where the body is. A first guess comes from how a view looks
+ * (ImageViews::recognize()). From there on the view is one of the map: landmarks are found in it by
+ * their patches, and must agree.
  */
 class PlaceSearch {
  public:
@@ -39,8 +36,7 @@ class PlaceSearch {
    * as different as possible. @param keyframes T_WB, in increasing order of time */
   void remember(const Trajectory& keyframes);
 
-  /** Triangulates the features of a place of which that is still to be done, some 20 ms. Places are
-   * looked at after that. */
+  /** Makes one place ready of which that is still to be done. Places are looked at after that. */
   void prepareOne();
 
   /** Looks at two of the places, at the next ones with every call; some 15 ms.
@@ -52,15 +48,6 @@ class PlaceSearch {
                                    const std::vector<SeenLandmark>& landmarks) const;
 
  private:
-  struct Place {
-    SE3 T_WB;
-    bool prepared = false;
-    cv::Mat descriptors;                  ///< a row each
-    std::vector<SeenLandmark> landmarks;  ///< where they are in the body's frame there
-  };
-  void prepare(TimeNs t, Place* place) const;
-  std::optional<OldView> firstGuess(const Place& place, const std::vector<cv::KeyPoint>& keypoints,
-                                    const cv::Mat& descriptors) const;
   std::optional<Sighting> confirm(TimeNs place, const OldView& guess,
                                   const std::vector<SeenLandmark>& landmarks) const;
 
@@ -68,14 +55,8 @@ class PlaceSearch {
   MapOptions options_;
   double sigma_px_;
   std::shared_ptr<ImageViews> views_;
-  std::map<TimeNs, Place> places_;
-  size_t next_ = 0;  ///< place to look at, counted from the newest
+  std::map<TimeNs, SE3> places_;  ///< T_WB
+  size_t next_ = 0;               ///< place to look at, counted from the newest
 };
-
-/** A landmark at a distance that is known to the share `sigma_distance` of it, in a direction that
- * is known to `sigma_direction` (rad). @param p_N in the body's frame, m */
-SeenLandmark seenLandmark(const SE3& T_BC, LandmarkId id, const Eigen::Vector2d& pixel,
-                          const Eigen::Vector3d& p_N, double sigma_distance,
-                          double sigma_direction);
 
 }  // namespace etalon

@@ -21,12 +21,11 @@ struct SeenLandmark {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of p_N, given the poses, m^2
 };
 
-/** An old view V against the current frame N. */
-struct OldView {
-  SE3 T_NV;  ///< body to body
-  /** Of T_NV, [rotation by right perturbation, position in N]. */
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-};
+/** A landmark at a distance that is known to the share `sigma_distance` of it, in a direction that
+ * is known to `sigma_direction` (rad). @param p_N in the body's frame, m */
+SeenLandmark seenLandmark(const SE3& T_BC, LandmarkId id, const Eigen::Vector2d& pixel,
+                          const Eigen::Vector3d& p_N, double sigma_distance,
+                          double sigma_direction);
 
 /** The current frame against the view: T_VN and its covariance. */
 OldView inverse(const OldView& view);
@@ -48,7 +47,7 @@ std::optional<ViewQuery> predictInView(const StereoInertialCalibration& calibrat
 /** A landmark that was found in a view, as measurements of its cameras. */
 struct FoundLandmark {
   size_t landmark = 0;  ///< index of the SeenLandmark
-  bool has_right = false;
+  ViewMatch match;
   std::array<ReprojectionMeasurement, 2> measurements;
 };
 

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "etalon/core/se3.h"
 #include "etalon/core/time.h"
 #include "etalon/core/tracked_frame.h"
 
@@ -25,6 +27,13 @@ struct ViewMatch {
   Eigen::Vector2d left = Eigen::Vector2d::Zero(), right = Eigen::Vector2d::Zero();  ///< px
 };
 
+/** An old view V against the current frame N. */
+struct OldView {
+  SE3 T_NV;  ///< body to body
+  /** Of T_NV, [rotation by right perturbation, position in N]. */
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 /** Finds landmarks of the current frame in frames of the past. */
 class ViewMatcher {
  public:
@@ -36,6 +45,12 @@ class ViewMatcher {
   virtual void dropAllBut(const std::vector<TimeNs>& views) = 0;
   /** One match a query. */
   virtual std::vector<ViewMatch> find(TimeNs view, const std::vector<ViewQuery>& queries) = 0;
+
+  /** Makes a view ready for recognize(). @return false if it was, or if there is no such view */
+  virtual bool prepare(TimeNs /*view*/) { return false; }
+  /** A first guess of where a view is that the current frame shows, too, without a prediction;
+   * nothing if it is not recognised. It may be wrong: scenes repeat themselves. */
+  virtual std::optional<OldView> recognize(TimeNs /*view*/) { return std::nullopt; }
 
  protected:
   ViewMatcher() = default;

@@ -63,8 +63,7 @@ class FlightRecord {
 
   /**
    * The flight as its keyframes are known now: what is between follows them (carriedAlong()). What
-   * the IMU alone told is bent first to end with the pose and the velocity that the next image
-   * showed: by a rotation in proportion to the time, as of a gyro bias, and a displacement that is
+   * the IMU alone told is bent to end with the pose and the velocity that the next image showed: by a rotation in proportion to the time, as of a gyro bias, and a displacement that is
    * quadratic in it, as of errors of velocity and acceleration.
    * @param causal poses of all frames, by their stamps
    */
@@ -95,19 +94,22 @@ class FlightRecord {
 
   /** The IMU alone told the poses between two stamps. */
   struct BlindPiece {
-    TimeNs from = 0, to = 0;  ///< the last frame that showed a landmark, and the next
-    NavState predicted;       ///< at `to`, by the IMU
-    NavState seen;            ///< there, with the image
+    TimeNs from = 0, to = 0;        ///< the last frame that showed a landmark, and the next
+    NavState predicted;             ///< at `to`, by the IMU
+    NavState seen;                  ///< there, with the image
+    LandmarkId first_landmark = 0;  ///< the least id that the image showed
   };
 
-  /** Since the odometry ended last: its first frame, and the least id that it saw. */
+  /** A first frame, and the least id that it saw. */
   struct Beginning {
     TimeNs stamp = 0;
     LandmarkId first_landmark = 0;
   };
 
   void keepLast();
-  void noteBlindPiece(TimeNs stamp, const OdometryOutput& output);
+  void noteBlindPiece(TimeNs stamp, const TrackedFrame& frame, const OdometryOutput& output);
+  void moveAfter(const Recognition& recognition);
+  void moveFrom(const Beginning& beginning, const SE3& T_WW0);
 
   StereoInertialCalibration calibration_;
   FlightRecordOptions options_;
@@ -121,7 +123,7 @@ class FlightRecord {
   std::optional<TimeNs> seen_at_;       ///< stamp of the last frame that showed a landmark
   bool is_blind_ = false;               ///< since then frames came that showed none
   std::vector<BlindPiece> blind_pieces_;
-  std::optional<Beginning> beginning_;
+  std::optional<Beginning> beginning_;  ///< of the odometry that runs
 };
 
 }  // namespace etalon

@@ -34,6 +34,13 @@ struct RecalledObservation {
   Observation observation;  ///< where that shows it
 };
 
+/** An old keyframe was recognised after a while without images. */
+struct Recognition {
+  TimeNs keyframe = 0;  ///< in the odometry's time
+  TimeNs after = 0;     ///< last frame that images located before that while, in the same time
+  SE3 T_WW0;  ///< all poses since then became T_WW0 T_WB, and were optimised from there on
+};
+
 /** What an odometry says after a frame. */
 struct OdometryOutput {
   TimeNs t = 0;
@@ -57,7 +64,8 @@ struct OdometryOutput {
   double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
   bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
   std::vector<RecalledObservation> recalled;  ///< landmarks of the frame in old keyframes
-  std::vector<std::string> remarks;           ///< what it has changed: calibration, biases
+  std::optional<Recognition> recognition;
+  std::vector<std::string> remarks;  ///< what it has changed: calibration, biases
 };
 
 /** A state for every frame, from tracks and IMU; one thread, bit-identical from run to run. */

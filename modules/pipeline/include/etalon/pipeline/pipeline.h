@@ -186,6 +186,7 @@ class Pipeline {
   void remark(TimeNs t, const std::vector<std::string>& reasons);
   void lose(const OdometryOutput& output, const std::string& reason);
   void relocalize(const TrackedFrame& frame, OdometryOutput* output);
+  void noteRecognition(TimeNs t, double seconds_ago, const PoseJump& jump);
   bool inFlight() const { return initialized_at_ && state_ != PipelineState::kLost; }
   bool collecting() const { return !inFlight() || starter_.waitsForMotion(); }
 
