@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "etalon/core/statistics.h"
+
 namespace etalon {
 
 bool ViewFindings::confirmGuess() const {
@@ -20,6 +22,9 @@ ViewFindings ViewSearch::find(TimeNs name, const OldView& view,
       queries.push_back(*query);
       findings.asked.push_back(l);
     }
+  std::vector<double> reaches;
+  for (const ViewQuery& query : queries) reaches.push_back(query.reach_px);
+  findings.reach_px = reaches.empty() ? 0.0 : median(std::move(reaches));
   const std::vector<ViewMatch> matches = matcher.find(name, queries);
   std::vector<FoundLandmark> found;
   for (size_t i = 0; i < matches.size(); ++i) {

@@ -113,10 +113,12 @@ class FixedLagOdometry::Impl {
                       "frames out of order: stamp " + std::to_string(frame.t) + " ns follows " +
                           std::to_string(last.t) + " ns");
     out.imu_missing = !isComplete(imu, last.t, frame.t, calibration_.imu.rate_hz);
+    const bool sees_nothing = frame.observations.empty() && frame.right_only.empty();
+    const ImuNoiseDensities noise =
+        noiseFor(secondsBetween(sees_nothing ? located_at_ : last.t, frame.t));
     Preintegration preintegration =
-        out.imu_missing
-            ? bridgedImu(last.now, last.t, frame.t, imu, options_.imu_noise, window_.g_W)
-            : Preintegration(imu, last.now.bias, options_.imu_noise);
+        out.imu_missing ? bridgedImu(last.now, last.t, frame.t, imu, noise, window_.g_W)
+                        : Preintegration(imu, last.now.bias, noise);
     const double speed = last.now.v_WB.norm();
     const bool last_was_located = last.t == located_at_;
     appendState(std::move(preintegration), &window_);
@@ -216,6 +218,19 @@ class FixedLagOdometry::Impl {
     WindowState& last = window_.states[window_.states.size() - 2];
     if (last.t != located_at_ || last.keyframe) return false;
     return last.keyframe = true;
+  }
+
+  /** What a real IMU's scale factors and misalignments do is not in its noise: they err alike for as
+   * long as the motion stays alike. Images take it away; without them the densities count twice.
+   * @param blind_s for which no image has told anything */
+  ImuNoiseDensities noiseFor(double blind_s) const {
+    constexpr double kBlindAfterS = 0.4, kFactor = 2.0;
+    ImuNoiseDensities noise = options_.imu_noise;
+    if (blind_s > kBlindAfterS)
+      for (double* density : {&noise.gyro_noise_density, &noise.gyro_random_walk,
+                              &noise.accel_noise_density, &noise.accel_random_walk})
+        *density *= kFactor;
+    return noise;
   }
 
   /** After a while without images the pose may be too far off for the old keyframes' patches. */

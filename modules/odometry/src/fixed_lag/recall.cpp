@@ -14,9 +14,10 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-/** Of dead reckoning's standard deviations: scale factors and slow errors of a real IMU, which are not
- * in its noise, double its error within some seconds. */
-constexpr double kCaution = 3.0;
+/** Of dead reckoning's standard deviations, when it is to refuse a place: a wrong one is farther. */
+constexpr double kCaution = 2.0;
+/** Where a prediction is farther off than patches can be aligned, some landmarks agree by chance. */
+constexpr double kDoubtfulReachPx = 40.0;
 constexpr double kChi2Pose = 22.46;  // 6 degrees of freedom, 99.9 %
 
 /** Of p_N, from the parameters in the host. */
@@ -143,8 +144,10 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
     std::vector<size_t> which;
     for (size_t i = 0; i < most; ++i)
       which.push_back(candidate.seen[i * candidate.seen.size() / most]);
-    observe(candidate, searchWith(matcher, *window).find(state.t, candidate.view, seen, which),
-            seen, window, &recalled);
+    const ViewFindings findings =
+        searchWith(matcher, *window).find(state.t, candidate.view, seen, which);
+    if (findings.reach_px > kDoubtfulReachPx && !findings.confirmGuess()) continue;
+    observe(candidate, findings, seen, window, &recalled);
   }
   return recalled;
 }

@@ -11,6 +11,7 @@ struct ViewFindings {
   static constexpr size_t kMinLandmarks = 20;
   static constexpr double kMinShare = 0.3;
 
+  double reach_px = 0.0;                  ///< ViewQuery::reach_px, median
   std::vector<size_t> asked;              ///< indices of landmarks that it should show
   std::vector<FoundLandmark> landmarks;   ///< that agree with the prediction and with each other
   std::vector<Observation> observations;  ///< their pixels there
