@@ -22,25 +22,6 @@ std::optional<size_t> poseAt(const Trajectory& trajectory, TimeNs t) {
   return pose - trajectory.begin();
 }
 
-/** Poses between two that the IMU alone told, so that they end at what the images show and not at
- * what it predicted there. */
-void bend(const Trajectory& told, size_t first, size_t last, const NavState& predicted,
-          const NavState& seen, Trajectory* bent) {
-  // A cubic: the error of the position and its derivative are zero at the beginning and known at the
-  // end. That of a constant acceleration is one, and so is the most likely one of accelerations that
-  // are white noise.
-  const double T = secondsBetween(told[first].t, told[last].t);
-  const Eigen::Vector3d shift = seen.T_WB.t - predicted.T_WB.t,
-                        change = T * (seen.v_WB - predicted.v_WB);
-  const Eigen::Vector3d turn = logSO3(predicted.T_WB.R.transpose() * seen.T_WB.R);
-  for (size_t k = first + 1; k < last; ++k) {
-    const double u = secondsBetween(told[first].t, told[k].t) / T;
-    SE3& pose = (*bent)[k].T_WB;
-    pose.R = told[k].T_WB.R * expSO3(u * turn);
-    pose.t = told[k].T_WB.t + u * u * ((3.0 - 2.0 * u) * shift + (u - 1.0) * change);
-  }
-}
-
 }  // namespace
 
 FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
@@ -49,6 +30,7 @@ FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
 
 void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
                        const OdometryOutput& output, const Odometry* odometry) {
+  newest_ = stamp;
   if (!beginning_) {
     const auto& seen = frame.observations;
     const LandmarkId next = landmarks_.empty() ? 0 : landmarks_.rbegin()->first + 1;
@@ -110,29 +92,40 @@ void FlightRecord::noteBlindPiece(TimeNs stamp, const TrackedFrame& frame,
 }
 
 Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
-  struct Piece {
-    const BlindPiece* told;
-    size_t first, last;  // poses
-  };
-  std::vector<Piece> pieces;
-  for (const BlindPiece& told : blind_pieces_) {
-    const auto first = poseAt(causal, told.from), last = poseAt(causal, told.to);
-    if (first && last) pieces.push_back({&told, *first, *last});
-  }
+  Trajectory smoothed = causal;
+  for (const Move& move : moves_)
+    for (StampedPose& pose : smoothed)
+      if (move.from <= pose.t && pose.t < move.to) pose.T_WB = move.T_WW0 * pose.T_WB;
   // To where the next image showed the platform at once, and then to where it is known to have been.
-  Trajectory bent = causal;
-  for (const Piece& piece : pieces)
-    bend(causal, piece.first, piece.last, piece.told->predicted, piece.told->seen, &bent);
-  Trajectory smoothed = carriedAlong(bent, smoothed_);
-  for (const auto& [told, first, last] : pieces) {
-    const SE3 at_end = smoothed[last].T_WB * told->seen.T_WB.inverse();
-    const SE3 at_begin = smoothed[first].T_WB * causal[first].T_WB.inverse();
-    Trajectory begins_right = causal;
-    for (size_t k = first; k < last; ++k) begins_right[k].T_WB = at_begin * causal[k].T_WB;
-    bend(begins_right, first, last, told->predicted.moved(at_begin), told->seen.moved(at_end),
-         &smoothed);
-  }
+  bendBlindPieces(causal, &smoothed);
+  smoothed = carriedAlong(smoothed, smoothed_);
+  bendBlindPieces(causal, &smoothed);
   return smoothed;
+}
+
+/** @param smoothed where both ends of a piece are now */
+void FlightRecord::bendBlindPieces(const Trajectory& causal, Trajectory* smoothed) const {
+  for (const BlindPiece& piece : blind_pieces_) {
+    const auto first = poseAt(causal, piece.from), last = poseAt(causal, piece.to);
+    if (!first || !last) continue;
+    const SE3 at_begin = (*smoothed)[*first].T_WB * causal[*first].T_WB.inverse();
+    const SE3 at_end = (*smoothed)[*last].T_WB * piece.seen.T_WB.inverse();
+    const NavState predicted = piece.predicted.moved(at_begin), seen = piece.seen.moved(at_end);
+    // A cubic: the error of the position and its derivative are zero at the beginning and known at
+    // the end. That of a constant acceleration is one, and so is the most likely one of
+    // accelerations that are white noise.
+    const double T = secondsBetween(piece.from, piece.to);
+    const Eigen::Vector3d shift = seen.T_WB.t - predicted.T_WB.t,
+                          change = T * (seen.v_WB - predicted.v_WB);
+    const Eigen::Vector3d turn = logSO3(predicted.T_WB.R.transpose() * seen.T_WB.R);
+    for (size_t k = *first + 1; k < *last; ++k) {
+      const double u = secondsBetween(piece.from, causal[k].t) / T;
+      SE3& pose = (*smoothed)[k].T_WB;
+      pose = at_begin * causal[k].T_WB;
+      pose.R = pose.R * expSO3(u * turn);
+      pose.t += u * u * ((3.0 - 2.0 * u) * shift + (u - 1.0) * change);
+    }
+  }
 }
 
 void FlightRecord::recall(const std::vector<RecalledObservation>& recalled) {
@@ -145,7 +138,9 @@ void FlightRecord::recall(const std::vector<RecalledObservation>& recalled) {
 }
 
 void FlightRecord::moveWorld(const SE3& T_WW0) {
-  if (beginning_) moveFrom(*beginning_, T_WW0);
+  if (!beginning_) return;
+  moves_.push_back({beginning_->stamp, newest_, T_WW0});
+  moveFrom(*beginning_, T_WW0);
 }
 
 /** The odometry has moved its poses since it was blind. */
@@ -154,16 +149,19 @@ void FlightRecord::moveAfter(const Recognition& recognition) {
       std::upper_bound(odometry_times_.begin(), odometry_times_.end(), recognition.after);
   if (first == odometry_times_.end()) return;
   const TimeNs stamp = smoothed_[first - odometry_times_.begin()].t;
-  for (const BlindPiece& piece : blind_pieces_)
-    if (piece.to >= stamp) return moveFrom({stamp, piece.first_landmark}, recognition.T_WW0);
+  const auto piece = std::find_if(blind_pieces_.begin(), blind_pieces_.end(),
+                                  [stamp](const BlindPiece& b) { return b.to >= stamp; });
+  if (piece == blind_pieces_.end()) return;
+  moves_.push_back({piece->to, newest_, recognition.T_WW0});
+  moveFrom({stamp, piece->first_landmark}, recognition.T_WW0);
 }
 
+/** Of what is known of frames; the poses that were told then stay as they were. */
 void FlightRecord::moveFrom(const Beginning& beginning, const SE3& T_WW0) {
-  const TimeNs from = beginning.stamp;
   for (StampedPose& pose : smoothed_)
-    if (pose.t >= from) pose.T_WB = T_WW0 * pose.T_WB;
+    if (pose.t >= beginning.stamp) pose.T_WB = T_WW0 * pose.T_WB;
   for (Keyframe& keyframe : keyframes_)
-    if (keyframe.stamp >= from) keyframe.state = keyframe.state.moved(T_WW0);
+    if (keyframe.stamp >= beginning.stamp) keyframe.state = keyframe.state.moved(T_WW0);
   if (last_) last_->state = last_->state.moved(T_WW0);
   for (auto it = landmarks_.lower_bound(beginning.first_landmark); it != landmarks_.end(); ++it)
     it->second = T_WW0 * it->second;
@@ -186,6 +184,9 @@ void FlightRecord::forgetBefore(TimeNs stamp) {
   blind_pieces_.erase(std::remove_if(blind_pieces_.begin(), blind_pieces_.end(),
                                      [stamp](const BlindPiece& b) { return b.to < stamp; }),
                       blind_pieces_.end());
+  moves_.erase(std::remove_if(moves_.begin(), moves_.end(),
+                              [stamp](const Move& move) { return move.to < stamp; }),
+               moves_.end());
 }
 
 FinalFlight FlightRecord::finalBa(

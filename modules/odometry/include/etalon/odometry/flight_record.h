@@ -63,8 +63,9 @@ class FlightRecord {
 
   /**
    * The flight as its keyframes are known now: what is between follows them (carriedAlong()). What
-   * the IMU alone told is bent to end with the pose and the velocity that the next image showed: by a rotation in proportion to the time, as of a gyro bias, and a displacement that is
-   * quadratic in it, as of errors of velocity and acceleration.
+   * the IMU alone told is bent to end with the pose and the velocity that the next image showed: by
+   * a rotation in proportion to the time, as of a gyro bias, and a displacement that is a cubic of
+   * it.
    * @param causal poses of all frames, by their stamps
    */
   Trajectory smoothedFlight(const Trajectory& causal) const;
@@ -100,6 +101,12 @@ class FlightRecord {
     LandmarkId first_landmark = 0;  ///< the least id that the image showed
   };
 
+  /** Poses that were told from the first stamp to before the second became T_WW0 T_WB. */
+  struct Move {
+    TimeNs from = 0, to = 0;
+    SE3 T_WW0;
+  };
+
   /** A first frame, and the least id that it saw. */
   struct Beginning {
     TimeNs stamp = 0;
@@ -108,6 +115,7 @@ class FlightRecord {
 
   void keepLast();
   void noteBlindPiece(TimeNs stamp, const TrackedFrame& frame, const OdometryOutput& output);
+  void bendBlindPieces(const Trajectory& causal, Trajectory* smoothed) const;
   void moveAfter(const Recognition& recognition);
   void moveFrom(const Beginning& beginning, const SE3& T_WW0);
 
@@ -123,6 +131,8 @@ class FlightRecord {
   std::optional<TimeNs> seen_at_;       ///< stamp of the last frame that showed a landmark
   bool is_blind_ = false;               ///< since then frames came that showed none
   std::vector<BlindPiece> blind_pieces_;
+  std::vector<Move> moves_;
+  TimeNs newest_ = 0;
   std::optional<Beginning> beginning_;  ///< of the odometry that runs
 };
 
