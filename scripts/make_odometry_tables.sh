@@ -5,10 +5,10 @@
 #   scripts/make_odometry_tables.sh RECORDINGS OUT [TABLE]...
 #
 # TABLE: whole (runs by default, with the final adjustment), faults (a grid of them), starts (twelve by every initializer, to the end: more than an hour),
-# first_seconds (what a better start buys), survival (the shipped faults over the seven recordings), losses (seven seconds of covered lenses,
-# and back to where it was or not); without: all of them.
+# first_seconds (what a better start buys), survival (the shipped faults over the seven recordings), losses (seconds
+# without images, and back to where it was or not); without: all of them.
 # RECORDINGS has, made by render_sequence, MH_01_easy, MH_03_medium, MH_04_difficult, V1_01_easy, V1_02_medium, V2_01_easy and
-# V2_02_medium with seed 1, those of docs/odometry_results.md ("Whole recordings", "After a loss"), and MH_01_easy_real.
+# V2_02_medium with seed 1, those of docs/odometry_results.md ("Whole recordings", "Without images"), and MH_01_easy_real.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 [[ $# -ge 2 && $1 != -* ]] || { sed -n '2,11p' "$0"; exit 2; }
@@ -54,8 +54,9 @@ survival() {
   trial survival "${seven[@]}" --starts 3 --faults "$here/config/faults.ini"
 }
 losses() {
-  trial losses MH_01_s23 MH_03_s22 MH_04_s10 V1_02_s24 V2_01_s21 V2_02_hard_s11 --from 10,20,30,40 --seconds 40 --faults "$here/config/losses.ini" --settings back:map.relocalize=true \
-    --settings stays:map.relocalize=false --ate-limit 5
+  trial losses MH_01_s23 MH_03_s22 MH_04_s10 V1_02_s24 V2_01_s21 V2_02_hard_s11 --from 10,30 --seconds 45 \
+    --faults "$here/config/losses.ini" --settings back:map.relocalize=true --settings stays:map.relocalize=false \
+    --settings lost_after_5s:odometry.max_dead_reckoning_s=5 --ate-limit 20
 }
 
 for table in "${tables[@]}"; do

@@ -280,7 +280,8 @@ TEST(Chain, AttemptsAfterALossAreNotThoseOfTheFirstStart) {
   const std::string out = folder.path() + "/run";
   // Five seconds without a landmark are more than the IMU alone may carry the pose.
   const CommandResult run = runEtalon({"replay", ETALON_RENDERED "/ten_seconds_aggressive",
-                                       "--fault", "covered from=1 for=5.5", "--out", out});
+                                       "--fault", "covered from=1 for=5.5", "--set",
+                                       "odometry.max_dead_reckoning_s=5", "--out", out});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("etalon initialized after 2 attempts, 0.75 s after the first "
                                  "image; lost at 6.00 s, initialized again at "));

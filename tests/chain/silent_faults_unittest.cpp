@@ -166,7 +166,9 @@ TEST(SilentFaults, TheImuCarriesThePoseOverSecondsWithoutAFrame) {
   // Longer than [odometry] max_dead_reckoning_s and [input] max_gap_s.
   const TemporaryFolder folder;
   const std::string out = folder.path() + "/run";
-  const CommandResult result = replay(kTenSeconds, out, {"--fault", "dropped from=2 for=6"});
+  const CommandResult result =
+      replay(kTenSeconds, out,
+             {"--fault", "dropped from=2 for=6", "--set", "odometry.max_dead_reckoning_s=5"});
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("lost: neither images nor the IMU")));
   const json run = readJson(out + "/initialization.json");
@@ -180,7 +182,8 @@ TEST(SilentFaults, TheFinalAdjustmentSurvivesALoss) {
   // New tracks alone, then no frame: the frame of the loss is a keyframe, and begins the next window.
   const CommandResult result =
       replay(kTenSeconds, out,
-             {"--final-ba", "--fault", "covered from=2 for=0.5, dropped from=2.5 for=6"});
+             {"--final-ba", "--fault", "covered from=2 for=0.5, dropped from=2.5 for=6", "--set",
+              "odometry.max_dead_reckoning_s=5"});
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, HasSubstr("initialized again"));
   for (const char* name : {"/trajectory_smoothed.tum", "/trajectory_final.tum"}) {

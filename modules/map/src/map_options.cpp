@@ -6,8 +6,8 @@ void MapOptions::declare(ParameterSet& parameters) {
   parameters.add("enabled", &enabled, "Whether old keyframes are kept and found again.");
   parameters.add(
       "relocalize", &relocalize,
-      "Whether the odometry, started anew after a loss, goes back to where it was before "
-      "when an old keyframe is recognized; the pose jumps then.");
+      "Whether old keyframes are recognized after seconds without images or a loss: the pose jumps "
+      "back to where they have it.");
   parameters.add("max_keyframes", &max_keyframes, {2, 100},
                  "Old keyframes that are kept, apart from those of [fixed_lag].");
   parameters.add("views", &views, {1, 100},

@@ -13,11 +13,11 @@ namespace {
  * so that the samples kept between two keyframes stay few. */
 constexpr size_t kMostSamples = 2000;
 
+bool isEarlier(const StampedPose& pose, TimeNs t) { return pose.t < t; }
+
 /** Index of the pose with that stamp. */
 std::optional<size_t> poseAt(const Trajectory& trajectory, TimeNs t) {
-  const auto pose =
-      std::lower_bound(trajectory.begin(), trajectory.end(), t,
-                       [](const StampedPose& of, TimeNs stamp) { return of.t < stamp; });
+  const auto pose = std::lower_bound(trajectory.begin(), trajectory.end(), t, isEarlier);
   if (pose == trajectory.end() || pose->t != t) return std::nullopt;
   return pose - trajectory.begin();
 }
@@ -93,9 +93,18 @@ void FlightRecord::noteBlindPiece(TimeNs stamp, const TrackedFrame& frame,
 
 Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
   Trajectory smoothed = causal;
-  for (const Move& move : moves_)
-    for (StampedPose& pose : smoothed)
-      if (move.from <= pose.t && pose.t < move.to) pose.T_WB = move.T_WW0 * pose.T_WB;
+  for (const Move& move : moves_) {
+    // What is between the last keyframe before and the first pose that moves goes a part of the way.
+    const auto next = std::lower_bound(smoothed_.begin(), smoothed_.end(), move.from, isEarlier);
+    const TimeNs before = next == smoothed_.begin() ? move.from : std::prev(next)->t;
+    Trajectory better;
+    for (const StampedPose& pose : smoothed)
+      if (move.from <= pose.t && pose.t < move.to)
+        better.push_back({pose.t, move.T_WW0 * pose.T_WB});
+      else if (pose.t == before || pose.t == move.to)
+        better.push_back(pose);
+    smoothed = carriedAlong(smoothed, better);
+  }
   // To where the next image showed the platform at once, and then to where it is known to have been.
   bendBlindPieces(causal, &smoothed);
   smoothed = carriedAlong(smoothed, smoothed_);

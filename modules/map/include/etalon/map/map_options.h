@@ -7,7 +7,7 @@ namespace etalon {
 /** Section [map]. */
 struct MapOptions {
   bool enabled = true;
-  bool relocalize = true;     ///< old keyframes are recognised after a loss
+  bool relocalize = true;     ///< old keyframes are recognised after seconds without images
   int max_keyframes = 12;     ///< old keyframes that are kept, and so many across a loss
   int views = 3;              ///< of these, so many are searched at a keyframe, at most
   int landmarks = 60;         ///< that are looked for in a view, at most
