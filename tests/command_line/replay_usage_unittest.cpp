@@ -152,7 +152,10 @@ TEST(ReplayUsage, RefusesAnOptionInPlaceOfAFolder) {
 
 TEST(ReplayUsage, RefusesAWindowWithoutADisplay) {
   unsetenv("DISPLAY");  // the command inherits it
-  expectRefused({{"--gui"}, {"--gui"}});
+  expectRefused({{"--gui"}, {"--gui", "DISPLAY is not set"}});
+  setenv("DISPLAY", ":3917", 1);
+  expectRefused({{"--gui"}, {"--gui", "no X server answers at DISPLAY=:3917"}});
+  unsetenv("DISPLAY");
 }
 
 TEST(ReplayUsage, NamesTheNearestOption) {
