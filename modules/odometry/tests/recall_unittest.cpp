@@ -190,6 +190,16 @@ TEST(Recall, AViewInWhichTooFewAreFoundIsAskedAgain) {
   EXPECT_EQ(answers.queries_.size(), asked);
 }
 
+TEST(Recall, FewLandmarksAreNotBelievedWhereTheyMightBeFarAway) {
+  Returned scene;
+  Answers answers(scene, SE3());
+  for (const size_t there : {12, 19, 20}) {  // more than min_landmarks
+    answers.change_ = [there](size_t i, ViewMatch* match) { match->found = i < there; };
+    EXPECT_EQ(scene.recall(&answers), there < 20 ? 0 : 20);
+    EXPECT_GT(answers.queries_.front().reach_px, 40.0);
+  }
+}
+
 TEST(Recall, WrongMatchesAreLeftOut) {
   Returned scene;
   Answers answers(scene, SE3());
