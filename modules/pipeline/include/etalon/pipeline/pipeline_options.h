@@ -26,7 +26,7 @@ struct PipelineOptions {
   int keyframes = 10;                  ///< in the initialization window, at most
   double keyframe_rate_hz = 4.0;       ///< of the initialization window
   std::string odometry_kind = kFixedLag;
-  double max_dead_reckoning_s = 15.0;
+  double max_dead_reckoning_s = 20.0;
   /** Front end and estimator on a thread each: what is late is dropped. Not a key. */
   bool live = false;
   /** Frames whose poses, estimates, events and timings are kept, at least, and as many attempts at
