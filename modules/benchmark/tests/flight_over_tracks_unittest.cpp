@@ -82,7 +82,10 @@ TEST(FlightOverTracks, EndsWhereTheOdometryIsLost) {
   ImuBias bias;
   SequenceTracks tracks = simulatedTracks(&bias);
   for (size_t i = 100; i < tracks.frames.size(); ++i) tracks.frames[i].observations.clear();
-  const std::vector<FrameEstimate> estimates = flyOverTracks(tracks, options(), TestInitializer());
+  PipelineOptions five_seconds = options();
+  five_seconds.max_dead_reckoning_s = 5.0;
+  const std::vector<FrameEstimate> estimates =
+      flyOverTracks(tracks, five_seconds, TestInitializer());
   ASSERT_FALSE(estimates.empty());
   EXPECT_EQ(estimates.back().state, PipelineState::kLost);
   EXPECT_NEAR(secondsBetween(tracks.frames[99].t, estimates.back().t), 5.1, 0.11);
