@@ -3,9 +3,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
-#include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
-#include "etalon/core/so3.h"
+#include "etalon/core/yaw.h"
 
 namespace etalon {
 namespace {
@@ -27,14 +26,6 @@ void checkPoints(const std::vector<Eigen::Vector3d>& p_G, const std::vector<Eige
 
 }  // namespace
 
-SE3 yawPositionAlignment(const SE3& T_GB, const SE3& T_WB) {
-  const double yaw = aligningYaw(T_WB.R * T_GB.R.transpose());
-  SE3 T_WG;
-  T_WG.R = expSO3({0.0, 0.0, yaw});
-  T_WG.t = T_WB.t - T_WG.R * T_GB.t;
-  return T_WG;
-}
-
 Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
                       const std::vector<Eigen::Vector3d>& p_W, AlignmentType type) {
   checkPoints(p_G, p_W);
@@ -48,8 +39,7 @@ Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
 
   Alignment alignment;
   if (type == AlignmentType::kYawPosition) {
-    alignment.T_GW.R =
-        Eigen::AngleAxisd(aligningYaw(cross), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    alignment.T_GW.R = turnAboutZ(aligningYaw(cross));
   } else {
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Vector3d signs = Eigen::Vector3d::Ones();

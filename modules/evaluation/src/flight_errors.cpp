@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "etalon/core/angles.h"
-#include "etalon/evaluation/alignment.h"
+#include "etalon/core/yaw.h"
 
 namespace etalon {
 namespace {

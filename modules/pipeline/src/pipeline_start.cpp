@@ -1,9 +1,8 @@
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "etalon/core/angles.h"
 #include "etalon/core/text.h"
+#include "etalon/core/yaw.h"
 #include "etalon/pipeline/odometry_start.h"
 #include "etalon/pipeline/pipeline.h"
 #include "odometry_kinds.h"
@@ -123,14 +122,7 @@ void Pipeline::replaceLast(const OdometryOutput& output) {
 /** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and
  * position. */
 SE3 Pipeline::keepingYawAndPosition(const InitializationAttempt& attempt) const {
-  // The rotation about z that brings the attempt's current pose nearest to the odometry's: the
-  // trace of Rz(yaw)^T R_WB R_AB^T is greatest.
-  const SE3& T_WB = estimates_.back().nav.T_WB;
-  const SE3 T_AB = attempt.poses().back();
-  const Eigen::Matrix3d R = T_WB.R * T_AB.R.transpose();
-  const double yaw = aligningYaw(R);
-  const Eigen::Matrix3d R_WA = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return {R_WA, T_WB.t - R_WA * T_AB.t};
+  return yawPositionAlignment(attempt.poses().back(), estimates_.back().nav.T_WB);
 }
 
 }  // namespace etalon

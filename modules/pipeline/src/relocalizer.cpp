@@ -1,11 +1,10 @@
 #include "etalon/pipeline/relocalizer.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "etalon/core/angles.h"
-#include "etalon/core/so3.h"
+#include "etalon/core/yaw.h"
 
 namespace etalon {
 namespace {
@@ -52,10 +51,6 @@ Eigen::Matrix<double, 4, 6> yawAndPosition(const Eigen::Matrix3d& R_WB,
   return J;
 }
 
-SE3 turnedAboutZ(double yaw, const Vector3d& t) {
-  return {Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix(), t};
-}
-
 }  // namespace
 
 Relocalizer::Relocalizer(const StereoInertialCalibration& calibration, const MapOptions& options,
@@ -91,7 +86,7 @@ bool Relocalizer::fuse(const SE3& T_WW0, const Matrix4d& covariance) {
   }
   estimate_.information += information;
   const Vector4d step = estimate_.information.llt().solve(information * d);
-  estimate_.T_WW0 = turnedAboutZ(step[0], step.tail<3>()) * estimate_.T_WW0;
+  estimate_.T_WW0 = SE3(turnAboutZ(step[0]), step.tail<3>()) * estimate_.T_WW0;
   return ++estimate_.sightings >= kMinSightings;
 }
 
@@ -127,16 +122,14 @@ std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const
   // Of the turn from here to there, what is not about z.
   const Eigen::Matrix3d turn = T_WN.R * T_WB.R.transpose();
   if (!(turn(2, 2) > std::cos(kSameTilt))) return std::nullopt;
-  const double yaw = aligningYaw(turn);
-  const SE3 turned = turnedAboutZ(yaw, Vector3d::Zero());
-  const SE3 T_WW0(turned.R, T_WN.t - turned.R * T_WB.t);
+  const SE3 T_WW0 = yawPositionAlignment(T_WB, T_WN);
 
   const auto J = yawAndPosition(T_WN.R, sighting->T_WP.R);
   Matrix4d covariance = kAlike * J * seen_from_place.covariance * J.transpose();
   covariance.diagonal() += kSigmaPlace.cwiseAbs2();
   if (!moved_) {  // scenes repeat themselves
     Vector4d d;
-    d << yaw, T_WN.t - T_WB.t;
+    d << aligningYaw(turn), T_WN.t - T_WB.t;
     if (d.dot((prior_ + covariance).llt().solve(d)) > kChi2Same) return std::nullopt;
   }
   if (estimate_.sightings == 0) first_sighting_ = frame.t;

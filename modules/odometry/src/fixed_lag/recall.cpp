@@ -1,12 +1,11 @@
 #include "recall.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/yaw.h"
 
 namespace etalon::fixed_lag {
 namespace {
@@ -190,11 +189,9 @@ std::optional<Recognition> Recall::recognize(const TrackedFrame& frame, TimeNs a
       view.T_NV.t - candidate.view.T_NV.t;
   if (!(off.dot(covariance.llt().solve(off)) < kChi2Pose)) return std::nullopt;
 
-  const SE3 T_WN = newest.seenFrom(), there = state.seenFrom() * view.T_NV.inverse();
-  const Eigen::Matrix3d R =
-      Eigen::AngleAxisd(aligningYaw(there.R * T_WN.R.transpose()), Eigen::Vector3d::UnitZ())
-          .toRotationMatrix();
-  const Recognition recognition{state.t, after, {R, there.t - R * T_WN.t}};
+  const Recognition recognition{
+      state.t, after,
+      yawPositionAlignment(newest.seenFrom(), state.seenFrom() * view.T_NV.inverse())};
   observe(candidate, findings, seen, window, recalled);
   for (WindowState& later : window->states)
     if (later.t > after) later.now = later.now.moved(recognition.T_WW0);

@@ -41,10 +41,6 @@ struct Alignment {
 Alignment alignPoints(const std::vector<Eigen::Vector3d>& p_G,
                       const std::vector<Eigen::Vector3d>& p_W, AlignmentType type);
 
-/** T_WG, a rotation about z and a translation, that takes `T_GB` to `T_WB` where they differ by no
- * more; else the nearest in rotation, and the positions agree. */
-SE3 yawPositionAlignment(const SE3& T_GB, const SE3& T_WB);
-
 /** Every pose of `trajectory` moved by `alignment`. */
 Trajectory transformed(const Trajectory& trajectory, const Alignment& alignment);
 
