@@ -63,7 +63,9 @@ LoadedFrame RawlogReader::load(size_t index, bool decode) {
   if (!decode) return result;
   try {
     const auto observation = observationAt(entry.ordinal);
-    result.frame = toStereoFrame(*observation, fs::absolute(path_).parent_path().string());
+    if (!entry.left_path.empty()) observation->imageLeft.setExternalStorage(entry.left_path);
+    if (!entry.right_path.empty()) observation->imageRight.setExternalStorage(entry.right_path);
+    result.frame = toStereoFrame(*observation);
     result.frame.t = entry.t;
   } catch (const DataError& e) {
     result.problem = e.what();

@@ -19,7 +19,8 @@ namespace etalon {
  * logs the first sensor label with CObservationStereoImages and the first with CObservationIMU are
  * taken, calibration comes from the observations, and the IMU's noise model is ImuNoiseDensities'
  * default (with a warning). Observations of other labels and classes are ignored. External images
- * are looked for relative to the log's folder; MRPT's process-wide base path is not used.
+ * are looked for relative to the log's folder, then in those where MRPT's tools put them; MRPT's
+ * process-wide base path is not used.
  */
 class RawlogReader : public RecordingReader {
  public:

@@ -20,9 +20,19 @@ namespace {
 namespace fs = std::filesystem;
 using mrpt::obs::CObservationStereoImages;
 
+/** Where a log's external images with relative paths may be: in its own folder, or where MRPT's tools
+ * put them. CRawlog::detectImagesDirectory() has the names, but loses a slash in MRPT 2.5. */
+std::vector<fs::path> imageFolders(const std::string& log) {
+  const fs::path folder = fs::absolute(log).parent_path();
+  const std::string name = fs::path(log).stem().string();
+  return {folder, folder / (name + "_Images"), folder / (name + "_images"),
+          folder / (name + "_IMAGES"), folder / "Images"};
+}
+
 class Scanner {
  public:
-  explicit Scanner(const std::string& path) : path_(path), reader_(path) {
+  explicit Scanner(const std::string& path)
+      : path_(path), image_folders_(imageFolders(path)), reader_(path) {
     scan_.ground_truth_label = kGroundTruthLabel;
   }
 
@@ -78,6 +88,16 @@ class Scanner {
     }
   }
 
+  /** Of an image's file; empty if the image is embedded. */
+  std::string externalPath(const mrpt::img::CImage& image) const {
+    if (!image.isExternallyStored()) return "";
+    const std::string& name = image.getExternalStorageFile();
+    std::error_code ignored;
+    for (const fs::path& folder : image_folders_)
+      if (fs::exists(folder / name, ignored)) return (folder / name).string();
+    return (image_folders_.front() / name).string();
+  }
+
   void add(const CObservationStereoImages& stereo) {
     if (!chosen(stereo.sensorLabel, &scan_.stereo_label, !scan_.first_stereo)) return;
     RawlogFrame entry;
@@ -92,12 +112,8 @@ class Scanner {
       return;
     }
     checkStamp(entry.t, scan_.frames, "stereo images '" + scan_.stereo_label + "'");
-    const fs::path folder = fs::absolute(path_).parent_path();
-    const auto resolve = [&](const mrpt::img::CImage& image) {
-      return image.isExternallyStored() ? (folder / image.getExternalStorageFile()).string() : "";
-    };
-    entry.left_path = resolve(stereo.imageLeft);
-    entry.right_path = resolve(stereo.imageRight);
+    entry.left_path = externalPath(stereo.imageLeft);
+    entry.right_path = externalPath(stereo.imageRight);
     scan_.frames.push_back(std::move(entry));
   }
 
@@ -124,6 +140,7 @@ class Scanner {
   }
 
   std::string path_;
+  std::vector<fs::path> image_folders_;
   RawlogObservations reader_;
   RawlogScan scan_;
 };

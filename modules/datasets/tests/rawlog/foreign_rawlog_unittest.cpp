@@ -160,6 +160,26 @@ TEST_F(ForeignRawlog, ReadsSensoryFramesInACompressedLog) {
   EXPECT_EQ(framesOf(readAll(*source)).size(), static_cast<size_t>(kFrames));
 }
 
+TEST_F(ForeignRawlog, ImagesAreWhereMrptsToolsPutThem) {
+  for (const char* name : {"log_Images", "Images"}) {
+    const fs::path images = folder / name;
+    fs::create_directory(images);
+    int files = 0;
+    write([&](auto& stereo) {
+      for (mrpt::img::CImage* image : {&stereo.imageLeft, &stereo.imageRight}) {
+        const std::string file = std::to_string(files++) + ".png";
+        image->saveToFile((images / file).string());
+        image->setExternalStorage(file);
+      }
+    });
+    const auto frames = framesOf(readAll(*openSource(log)));
+    ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames)) << name;
+    EXPECT_EQ(fs::path(frames[0].right_path).parent_path(), images);
+    EXPECT_FALSE(frames[0].right.empty());
+    fs::remove_all(images);
+  }
+}
+
 TEST_F(ForeignRawlog, IgnoresFurtherObservations) {
   convert(log, true);
   const std::string base = readText(log);
