@@ -43,7 +43,8 @@ int main(int argc, char** argv) {
     TimeNs known_until = 0;
     odometry.onImuState([&known_until](const ImuRateState& state) { known_until = state.t; });
 
-    mrpt::img::CImage::setImagesPathBase(path.parent_path().string());
+    // Of images that the log refers to by relative paths.
+    mrpt::img::CImage::setImagesPathBase(std::filesystem::absolute(path).parent_path().string());
     mrpt::obs::CRawlog log;
     if (!log.loadFromRawLogFile(path.string())) throw DataError(path.string(), 0, "no rawlog");
     for (const auto& entry : log)

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "chain_files.h"
 
 namespace etalon::testing {
@@ -13,7 +15,9 @@ using ::testing::HasSubstr;
 TEST(Observations, OfARawlogGiveAFlight) {
   const TemporaryFolder folder;
   const std::string log = folder.path() + "/flight.rawlog";
-  ASSERT_EQ(runEtalon({"convert", kFlight, log}).exit_code, 0);
+  // Below the log's folder, so that the log refers to its images by relative paths.
+  std::filesystem::create_directory_symlink(kFlight, folder.path() + "/flight");
+  ASSERT_EQ(runEtalon({"convert", folder.path() + "/flight", log}).exit_code, 0);
   const CommandResult run = runProgram(ETALON_OBSERVATIONS_TO_STATES, {log});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("inertial: a start was accepted"));

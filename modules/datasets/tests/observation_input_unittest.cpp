@@ -138,6 +138,16 @@ TEST(ObservationInput, ExternalImagesWithRelativePathsLieInTheBaseFolder) {
   EXPECT_THAT(std::get<UnusableObservation>(missing).reason, HasSubstr("/no/such/folder/left.png"));
 }
 
+TEST(ObservationInput, WithoutABaseFolderExternalImagesLieWhereMrptLooksForThem) {
+  const std::string before = mrpt::img::CImage::getImagesPathBase();
+  mrpt::img::CImage::setImagesPathBase("/no/such/base");
+  auto image = imageOf("cam0", kStep, 1);
+  image.image.setExternalStorage("left.png");
+  const Measurement missing = ObservationInput().convert(image);
+  mrpt::img::CImage::setImagesPathBase(before);
+  EXPECT_THAT(std::get<UnusableObservation>(missing).reason, HasSubstr("/no/such/base/left.png"));
+}
+
 TEST(ObservationInput, SamplesPassAsTheyAre) {
   ObservationInput input;
   ImuSample sample{1403636584763555500, {0.1, -0.2, 0.3}, {9.7, 0.2, -3.5}};

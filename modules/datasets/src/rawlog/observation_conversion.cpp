@@ -108,7 +108,9 @@ mrpt::img::CImage toMrptImage(const cv::Mat& image, const std::string& path, boo
 cv::Mat toGrayImage(const mrpt::img::CImage& image, const std::string& base_folder,
                     std::string* path, const std::string& name) {
   if (image.isExternallyStored()) {
-    *path = (std::filesystem::path(base_folder) / image.getExternalStorageFile()).string();
+    *path = base_folder.empty()
+                ? image.getExternalStorageFileAbsolutePath()
+                : (std::filesystem::path(base_folder) / image.getExternalStorageFile()).string();
     std::string problem;
     cv::Mat gray = readGrayImage(*path, &problem);
     if (!problem.empty()) throw DataError(*path, 0, problem);

@@ -44,6 +44,8 @@ mrpt::obs::CObservationRobotPose toObservation(
 
 /**
  * An image of an observation as a gray one of 8 bits, shared with it where it is one already.
+ * @param base_folder of an external image with a relative path; empty: MRPT's own
+ *        (CImage::setImagesPathBase(), else the working folder)
  * @param path receives that of an external image
  * @param name stands for the observation in messages
  * @throws DataError if it is empty, has other than 8 bits, or cannot be read
@@ -53,11 +55,11 @@ cv::Mat toGrayImage(const mrpt::img::CImage& image, const std::string& base_fold
 
 /**
  * The images of an observation as gray ones (shared with the observation where they are 8-bit gray
- * already). External images are read, a relative path taken from `base_folder`.
+ * already). External images are read, a relative path as toGrayImage() takes it.
  * @throws DataError if there is no right image, or if an image cannot be read
  */
 StereoFrame toStereoFrame(const mrpt::obs::CObservationStereoImages& observation,
-                          const std::string& base_folder = ".");
+                          const std::string& base_folder = "");
 
 /** Nothing unless all three rates and all three accelerations (in the sensor's frame) are present.
  */

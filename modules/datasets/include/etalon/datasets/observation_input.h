@@ -35,9 +35,9 @@ struct UnusableObservation {
 class ObservationInput {
  public:
   /** @param left_label and right_label of the images that come one by one
-   *  @param base_folder of external images with relative paths */
+   *  @param base_folder of external images with relative paths; empty: MRPT's own (toGrayImage()) */
   explicit ObservationInput(std::string left_label = "cam0", std::string right_label = "cam1",
-                            std::string base_folder = ".")
+                            std::string base_folder = "")
       : labels_{std::move(left_label), std::move(right_label)},
         base_folder_(std::move(base_folder)) {}
 
