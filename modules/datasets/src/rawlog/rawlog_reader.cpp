@@ -35,19 +35,23 @@ Recording RawlogReader::read() {
   RawlogScan scan = scanRawlog(path_);
   if (scan.frames.empty())
     throw DataError(path_, 0,
-                    "expected CObservationStereoImages with a left and a right image, found none");
+                    "expected CObservationStereoImages with a left and a right image, found none" +
+                        scan.stereo.othersInWords());
   Recording recording;
-  putInOrder(path_ + ": IMU '" + scan.imu_label + "'", "samples", &scan.imu, &recording.warnings);
-  if (scan.imu.empty())
-    throw DataError(path_, 0, "expected CObservationIMU with rates and accelerations, found none");
+  putInOrder(path_ + ": IMU '" + scan.imu.label.value_or("") + "'", "samples", &scan.imu_samples,
+             &recording.warnings);
+  if (scan.imu_samples.empty())
+    throw DataError(path_, 0,
+                    "expected CObservationIMU with all rates and accelerations, found none" +
+                        scan.imu.othersInWords());
   recording.calibration = calibrationOf(scan, path_, &recording.warnings);
   recording.ground_truth.states = std::move(scan.truth);
   restoreExact(&scan, &recording.ground_truth);
   describeScan(scan, path_, &recording.warnings);
-  recording.unpaired_left = scan.without_right;
-  recording.imu = std::move(scan.imu);
+  recording.unpaired_left = scan.stereo.unusableStamps();
+  recording.imu = std::move(scan.imu_samples);
   for (const RawlogFrame& frame : scan.frames) recording.image_stamps.push_back(frame.t);
-  label_ = scan.stereo_label;
+  label_ = *scan.stereo.label;
   entries_ = std::move(scan.frames);
   calibration_ = recording.calibration;
   return recording;
@@ -62,7 +66,7 @@ LoadedFrame RawlogReader::load(size_t index, bool decode) {
   result.file = path_;
   if (!decode) return result;
   try {
-    const auto observation = observationAt(entry.ordinal);
+    const auto observation = observationAt(index);
     if (!entry.left_path.empty()) observation->imageLeft.setExternalStorage(entry.left_path);
     if (!entry.right_path.empty()) observation->imageRight.setExternalStorage(entry.right_path);
     result.frame = toStereoFrame(*observation);
@@ -93,17 +97,17 @@ std::vector<RecordingFile> RawlogReader::files() const {
 
 std::string RawlogReader::calibrationFile(const std::string& /*sensor*/) const { return path_; }
 
-CObservationStereoImages::Ptr RawlogReader::observationAt(size_t ordinal) {
+CObservationStereoImages::Ptr RawlogReader::observationAt(size_t index) {
   if (!log_) log_ = std::make_unique<RawlogObservations>(path_);
-  if (ordinal < next_ordinal_ && !(last_ && ordinal + 1 == next_ordinal_))
+  if (index < next_ && !(last_ && index + 1 == next_))
     throw DataError(path_, 0, "embedded images are read in the order of time");
-  while (!last_ || next_ordinal_ <= ordinal) {
+  while (!last_ || next_ <= index) {
     const auto observation = log_->next();
     if (!observation) throw DataError(path_, 0, "the log became shorter while it was read");
     auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation);
-    if (!stereo || stereo->sensorLabel != label_) continue;
+    if (!stereo || stereo->sensorLabel != label_ || !stereo->hasImageRight) continue;
     last_ = std::move(stereo);
-    ++next_ordinal_;
+    ++next_;
   }
   return last_;
 }

@@ -16,11 +16,12 @@ namespace etalon {
  *
  * In a log that this project wrote, calibration, noise model and exact stamps come from its
  * comments (see recording_comment.h), and the streams are those that the comment names. In other
- * logs the first sensor label with CObservationStereoImages and the first with CObservationIMU are
- * taken, calibration comes from the observations, and the IMU's noise model is ImuNoiseDensities'
- * default (with a warning). Observations of other labels and classes are ignored. External images
- * are looked for relative to the log's folder, then in those where MRPT's tools put them; MRPT's
- * process-wide base path is not used.
+ * logs the first sensor label with a CObservationStereoImages that has a right image and the first
+ * with a CObservationIMU that has all rates and accelerations are taken, calibration comes from the
+ * observations, and the IMU's noise model is ImuNoiseDensities' default (with a warning).
+ * Observations of other labels and classes are ignored. External images are looked for relative to
+ * the log's folder, then in those where MRPT's tools put them; MRPT's process-wide base path is not
+ * used.
  */
 class RawlogReader : public RecordingReader {
  public:
@@ -40,14 +41,14 @@ class RawlogReader : public RecordingReader {
   std::string calibrationFile(const std::string& sensor) const override;
 
  private:
-  mrpt::obs::CObservationStereoImages::Ptr observationAt(size_t ordinal);
+  mrpt::obs::CObservationStereoImages::Ptr observationAt(size_t index);
 
   std::string path_, label_;
   std::vector<RawlogFrame> entries_;
   StereoInertialCalibration calibration_;
   std::unique_ptr<RawlogObservations> log_;
   mrpt::obs::CObservationStereoImages::Ptr last_;
-  size_t next_ordinal_ = 0;  ///< of the observation after last_
+  size_t next_ = 0;  ///< of the pair after last_
 };
 
 }  // namespace etalon

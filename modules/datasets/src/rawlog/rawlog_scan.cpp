@@ -52,17 +52,6 @@ class Scanner {
   }
 
  private:
-  /** Whether the observation is of the chosen stream; the first label is chosen where no comment
-   * chose. */
-  bool chosen(const std::string& label, std::string* stream, bool none_yet) {
-    if (!scan_.comment && none_yet && stream->empty()) *stream = label;
-    if (label == *stream) return true;
-    if (!scan_.comment &&
-        std::count(scan_.other_labels.begin(), scan_.other_labels.end(), label) == 0)
-      scan_.other_labels.push_back(label);
-    return false;
-  }
-
   template <typename Elements>
   void checkStamp(TimeNs t, const Elements& elements, const std::string& what) const {
     if (!isStamp(t))
@@ -80,8 +69,8 @@ class Scanner {
     const std::string format = formatOfComment(comment.text);
     if (format == kRecordingFormat && !scan_.comment) {
       scan_.comment = recordingCommentFromJson(comment.text, path_);
-      scan_.stereo_label = scan_.comment->stereo_label;
-      scan_.imu_label = scan_.comment->imu_label;
+      scan_.stereo.label = scan_.comment->stereo_label;
+      scan_.imu.label = scan_.comment->imu_label;
       scan_.ground_truth_label = scan_.comment->ground_truth_label;
     } else if (format == kIndexFormat && !scan_.index) {
       scan_.index = recordingIndexFromJson(comment.text, path_);
@@ -99,33 +88,24 @@ class Scanner {
   }
 
   void add(const CObservationStereoImages& stereo) {
-    if (!chosen(stereo.sensorLabel, &scan_.stereo_label, !scan_.first_stereo)) return;
     RawlogFrame entry;
     entry.t = fromMrptTime(stereo.timestamp);
-    entry.ordinal = scan_.stereo_observations++;
+    if (!scan_.stereo.takes(stereo.sensorLabel, entry.t, stereo.hasImageRight)) return;
     if (!scan_.first_stereo) {
       scan_.first_stereo = stereo;
       scan_.first_stereo->imageLeft = scan_.first_stereo->imageRight = mrpt::img::CImage();
     }
-    if (!stereo.hasImageRight) {
-      scan_.without_right.push_back(entry.t);
-      return;
-    }
-    checkStamp(entry.t, scan_.frames, "stereo images '" + scan_.stereo_label + "'");
+    checkStamp(entry.t, scan_.frames, "stereo images '" + stereo.sensorLabel + "'");
     entry.left_path = externalPath(stereo.imageLeft);
     entry.right_path = externalPath(stereo.imageRight);
     scan_.frames.push_back(std::move(entry));
   }
 
   void add(const mrpt::obs::CObservationIMU& imu) {
-    if (!chosen(imu.sensorLabel, &scan_.imu_label, scan_.imu.empty())) return;
     const std::optional<ImuSample> sample = toImuSample(imu);
-    if (!sample) {
-      ++scan_.incomplete_imu;
-      return;
-    }
-    if (scan_.imu.empty()) scan_.T_RB = fromMrptPose(imu.sensorPose);
-    scan_.imu.push_back(*sample);
+    if (!scan_.imu.takes(imu.sensorLabel, fromMrptTime(imu.timestamp), sample.has_value())) return;
+    if (scan_.imu_samples.empty()) scan_.T_RB = fromMrptPose(imu.sensorPose);
+    scan_.imu_samples.push_back(*sample);
   }
 
   void add(const mrpt::obs::CObservationRobotPose& pose) {
@@ -179,6 +159,26 @@ void checkCalibration(const StereoInertialCalibration& calibration, const std::s
 
 }  // namespace
 
+bool RawlogStream::takes(const std::string& observed_label, TimeNs t, bool is_usable) {
+  if (!label && is_usable) label = observed_label;
+  if (is_usable && observed_label == label) return true;
+  std::vector<TimeNs>& stamps = unusable[observed_label];
+  if (!is_usable) stamps.push_back(t);
+  return false;
+}
+
+std::vector<TimeNs> RawlogStream::unusableStamps() const {
+  const auto found = label ? unusable.find(*label) : unusable.end();
+  return found == unusable.end() ? std::vector<TimeNs>() : found->second;
+}
+
+std::string RawlogStream::othersInWords() const {
+  std::string text;
+  for (const auto& [other, stamps] : unusable)
+    text += (text.empty() ? "; there are others, of '" : ", '") + other + "'";
+  return text;
+}
+
 RawlogScan scanRawlog(const std::string& path) { return Scanner(path).run(); }
 
 void restoreExact(RawlogScan* scan, GroundTruth* truth) {
@@ -188,7 +188,7 @@ void restoreExact(RawlogScan* scan, GroundTruth* truth) {
   for (RawlogFrame& frame : scan->frames)
     if (const auto i = findExact(frame.t, index.image_stamps, itself))
       frame.t = index.image_stamps[*i];
-  for (ImuSample& sample : scan->imu)
+  for (ImuSample& sample : scan->imu_samples)
     if (const auto i = findExact(sample.t, index.imu_stamps, itself))
       sample.t = index.imu_stamps[*i];
   truth->has_velocity = index.ground_truth.has_velocity;
@@ -214,10 +214,10 @@ StereoInertialCalibration calibrationOf(const RawlogScan& scan, const std::strin
     return scan.comment->calibration;
   }
   StereoInertialCalibration calibration = calibrationOf(
-      *scan.first_stereo, scan.T_RB, path + ", stereo observation '" + scan.stereo_label + "'");
+      *scan.first_stereo, scan.T_RB, path + ", stereo observation '" + *scan.stereo.label + "'");
   for (CameraCalibration& camera : calibration.cameras)
     if (scan.frames.size() > 1) camera.rate_hz = measuredRate(scan.frames);
-  if (scan.imu.size() > 1) calibration.imu.rate_hz = measuredRate(scan.imu);
+  if (scan.imu_samples.size() > 1) calibration.imu.rate_hz = measuredRate(scan.imu_samples);
   warnings->push_back(path +
                       ": no noise model of the IMU in the log; the densities of an ADIS16448 are "
                       "assumed (gyro 1.6968e-4 rad/s/sqrt(Hz), accelerometer 2e-3 m/s^2/sqrt(Hz))");
@@ -236,18 +236,17 @@ void describeScan(const RawlogScan& scan, const std::string& path,
     warnings->push_back(path +
                         ": the index at the log's end is missing (was the log cut?): stamps are "
                         "those of MRPT's clock, 100 ns");
-  if (scan.incomplete_imu > 0)
-    warnings->push_back(path + ": " + std::to_string(scan.incomplete_imu) +
+  if (const size_t count = scan.imu.unusableStamps().size(); count > 0)
+    warnings->push_back(path + ": " + std::to_string(count) +
                         " IMU observations without all rates and accelerations were ignored");
   const std::string used =
-      "' is ignored; used are '" + scan.stereo_label + "' and '" + scan.imu_label + "'";
-  for (const std::string& label : scan.other_labels) {
-    std::string sentence = path;
-    sentence.append(": the sensor '").append(label).append(used);
-    warnings->push_back(std::move(sentence));
-  }
-  if (!scan.without_right.empty())
-    warnings->push_back(path + ": " + std::to_string(scan.without_right.size()) +
+      "' is ignored; used are '" + *scan.stereo.label + "' and '" + *scan.imu.label + "'";
+  for (const RawlogStream* stream : {&scan.stereo, &scan.imu})
+    for (const auto& [label, stamps] : stream->unusable)
+      if (!scan.comment && label != stream->label)
+        warnings->push_back(std::string(path).append(": the sensor '").append(label).append(used));
+  if (const size_t count = scan.stereo.unusableStamps().size(); count > 0)
+    warnings->push_back(path + ": " + std::to_string(count) +
                         " stereo observations have no right image");
 }
 

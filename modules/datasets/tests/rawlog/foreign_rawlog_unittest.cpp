@@ -81,6 +81,33 @@ TEST_F(ForeignRawlog, SaysWhatIsMissingInTheCalibration) {
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("left and a right image"));
 }
 
+TEST_F(ForeignRawlog, SensorsThatLackWhatIsNeededAreNotTaken) {
+  write();
+  const std::string usable = readText(log), all = (folder / "all.rawlog").string();
+  RawlogWriter writer(all);
+  mrpt::obs::CObservationIMU ahrs;  // orientation alone
+  ahrs.sensorLabel = "ahrs";
+  ahrs.timestamp = toMrptTime(kFirstStamp);
+  ahrs.set(mrpt::obs::IMU_YAW, 0.1);
+  writer.write(ahrs);
+  mrpt::obs::CObservationStereoImages depth;
+  depth.sensorLabel = "depth";
+  depth.timestamp = toMrptTime(kFirstStamp);
+  writer.write(depth);
+  writer.close();
+  const std::string unusable = readText(all);
+  writeText(all, unusable + usable);
+  const auto source = openWhole(all);
+  EXPECT_EQ(framesOf(readAll(*source)).size(), static_cast<size_t>(kFrames));
+  EXPECT_THAT(
+      source->statistics().warnings,
+      AllOf(Contains(HasSubstr("the sensor 'ahrs' is ignored; used are 'stereo' and 'imu0'")),
+            Contains(HasSubstr("the sensor 'depth' is ignored"))));
+  writeText(all, unusable);
+  EXPECT_THAT(dataErrorOf([&] { openSource(all); }),
+              HasSubstr("a right image, found none; there are others, of 'depth'"));
+}
+
 TEST_F(ForeignRawlog, ImagesThatAreNotInOrderAreAnError) {
   std::vector<SensorEvent> swapped = events;
   std::vector<SensorEvent*> frames;

@@ -35,7 +35,7 @@ struct UnusableObservation {
 class ObservationInput {
  public:
   /** @param left_label and right_label of the images that come one by one
-   *  @param base_folder of external images with relative paths; empty: MRPT's own (toGrayImage()) */
+   *  @param base_folder of external images with relative paths; empty: as in toGrayImage() */
   explicit ObservationInput(std::string left_label = "cam0", std::string right_label = "cam1",
                             std::string base_folder = "")
       : labels_{std::move(left_label), std::move(right_label)},
