@@ -49,13 +49,15 @@ std::unique_ptr<RecordedSource> openRecording(const std::string& path,
   std::string expected;
   for (const Format& format : kFormats) {
     if (format.accepts(path))
-      return std::make_unique<RecordedSource>(path, format.kind,
-                                              format.open(path, options.recording), options);
+      return std::make_unique<RecordedSource>(path, format.kind, format.open(path, recording),
+                                              options);
     expected += (expected.empty() ? "" : " or ") + std::string(format.expected);
   }
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
     throw DataError(path, 0, "there is no such recording; expected " + expected);
+  RecordingOptions recording = options.recording;
+  if (!options.ground_truth.empty()) recording.own_truth = false;
   if (std::filesystem::file_size(path, ignored) == 0)
     throw DataError(path, 0, "the file is empty; expected " + expectedByName(path));
   if (std::filesystem::path(path).extension() == ".mcap")

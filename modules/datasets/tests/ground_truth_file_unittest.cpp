@@ -87,7 +87,12 @@ TEST_F(GroundTruthFile, OfSeveralIsFoundByName) {
 TEST_F(GroundTruthFile, StandsInPlaceOfTheRecordingsOwn) {
   SourceOptions options;
   options.ground_truth = write("a.tum", kTum);
-  EXPECT_EQ(openSource(writeRecording("r"), options)->groundTruth().states.size(), 3U);
+  const std::string recording = writeRecording("r");
+  EXPECT_EQ(openSource(recording, options)->groundTruth().states.size(), 3U);
+  // Then its own may be broken.
+  write("r/mav0/state_groundtruth_estimate0/data.csv", "1403636580838555648,nan,2,3,1,0,0,0\n");
+  EXPECT_THROW(openSource(recording), DataError);
+  EXPECT_EQ(openSource(recording, options)->groundTruth().states.size(), 3U);
 }
 
 }  // namespace

@@ -14,11 +14,12 @@ RecordingFindings checkRecording(RecordedSource& source) {
 
 namespace {
 
-/** The recording as a whole. */
+/** The recording as a whole, without its ground truth. */
 std::unique_ptr<RecordedSource> openWhole(const std::string& path,
                                           const RecordingOptions& recording) {
   SourceOptions options;
   options.recording = recording;
+  options.recording.own_truth = false;
   return openRecording(path, options);
 }
 

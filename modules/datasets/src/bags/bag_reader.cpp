@@ -124,7 +124,7 @@ Recording BagReader::read() {
   double& rate_hz = recording.calibration.imu.rate_hz;
   if (rate_hz == 0.0) rate_hz = measuredRate(recording.imu);
   readImages(shift, &recording);
-  if (!streams_.truth.empty()) {
+  if (options_.own_truth && !streams_.truth.empty()) {
     std::vector<StampedPose> poses = bag_->poses(streams_.truth);
     putInOrder(nameOf(streams_.truth), "messages", &poses, &recording.warnings);
     for (const StampedPose& pose : poses)

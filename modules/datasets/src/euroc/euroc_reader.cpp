@@ -173,7 +173,7 @@ Recording EurocReader::read() {
   if (has_camchain) useCamchain(&recording, &images);
   pairImages(images[0], images[1], &recording);
   const char* const truth = fs::exists(root_ / "mocap0") ? "mocap0" : "state_groundtruth_estimate0";
-  recording.ground_truth = readGroundTruth(root_ / truth, T_BS);
+  if (options_.own_truth) recording.ground_truth = readGroundTruth(root_ / truth, T_BS);
   calibration_ = recording.calibration;
   return recording;
 }

@@ -26,13 +26,13 @@ bool RawlogReader::accepts(const std::string& path) {
 }
 
 RawlogReader::RawlogReader(std::string path, const RecordingOptions& options)
-    : path_(std::move(path)) {
+    : path_(std::move(path)), own_truth_(options.own_truth) {
   refuseCalibrationOptions(options, path_, "a rawlog");
   refuseTopicOptions(options, path_, "a rawlog");
 }
 
 Recording RawlogReader::read() {
-  RawlogScan scan = scanRawlog(path_);
+  RawlogScan scan = scanRawlog(path_, own_truth_);
   if (scan.frames.empty())
     throw DataError(path_, 0,
                     "expected CObservationStereoImages with a left and a right image, found none" +

@@ -44,6 +44,7 @@ class RawlogReader : public RecordingReader {
   mrpt::obs::CObservationStereoImages::Ptr observationAt(size_t index);
 
   std::string path_, label_;
+  bool own_truth_;
   std::vector<RawlogFrame> entries_;
   StereoInertialCalibration calibration_;
   std::unique_ptr<RawlogObservations> log_;

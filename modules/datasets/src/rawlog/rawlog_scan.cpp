@@ -31,8 +31,8 @@ std::vector<fs::path> imageFolders(const std::string& log) {
 
 class Scanner {
  public:
-  explicit Scanner(const std::string& path)
-      : path_(path), image_folders_(imageFolders(path)), reader_(path) {
+  Scanner(const std::string& path, bool with_truth)
+      : path_(path), with_truth_(with_truth), image_folders_(imageFolders(path)), reader_(path) {
     scan_.ground_truth_label = kGroundTruthLabel;
   }
 
@@ -109,7 +109,7 @@ class Scanner {
   }
 
   void add(const mrpt::obs::CObservationRobotPose& pose) {
-    if (pose.sensorLabel != scan_.ground_truth_label) return;
+    if (!with_truth_ || pose.sensorLabel != scan_.ground_truth_label) return;
     StampedState state;
     state.t = fromMrptTime(pose.timestamp);
     state.T_WB = fromMrptPose(pose.pose.mean);
@@ -120,6 +120,7 @@ class Scanner {
   }
 
   std::string path_;
+  bool with_truth_;
   std::vector<fs::path> image_folders_;
   RawlogObservations reader_;
   RawlogScan scan_;
@@ -179,7 +180,9 @@ std::string RawlogStream::othersInWords() const {
   return text;
 }
 
-RawlogScan scanRawlog(const std::string& path) { return Scanner(path).run(); }
+RawlogScan scanRawlog(const std::string& path, bool with_truth) {
+  return Scanner(path, with_truth).run();
+}
 
 void restoreExact(RawlogScan* scan, GroundTruth* truth) {
   if (!scan->index) return;

@@ -48,7 +48,7 @@ struct RawlogScan {
 };
 
 /** @throws DataError naming the number of the object and what was expected */
-RawlogScan scanRawlog(const std::string& path);
+RawlogScan scanRawlog(const std::string& path, bool with_truth);
 
 /** The exact stamps, and the rest of the ground truth, where the log's index has them. */
 void restoreExact(RawlogScan* scan, GroundTruth* truth);

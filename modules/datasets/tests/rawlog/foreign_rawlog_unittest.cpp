@@ -165,6 +165,9 @@ TEST_F(ForeignRawlog, NumbersThatAreNoneAreAnError) {
   writer.close();
   writeText(log, readText(more) + whole);
   EXPECT_THAT(dataErrorOf([&] { openSource(log); }), HasSubstr("finite pose"));
+  SourceOptions options;
+  options.recording.own_truth = false;
+  EXPECT_TRUE(openSource(log, options)->groundTruth().empty());
 }
 
 TEST_F(ForeignRawlog, ReadsSensoryFramesInACompressedLog) {

@@ -56,6 +56,8 @@ struct RecordingOptions {
   std::string camchain, imu_yaml;
   /** Topics of a bag; empty: the only one that it can be. */
   std::string left_topic, right_topic, imu_topic, truth_topic;
+  /** Without, the recording's own ground truth is not looked at: it may be broken. */
+  bool own_truth = true;
 };
 
 struct SourceOptions {
