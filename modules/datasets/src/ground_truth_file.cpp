@@ -6,7 +6,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/datasets/euroc_files.h"
-#include "etalon/datasets/sensor_source.h"
+#include "etalon/datasets/recorded_source.h"
 
 namespace etalon {
 namespace {
@@ -23,15 +23,6 @@ bool hasCommas(const std::string& path) {
       return line.find(',') != std::string::npos;
   }
   return false;
-}
-
-bool isRecording(const fs::path& path) {
-  if (fs::is_directory(path))
-    return fs::is_directory(path / "mav0") || fs::is_directory(path / "imu0") ||
-           fs::exists(path / "metadata.yaml");  // a ROS 2 bag
-  const fs::path type = path.extension();
-  return fs::exists(path) &&
-         (type == ".rawlog" || type == ".bag" || type == ".db3" || type == ".mcap");
 }
 
 }  // namespace

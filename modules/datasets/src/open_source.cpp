@@ -34,7 +34,7 @@ constexpr Format kFormats[] = {
     formatOf<RawlogReader>("rawlog", "a .rawlog"),
 };
 
-/** What a file of that name should be, as far as no format accepts it; empty for a folder. */
+/** What a file of that name should be, as far as no format accepts it. */
 std::string expectedByName(const std::string& path) {
   const std::string extension = std::filesystem::path(path).extension().string();
   if (extension == ".bag") return "a ROS 1 bag, which begins with '#ROSBAG V2.0'";
@@ -44,8 +44,20 @@ std::string expectedByName(const std::string& path) {
 
 }  // namespace
 
+bool isRecording(const std::string& path) {
+  for (const Format& format : kFormats)
+    if (format.accepts(path)) return true;
+  const std::string extension = std::filesystem::path(path).extension().string();
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored) &&
+         (extension == ".rawlog" || extension == ".bag" || extension == ".db3" ||
+          extension == ".mcap");
+}
+
 std::unique_ptr<RecordedSource> openRecording(const std::string& path,
                                               const SourceOptions& options) {
+  RecordingOptions recording = options.recording;
+  if (!options.ground_truth.empty()) recording.own_truth = false;
   std::string expected;
   for (const Format& format : kFormats) {
     if (format.accepts(path))
@@ -54,10 +66,12 @@ std::unique_ptr<RecordedSource> openRecording(const std::string& path,
     expected += (expected.empty() ? "" : " or ") + std::string(format.expected);
   }
   std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw DataError(path, 0,
+                    "is no recording; expected a EuRoC (ASL) folder with cam0, cam1 and imu0, or a "
+                    "ROS 2 bag with its metadata.yaml");
   if (!std::filesystem::is_regular_file(path, ignored))
     throw DataError(path, 0, "there is no such recording; expected " + expected);
-  RecordingOptions recording = options.recording;
-  if (!options.ground_truth.empty()) recording.own_truth = false;
   if (std::filesystem::file_size(path, ignored) == 0)
     throw DataError(path, 0, "the file is empty; expected " + expectedByName(path));
   if (std::filesystem::path(path).extension() == ".mcap")

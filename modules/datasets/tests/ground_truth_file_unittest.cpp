@@ -7,6 +7,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "etalon/datasets/convert.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/testing/tiny_recording.h"
 
@@ -64,6 +65,20 @@ TEST_F(GroundTruthFile, OfOneRecordingIsTheFileItself) {
   EXPECT_FALSE(isGroundTruthFolder(recording));
   EXPECT_EQ(groundTruthOf("any", file), file);
   EXPECT_EQ(groundTruthOf("any", recording), recording);
+}
+
+TEST_F(GroundTruthFile, ARecordingIsWhatOpenRecordingTakesForOne) {
+  const std::string recording = writeRecording("r"), log = folder_ / "log.rawlog";
+  convertToRawlog(*openSource(recording), log, {});
+  std::filesystem::rename(log, folder_ / "log");
+  EXPECT_EQ(readGroundTruth(folder_ / "log").states.size(),
+            readGroundTruth(recording).states.size());
+  try {
+    readGroundTruth(write("broken.bag", kTum));
+    FAIL() << "expected a DataError";
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("ROS 1 bag"));
+  }
 }
 
 TEST_F(GroundTruthFile, OfSeveralIsFoundByName) {

@@ -212,10 +212,24 @@ class Ros2Bag : public BagFile {
   std::vector<Message> messages_;  ///< of images; the handle is the place in it
 };
 
+constexpr char kMetadata[] = "metadata.yaml", kMetadataKey[] = "rosbag2_bagfile_information";
+
+/** Whether its metadata are those of a bag. In a folder of images they may be anything. */
+bool isBagFolder(const fs::path& folder) {
+  std::error_code error;
+  std::ifstream metadata(folder / kMetadata);
+  if (!metadata) return false;
+  if (!fs::is_directory(folder / "mav0", error) && !fs::is_directory(folder / "cam0", error))
+    return true;
+  for (std::string line; std::getline(metadata, line);)
+    if (line.rfind(kMetadataKey, 0) == 0) return true;
+  return false;
+}
+
 /** The files of a folder, by its metadata. */
 std::vector<std::string> filesOf(const std::string& folder) {
-  const YamlMap metadata((fs::path(folder) / "metadata.yaml").string());
-  const YamlMap bag = metadata.below("rosbag2_bagfile_information", "what rosbag2 writes there");
+  const YamlMap metadata((fs::path(folder) / kMetadata).string());
+  const YamlMap bag = metadata.below(kMetadataKey, "what rosbag2 writes there");
   const std::string storage = bag.word("storage_identifier", "sqlite3");
   if (storage != "sqlite3")
     bag.fail(bag.node("storage_identifier", ""),
@@ -239,7 +253,7 @@ std::vector<std::string> filesOf(const std::string& folder) {
 
 bool isRos2Bag(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return fs::exists(fs::path(path) / "metadata.yaml", error);
+  if (fs::is_directory(path, error)) return isBagFolder(path);
   return isSqlite(path) || isMcap(path);
 }
 

@@ -65,7 +65,9 @@ void append(std::vector<std::string>* all, const std::vector<std::string>& more)
 
 bool EurocReader::accepts(const std::string& path) {
   std::error_code error;
-  return fs::is_directory(path, error);
+  for (const char* folder : {"mav0", "cam0", "cam1", "imu0"})
+    if (fs::is_directory(fs::path(path) / folder, error)) return true;
+  return false;
 }
 
 EurocReader::EurocReader(const std::string& path, const RecordingOptions& options)

@@ -28,7 +28,7 @@ namespace etalon {
  */
 class EurocReader : public RecordingReader {
  public:
-  /** Whether it is a folder. */
+  /** Whether it is a folder with `mav0`, or with a folder of one of the sensors. */
   static bool accepts(const std::string& path);
 
   /** @throws DataError if the folders of the sensors are not there, ConfigError if the options have

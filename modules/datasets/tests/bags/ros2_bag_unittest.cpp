@@ -275,6 +275,14 @@ TEST_F(Ros2Bag, OtherStoragesAreRefusedWithAnAdvice) {
               AllOf(HasSubstr("metadata.yaml:7: "), HasSubstr("'zstd' is not read")));
 }
 
+TEST_F(Ros2Bag, AFolderOfImagesMayHaveMetadataOfItsOwn) {
+  writeText(euroc_ / "metadata.yaml", "place: machine hall\n");
+  EXPECT_EQ(openRecording(euroc_.string())->kind(), "euroc");
+  // Without images the folder is a bag, and what its metadata lack is said.
+  writeText(bag_ / "metadata.yaml", "place: machine hall\n");
+  EXPECT_THAT(openingError(bag_.string()), HasSubstr("rosbag2_bagfile_information"));
+}
+
 TEST_F(Ros2Bag, BrokenOnesAreRefused) {
   replaceInFile(bag_ / "metadata.yaml", "flight_1.db3", "flight_2.db3");
   EXPECT_THAT(openingError(bag_.string()),

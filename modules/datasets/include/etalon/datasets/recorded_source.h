@@ -80,4 +80,8 @@ class RecordedSource : public SensorSource {
 std::unique_ptr<RecordedSource> openRecording(const std::string& path,
                                               const SourceOptions& options = {});
 
+/** Whether it is a recording, or by its name should be one: openRecording() reads it or says what is
+ * wrong with it. */
+bool isRecording(const std::string& path);
+
 }  // namespace etalon
