@@ -1,8 +1,6 @@
 #include "etalon/runlog/run_log.h"
 
-#include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/obs/CObservationComment.h>
-#include <mrpt/serialization/CArchive.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -11,6 +9,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/datasets/mrpt_time.h"
 #include "etalon/datasets/observation_conversion.h"
+#include "etalon/datasets/rawlog_observations.h"
 #include "etalon/datasets/rawlog_writer.h"
 #include "etalon/datasets/recording_comment.h"
 
@@ -89,22 +88,15 @@ RunRecord readRunRecord(const std::string& run) {
       fs::is_directory(run, ignored) ? (fs::path(run) / kRunLogName).string() : run;
   if (!fs::is_regular_file(path, ignored))
     throw DataError(path, 0, "there is no such file; expected the log of a run (etalon replay)");
-  mrpt::io::CFileGZInputStream stream;
-  if (!stream.open(path)) throw DataError(path, 0, "cannot be opened; expected an MRPT rawlog");
-  auto archive = mrpt::serialization::archiveFrom(stream);
-  for (;;) {
-    mrpt::serialization::CSerializable::Ptr object;
-    try {
-      object = archive.ReadObject();
-    } catch (const std::exception&) {  // the end of the log, or an unreadable object
-      throw DataError(path, 0,
-                      "expected an MRPT rawlog with a comment of the format \"" +
-                          std::string(kRunFormat) + "\", found none to its end");
-    }
-    const auto comment = std::dynamic_pointer_cast<mrpt::obs::CObservationComment>(object);
+  RawlogObservations observations(path);
+  while (const auto observation = observations.next()) {
+    const auto* comment = dynamic_cast<const mrpt::obs::CObservationComment*>(observation.get());
     if (comment && formatOfComment(comment->text) == kRunFormat)
       return runRecordFromJson(comment->text, path);
   }
+  throw DataError(path, 0,
+                  "expected a comment of the format \"" + std::string(kRunFormat) +
+                      "\" in the log of a run, found none to its end");
 }
 
 }  // namespace etalon

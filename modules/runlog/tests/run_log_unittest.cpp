@@ -132,6 +132,23 @@ TEST(RunLog, SaysWhatIsMissing) {
   EXPECT_THROW(writeRunLog(folder / "no/such/run.rawlog", exampleRun().log()), DataError);
 }
 
+TEST(RunLog, ADamagedOneIsRefusedBeforeThereIsRoomForItsLengths) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / kRunLogName, name = "mrpt::obs::CObservationComment";
+  writeRunLog(path, exampleRun().log());
+  std::stringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  std::string damaged = text.str();
+  damaged.replace(damaged.find(name) + name.size() + 1, 4, "\xff\xff\xff\x7f", 4);
+  std::ofstream(path, std::ios::binary) << damaged;
+  try {
+    readRunRecord(path);
+    FAIL() << "expected a DataError";
+  } catch (const DataError& e) {
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("more than the log can hold"));
+  }
+}
+
 #ifdef ETALON_RAWLOG_EDIT
 TEST(RunLog, RawlogEditReadsIt) {
   const testing::TemporaryFolder folder;

@@ -1,4 +1,4 @@
-#include "rawlog/rawlog_observations.h"
+#include "etalon/datasets/rawlog_observations.h"
 
 #include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationStereoImages.h>

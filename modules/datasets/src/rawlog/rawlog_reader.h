@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "etalon/datasets/rawlog_observations.h"
 #include "etalon/datasets/recording_reader.h"
-#include "rawlog/rawlog_observations.h"
 #include "rawlog/rawlog_scan.h"
 
 namespace etalon {

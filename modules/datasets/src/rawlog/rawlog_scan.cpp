@@ -10,7 +10,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/datasets/mrpt_time.h"
 #include "etalon/datasets/observation_conversion.h"
-#include "rawlog/rawlog_observations.h"
+#include "etalon/datasets/rawlog_observations.h"
 #include "stamped_rows.h"
 
 namespace etalon {
