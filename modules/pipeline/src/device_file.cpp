@@ -1,5 +1,7 @@
 #include "etalon/pipeline/device_file.h"
 
+#include <strings.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -69,10 +71,15 @@ FlightBias flightFromText(const std::string& recording, const IniFile::Value& va
   return flight;
 }
 
+/** Whether an INI file takes both for one key: case does not count there. */
+bool isOneKey(const std::string& a, const std::string& b) {
+  return strcasecmp(a.c_str(), b.c_str()) == 0;
+}
+
 bool same(const std::string& a_name, const FlightBias& a, const std::string& b_name,
           const FlightBias& b) {
   if (isDate(a.first) && isDate(b.first)) return a.first <= b.last && b.first <= a.last;
-  return a_name == b_name;
+  return isOneKey(a_name, b_name);
 }
 
 /** A name that may be a key. */
@@ -168,7 +175,9 @@ std::vector<std::string> DeviceFile::put(const std::string& recording, const Fli
     }
   }
   const std::string name = key;
-  for (int i = 2; flights_.count(key) > 0; ++i) key = name + "-" + std::to_string(i);
+  const auto is_taken = [&key](const auto& known) { return isOneKey(known.first, key); };
+  for (int i = 2; std::any_of(flights_.begin(), flights_.end(), is_taken); ++i)
+    key = name + "-" + std::to_string(i);
   // As it will be read, so that what follows from it does not depend on whether it was written.
   flights_[key] = flightFromText(key, {toText(flight), recording});
   return replaced;

@@ -93,6 +93,14 @@ TEST(DeviceFile, AFlightCountsOnce) {
   EXPECT_EQ(file.flights().count("b-2"), 1U);
 }
 
+TEST(DeviceFile, NamesThatDifferInCaseAloneAreTwoKeys) {
+  DeviceFile file("d");
+  file.put("Flight1", flight(kDate));
+  EXPECT_THAT(file.put("flight1", flight(kDate + 10 * kMinute)), IsEmpty());
+  const auto flights = DeviceFile::fromIni(parsed(file.toIni())).flights();
+  EXPECT_EQ(flights.count("Flight1") + flights.count("flight1-2"), 2U);
+}
+
 TEST(DeviceFile, WhereStampsAreNoDatesTheNameSaysWhichFlightItIs) {
   DeviceFile file("d");
   file.put("a", flight(0));

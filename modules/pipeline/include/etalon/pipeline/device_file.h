@@ -38,7 +38,7 @@ class DeviceFile {
   /**
    * Adds a flight, and returns the names of those that it replaces: a recording, or a part of one,
    * counts once. Two flights are the same if their times overlap, where stamps are dates (isDate());
-   * elsewhere if their names are the same.
+   * elsewhere if their names are the same, but for upper and lower case.
    */
   std::vector<std::string> put(const std::string& recording, const FlightBias& flight);
   /** @throws ConfigError if there is no such flight, naming the nearest */
