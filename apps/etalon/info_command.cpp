@@ -196,7 +196,8 @@ void addInfoCommand(CLI::App& app, int* exit_code) {
     const auto source = openRecording(arguments->source, options);
     const RecordingInspection inspection = inspectRecording(*source);
     if (arguments->json)
-      std::printf("%s\n", toJson(inspection).dump(2).c_str());
+      std::printf("%s\n",
+                  toJson(inspection).dump(2, ' ', false, Json::error_handler_t::replace).c_str());
     else
       print(inspection);
     *exit_code = inspection.info.errors.empty() ? kOk : kDataErrorExit;

@@ -69,6 +69,17 @@ TEST(DataCommands, RefuseAFileThatIsNoRawlogInPlainText) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+TEST(DataCommands, TakePathsOfAnyBytes) {
+  const TemporaryFolder folder;
+  const std::string flight = folder.path() + "/caf\xe9", log = folder.path() + "/\xe9.rawlog";
+  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "0.2"}).exit_code, 0);
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"convert", flight, log}, {"info", "--json", log}}) {
+    const CommandResult result = runEtalon(arguments);
+    EXPECT_EQ(result.exit_code, 0) << arguments.front() << ": " << result.err;
+  }
+}
+
 TEST(ConvertCommand, RefusesADestinationThatIsNoRawlog) {
   expectFails({"convert", "/no/such/recording", "/tmp/log.txt"}, 2, {".rawlog", "/tmp/log.txt"});
   expectFails({"convert", "/no/such/recording"}, 2, {"DST", "--help"});

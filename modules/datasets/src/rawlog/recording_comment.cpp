@@ -143,7 +143,8 @@ std::string toJson(const RecordingComment& comment) {
   imu["accelerometer_random_walk"] = noise.accel_random_walk;
   json["calibration"]["cameras"] = {cameraJson(comment.calibration.cameras[0]),
                                     cameraJson(comment.calibration.cameras[1])};
-  return json.dump(1);
+  // The source's path may be no UTF-8.
+  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 std::string toJson(const RecordingIndex& index) {
