@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "commands.h"
-#include "etalon/core/errors.h"
 #include "etalon/core/parameters.h"
 #include "support/guarded.h"
 
@@ -106,10 +105,5 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that becomes too long is then an ordinary write error
   const int exit_code =
       guarded([&] { return run(std::vector<std::string>(argv + 1, argv + argc)); });
-  return guarded([exit_code] {
-    std::cout.flush();
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
-      throw etalon::DataError("", 0, "standard output could not be written; is the disk full?");
-    return exit_code;
-  });
+  return withOutputWritten(exit_code);
 }

@@ -177,9 +177,13 @@ TEST(Writers, ResultsDoNotReplaceTheConfigurationThatWasGiven) {
 }
 
 TEST(Writers, AFullStandardOutputIsNoticed) {
-  const CommandResult result = runShell("$etalon plugins > /dev/full");
-  EXPECT_EQ(result.exit_code, 3);
-  EXPECT_THAT(result.err, HasSubstr("standard output could not be written"));
+  const TemporaryFolder folder;
+  const std::string replay = "replay " + simulated(folder) + " --out " + folder.path() + "/run";
+  for (const std::string& command : {std::string("plugins"), replay}) {
+    const CommandResult result = runShell("$etalon " + command + " > /dev/full");
+    EXPECT_EQ(result.exit_code, 3) << command;
+    EXPECT_THAT(result.err, HasSubstr("standard output could not be written")) << command;
+  }
 }
 
 TEST(Writers, AnInterruptedSimulationIsNoRecording) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <opencv2/core.hpp>
 #include <string>
@@ -42,6 +43,15 @@ void sayWantOfMemory() {
     } catch (...) {
     }
     kBefore();
+  });
+}
+
+int withOutputWritten(int exit_code) {
+  return guarded([exit_code] {
+    std::cout.flush();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
+      throw DataError("", 0, "standard output could not be written; is the disk full?");
+    return exit_code;
   });
 }
 

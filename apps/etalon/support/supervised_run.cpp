@@ -127,7 +127,7 @@ RunEnd runSupervised(double limit_s, const std::function<int(RunState& state)>& 
       std::signal(SIGINT, SIG_IGN);
       std::signal(SIGTERM, SIG_IGN);
     }
-    const int exit_code = guarded([&] { return run(*state); });
+    const int exit_code = withOutputWritten(guarded([&] { return run(*state); }));
     state->finished = true;
     std::exit(exit_code);
   }
