@@ -60,6 +60,9 @@ double megabytes(const std::filesystem::path& path) {
 
 int convert(const ConvertArguments& arguments) {
   const Target target = targetOf(arguments.destination);
+  if (arguments.embed && target.decodes)
+    throw ConfigError(
+        "convert: --embed is for a rawlog; a folder and a bag always have the pixels");
   const bool embed = arguments.embed || arguments.fault.given();
   SourceOptions source_options;
   source_options.decode_images = embed || target.decodes;

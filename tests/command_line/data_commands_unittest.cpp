@@ -83,6 +83,9 @@ TEST(DataCommands, TakePathsOfAnyBytes) {
 TEST(ConvertCommand, RefusesADestinationThatIsNoRawlog) {
   expectFails({"convert", "/no/such/recording", "/tmp/log.txt"}, 2, {".rawlog", "/tmp/log.txt"});
   expectFails({"convert", "/no/such/recording"}, 2, {"DST", "--help"});
+  for (const char* destination : {"/tmp/folder", "/tmp/a.bag", "/tmp/a/a.db3"})
+    expectFails({"convert", "--embed", "/no/such/recording", destination}, 2,
+                {"--embed is for a rawlog"});
   expectFails({"convert", "/no/such/recording", "/tmp/a.rawlog", "extra"}, 2, {"extra", "--help"});
 }
 
