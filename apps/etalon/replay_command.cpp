@@ -44,7 +44,7 @@ struct ReplayArguments {
   bool final_ba = false, imu_states = false, gui = false;
 };
 
-/** The pipeline's run over the source. After an error `pipeline` keeps what was read before. */
+/** The pipeline's run over the source. After an error it keeps what was flown before. */
 class Replay {
  public:
   /** @param died how an earlier run of the same input crashed: this run stops before that point and
@@ -94,25 +94,10 @@ class Replay {
   }
 
   FinishedRun finished(double min_coverage) {
-    FinishedRun run{source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-                    versions(), min_coverage,   {},        0.0,     std::move(imu_states_)};
-    if (configuration_.pipeline.final_ba) adjust(&run);
-    return run;
+    return {source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
+            versions(), min_coverage,   {},        0.0,     std::move(imu_states_)};
   }
 
-  /** Whether the final bundle adjustment was wanted, but was told to stop. */
-  bool adjustmentStopped() const { return adjustment_stopped_; }
-
-  /** "3.20 s" after the first image, if the run was interrupted; else empty. */
-  std::string interruptedAt() const {
-    if (!interrupted_) return "";
-    return format("%.2f s",
-                  images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t));
-  }
-  const Pipeline& pipeline() const { return pipeline_; }
-  size_t delivered() const { return images_.size(); }
-
- private:
   /** The final bundle adjustment; what is not finished is dropped. */
   void adjust(FinishedRun* run) {
     std::printf("final bundle adjustment...\n");
@@ -133,6 +118,19 @@ class Replay {
     run->final_ba_s = 1e-3 * watch_.lapMilliseconds();
   }
 
+  /** Whether the final bundle adjustment was wanted, but was told to stop. */
+  bool adjustmentStopped() const { return adjustment_stopped_; }
+
+  /** "3.20 s" after the first image, if the run was interrupted; else empty. */
+  std::string interruptedAt() const {
+    if (!interrupted_) return "";
+    return format("%.2f s",
+                  images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t));
+  }
+  const Pipeline& pipeline() const { return pipeline_; }
+  size_t delivered() const { return images_.size(); }
+
+ private:
   static std::string absolute(const std::string& path) {
     return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
   }
@@ -209,7 +207,8 @@ void offerBiases(const ReplayArguments& arguments, const RunConfiguration& confi
 int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* died) {
   const IniFile ini = arguments.configuration.ini();
   RunConfiguration configuration = loadRunConfiguration(ini, arguments.configuration.plugin_path);
-  configuration.pipeline.final_ba = arguments.final_ba;
+  // An earlier run may have died of the adjustment.
+  configuration.pipeline.final_ba = arguments.final_ba && !died;
   PipelineInitializers& initializers = configuration.initializers;
   initializers.initializer = watched(initializers.initializer, initializers.name, state);
   if (initializers.at_rest)
@@ -232,12 +231,16 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   Replay run(source.get(), configuration, state, died);
   if (arguments.imu_states) run.keepImuStates();
   if (arguments.gui && !died) run.openWindow();
+  // The part before an error is still finished and written.
   std::exception_ptr failure;
-  try {
-    run.run();
-  } catch (const DataError&) {  // the part before the error is still finished and written
-    failure = std::current_exception();
-  }
+  const auto keepFailure = [&failure](const auto& step) {
+    try {
+      step();
+    } catch (const std::exception&) {
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  keepFailure([&run] { run.run(); });
   std::string interrupted = run.interruptedAt();
   if (run.delivered() == 0 && (failure || !interrupted.empty())) {
     // An earlier run in the folder stays as it is.
@@ -247,12 +250,16 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
     std::fprintf(stderr, "replay: interrupted before the first image; nothing is written\n");
     return kInterrupted;
   }
-  run.finish();
-  const FinishedRun finished = run.finished(arguments.min_coverage);
+  keepFailure([&run] { run.finish(); });
+  FinishedRun finished = run.finished(arguments.min_coverage);
+  if (configuration.pipeline.final_ba) keepFailure([&] { run.adjust(&finished); });
   RunRecord record = makeRunRecord(finished);
   if (died) addLostAttempt(*died, &record);
   if (!interrupted.empty())
     record.warnings.push_back("the run was interrupted at " + interrupted + " and ends there");
+  if (configuration.pipeline.final_ba && !finished.final_flight && !run.adjustmentStopped())
+    record.warnings.emplace_back(
+        "the final bundle adjustment failed: there is no trajectory_final.tum");
   if (run.adjustmentStopped())
     record.warnings.push_back(
         "the final bundle adjustment was interrupted: there is no trajectory_final.tum");
@@ -298,7 +305,8 @@ int replay(const ReplayArguments& arguments) {
   if (end.finished) return end.exit_code;
   std::fprintf(stderr, "etalon: %s\n", printable(describe(end, arguments.source)).c_str());
   if (!end.processed) return kPluginDied;
-  std::fprintf(stderr, "replay: keeping what came before\n");
+  std::fprintf(stderr, "replay: keeping what came before%s\n",
+               arguments.final_ba ? ", without the final bundle adjustment" : "");
   const RunEnd before = run(&end);
   if (!before.finished)
     std::fprintf(stderr, "etalon: nothing could be kept: %s\n",

@@ -137,6 +137,40 @@ TEST(Writers, AnInterruptedAdjustmentKeepsTheFlight) {
   EXPECT_FALSE(fs::exists(out + "/trajectory_final.tum"));
 }
 
+TEST(Writers, AnErrorInFlightKeepsWhatWasFlown) {
+  const TemporaryFolder folder;
+  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run";
+  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "1.2"}).exit_code, 0);
+  const CommandResult replay =
+      runEtalon({"replay", flight, "--out", out, "--plugin-path",
+                 ETALON_BAD_PLUGINS "/throws_when_asked.so", "--initializer", "auto", "--set",
+                 "auto.at_rest=orbslam3_inertial_only", "--set", "auto.moving=throws_when_asked",
+                 "--set", "pipeline.keyframes=4", "--set", "acceptance.min_measurements=1000000"});
+  EXPECT_EQ(replay.exit_code, 3);
+  EXPECT_THAT(replay.err, HasSubstr("unexpected error: thrown in flight"));
+  EXPECT_THAT(replay.out, HasSubstr("trajectory.tum"));
+  for (const char* name : {"trajectory.tum", "states.csv", "run.rawlog", "initialization.json"})
+    EXPECT_TRUE(fs::exists(out + "/" + name)) << name;
+}
+
+TEST(Writers, AnAdjustmentThatIsKilledKeepsTheFlight) {
+  const TemporaryFolder folder;
+  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run",
+                    said = folder.path() + "/said";
+  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "6"}).exit_code, 0);
+  // As the kernel does where memory runs out: the process that flies, not its supervisor.
+  const CommandResult replay =
+      runShell("$etalon replay --final-ba " + flight + " --out " + out + " > " + said +
+               " & pid=$!; until grep -q 'final bundle' " + said +
+               " || ! kill -0 $pid; do sleep 0.01; done" +
+               " 2> /dev/null; kill -KILL $(cat /proc/$pid/task/*/children); wait $pid");
+  EXPECT_EQ(replay.exit_code, 4) << replay.err;
+  EXPECT_THAT(replay.err,
+              HasSubstr("keeping what came before, without the final bundle adjustment"));
+  EXPECT_TRUE(fs::exists(out + "/trajectory.tum"));
+  EXPECT_FALSE(fs::exists(out + "/trajectory_final.tum"));
+}
+
 /** A condition for interrupted(): the program has its handler of SIGTERM, bit 14 of the mask. */
 std::string catchesSigterm() { return "grep -q 'SigCgt:.*[4-7c-f]...$' /proc/$pid/status"; }
 
