@@ -270,7 +270,7 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
     files.failures.emplace_back(e.what());
   }
   const bool part = arguments.from_s > 0.0 || arguments.to_s < 1e18 || !interrupted.empty();
-  printSummary(record, files.written, part);
+  printSummary(record, finished, files.written, part);
   if (!failure && !died) offerBiases(arguments, configuration, run.pipeline());
   if (interrupted.empty() && run.adjustmentStopped()) interrupted = "the final bundle adjustment";
   if (interrupted.empty()) run.waitForWindow();

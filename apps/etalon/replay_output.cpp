@@ -13,16 +13,20 @@
 
 namespace etalon::app {
 
+/** Keyframes of the first window that is tried. */
+static int firstWindow(const PipelineOptions& options) {
+  return options.windowsGrow() ? options.min_keyframes : options.keyframes;
+}
+
 std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& options,
                              double seconds, double elapsed_s) {
   const double rate = static_cast<double>(pipeline.timings().size()) / std::max(1e-9, elapsed_s);
   std::string state = toString(pipeline.state());
   if (!pipeline.initializedAt())
-    state =
-        pipeline.attempts().empty()
-            ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
-                  std::to_string(options.windowsGrow() ? options.min_keyframes : options.keyframes)
-            : "not yet (" + std::to_string(pipeline.attemptCount()) + " attempts)";
+    state = pipeline.attempts().empty()
+                ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
+                      std::to_string(firstWindow(options))
+                : "not yet (" + std::to_string(pipeline.attemptCount()) + " attempts)";
   char text[120];
   std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
                 state.c_str());
@@ -143,11 +147,44 @@ std::string partly(const RunRecord& record) {
          std::to_string(record.ground_truth->frames) + " frames have ground truth";
 }
 
+/** The most keyframes that a window can have if it begins anew where images are more than
+ * `max_gap_s` apart. */
+int mostKeyframes(const std::vector<StereoReference>& images, double rate_hz, double max_gap_s) {
+  int most = 0, count = 0;
+  TimeNs begin = 0;
+  for (size_t i = 0; i < images.size(); ++i) {
+    if (i == 0 || secondsBetween(images[i - 1].t, images[i].t) > max_gap_s) {
+      begin = images[i].t;
+      count = 0;
+    }
+    const double due = 1.0 + std::floor(secondsBetween(begin, images[i].t) * rate_hz);
+    most = std::max(most, static_cast<int>(std::min<double>(++count, due)));
+  }
+  return most;
+}
+
+/** Why a run had no attempt. */
+std::string whyNoAttempt(const FinishedRun& run, bool part) {
+  const PipelineOptions& options = run.configuration.pipeline;
+  const int wanted = firstWindow(options);
+  const auto isMissed = [&](double max_gap_s) {
+    return mostKeyframes(run.images, options.keyframe_rate_hz, max_gap_s) < wanted;
+  };
+  if (isMissed(std::numeric_limits<double>::infinity()))
+    return std::string("the ") + (part ? "part" : "recording") +
+           " is shorter than the window of keyframes";
+  if (isMissed(options.input.max_gap_s))
+    return format(
+        "the images are too far apart for a window of %d keyframes, which begins anew after a gap "
+        "of more than %g s ([input] max_gap_s)",
+        wanted, options.input.max_gap_s);
+  return format("at no time could %d keyframes in a row be tracked", wanted);
+}
+
 }  // namespace
 
-void printSummary(const RunRecord& record, const std::vector<std::string>& files, bool part) {
-  const std::string too_short = std::string(": the ") + (part ? "part" : "recording") +
-                                " is shorter than the window of keyframes";
+void printSummary(const RunRecord& record, const FinishedRun& run,
+                  const std::vector<std::string>& files, bool part) {
   const AttemptRecord* attempt = record.acceptedAttempt();
   if (attempt && !record.at_rest_initializer.empty()) {
     printAutoSummary(record);
@@ -155,10 +192,10 @@ void printSummary(const RunRecord& record, const std::vector<std::string>& files
     std::printf("\n%s initialized %s\n", record.initializer.c_str(), startsInWords(record).c_str());
     printAccepted(*attempt);
   } else {
-    std::printf(
-        "\n%s never initialized in %zu attempts%s%s\n", record.initializer.c_str(),
-        record.attempts.size(), record.attempts.empty() ? "" : "; the last: ",
-        record.attempts.empty() ? too_short.c_str() : record.attempts.back().reason.c_str());
+    std::printf("\n%s never initialized in %zu attempts%s%s\n", record.initializer.c_str(),
+                record.attempts.size(), record.attempts.empty() ? ": " : "; the last: ",
+                record.attempts.empty() ? whyNoAttempt(run, part).c_str()
+                                        : record.attempts.back().reason.c_str());
   }
   const RunStatistics& s = record.statistics;
   std::printf("%s, %.1f s", counted(static_cast<size_t>(s.stereo_frames), "stereo frame").c_str(),

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "etalon/pipeline/pipeline.h"
+#include "etalon/report/run_results.h"
 #include "etalon/runlog/initialization_json.h"
 #include "support/supervised_run.h"
 
@@ -26,7 +27,8 @@ void printEvent(const PipelineEvent& event, TimeNs first_image);
 
 /** Prints what a finished run found, what was wrong with its input, and the files written.
  * @param part whether the run was to be of a part of the recording, or was interrupted */
-void printSummary(const RunRecord& record, const std::vector<std::string>& files, bool part);
+void printSummary(const RunRecord& record, const FinishedRun& run,
+                  const std::vector<std::string>& files, bool part);
 
 /** "misbehaves crashed with signal 11 (Segmentation fault) at 2.25 s of RECORDING, in its attempt
  * number 3". */

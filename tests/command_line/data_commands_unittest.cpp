@@ -80,6 +80,19 @@ TEST(DataCommands, TakePathsOfAnyBytes) {
   }
 }
 
+TEST(ReplayCommand, SaysWhyThereWasNoAttempt) {
+  const TemporaryFolder folder;
+  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run";
+  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "1.2"}).exit_code, 0);
+  EXPECT_THAT(runEtalon({"replay", flight, "--to", "0.4", "--out", out}).out,
+              HasSubstr("in 0 attempts: the part is shorter than the window of keyframes"));
+  const CommandResult apart =
+      runEtalon({"replay", flight, "--out", out, "--set", "input.max_gap_s=0.04"});
+  EXPECT_EQ(apart.exit_code, 1) << apart.err;
+  EXPECT_THAT(apart.out, HasSubstr("in 0 attempts: the images are too far apart for a window of 3 "
+                                   "keyframes, which begins anew after a gap of more than 0.04 s"));
+}
+
 TEST(ConvertCommand, RefusesADestinationThatIsNoRawlog) {
   expectFails({"convert", "/no/such/recording", "/tmp/log.txt"}, 2, {".rawlog", "/tmp/log.txt"});
   expectFails({"convert", "/no/such/recording"}, 2, {"DST", "--help"});
