@@ -14,10 +14,11 @@ namespace {
 using nlohmann::json;
 
 /** The run of ten seconds with lenses covered for two and a half, in which it is lost. */
-json runWith(const std::vector<std::string>& more) {
+json runWith(const std::vector<std::string>& more,
+             const std::string& fault = "covered from=4 for=2.5") {
   const TemporaryFolder folder;
   std::vector<std::string> arguments = {
-      "replay", ETALON_RENDERED "/ten_seconds_aggressive", "--fault", "covered from=4 for=2.5",
+      "replay", ETALON_RENDERED "/ten_seconds_aggressive", "--fault", fault,
       "--set",  "odometry.max_dead_reckoning_s=0.3",       "--out",   folder.path()};
   arguments.insert(arguments.end(), more.begin(), more.end());
   const CommandResult result = runEtalon(arguments);
@@ -52,6 +53,16 @@ TEST(Relocalization, AFlightThatWasLostGoesBackToWhereItWas) {
 TEST(Relocalization, WithoutItTheFlightStaysWhereDeadReckoningHadIt) {
   const json run = runWith({"--set", "map.relocalize=false"});
   EXPECT_GT(positionError(run, "smoothed_trajectory"), 0.5);
+}
+
+TEST(Relocalization, LostAgainBeforeItWasRecognisedItGoesBackToTheFirstWorld) {
+  const json run = runWith({}, "covered from=3 for=2.5, covered from=6.3 for=0.6");
+  int lost = 0;
+  for (const json& event : run.at("events"))
+    lost += event.at("state") == "lost" && !event.at("remark").get<bool>();
+  EXPECT_EQ(lost, 2);
+  EXPECT_THAT(run.at("events").dump(), ::testing::HasSubstr("is recognized"));
+  EXPECT_LT(positionError(run, "smoothed_trajectory"), 0.3);
 }
 
 }  // namespace

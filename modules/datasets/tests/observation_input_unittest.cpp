@@ -85,6 +85,26 @@ TEST(ObservationInput, AnImageWhosePartnerNeverComesIsToldWithItsStamp) {
   EXPECT_EQ(std::get<UnusableObservation>(other).t, 3 * kStep);
 }
 
+TEST(ObservationInput, WhereOneCameraIsSilentTheOtherGoesOnAlone) {
+  ObservationInput input;
+  input.convert(imageOf("cam1", kStep, 1));
+  for (int k = 2; k <= 5; ++k)
+    EXPECT_EQ(kindOf(input.convert(imageOf("cam1", k * kStep, k))), Kind::kUnpaired);
+  for (int k = 6; k <= 8; ++k) {
+    const Measurement alone = input.convert(imageOf("cam1", k * kStep, k));
+    ASSERT_TRUE(frameOf(alone));
+    EXPECT_EQ(frameOf(alone)->t, (k - 1) * kStep);
+    EXPECT_TRUE(frameOf(alone)->left.empty());
+    EXPECT_EQ(grayOf(frameOf(alone)->right), k - 1);
+  }
+  // The other one is back.
+  const Measurement pair = input.convert(imageOf("cam0", 8 * kStep, 9));
+  ASSERT_TRUE(frameOf(pair));
+  EXPECT_EQ(grayOf(frameOf(pair)->left), 9);
+  input.convert(imageOf("cam1", 9 * kStep, 1));
+  EXPECT_EQ(kindOf(input.convert(imageOf("cam1", 10 * kStep, 1))), Kind::kUnpaired);
+}
+
 TEST(ObservationInput, OneCameraTwiceIsNoPair) {
   ObservationInput input;
   input.convert(imageOf("cam0", kStep, 1));

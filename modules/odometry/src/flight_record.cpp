@@ -31,29 +31,34 @@ FlightRecord::FlightRecord(const StereoInertialCalibration& calibration,
 void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vector<ImuSample>& imu,
                        const OdometryOutput& output, const Odometry* odometry) {
   newest_ = stamp;
-  if (!beginning_) {
-    const auto& seen = frame.observations;
-    const LandmarkId next = landmarks_.empty() ? 0 : landmarks_.rbegin()->first + 1;
-    beginning_ = Beginning{stamp, seen.empty() ? next : seen.front().id};
-  }
+  if (!beginning_) beginning_ = Beginning{stamp, firstLandmark(frame)};
   if (output.recognition) moveAfter(*output.recognition);
   if (output.previous_keyframe && last_) keepLast();
   // Neighbouring pieces share the sample at the frame between them.
   imu_.insert(imu_.end(), imu.begin() + (imu_.empty() || imu.empty() ? 0 : 1), imu.end());
   imu_missing_ = imu_missing_ || output.imu_missing;
   last_ = Keyframe{stamp, output.state, frame, {}, false, {}};
-  noteBlindPiece(stamp, frame, output);
-  if (output.keyframe || (imu_.size() > kMostSamples && !is_blind_)) keepLast();
+  noteBlindPiece(stamp, output);
+  if (output.keyframe || (imu_.size() > kMostSamples && !(is_blind_ && output.inertial)))
+    keepLast();
   recall(output.recalled);
   if (!odometry) return;
   for (const StampedPose& pose : odometry->keyframes()) {
-    const auto at = std::lower_bound(odometry_times_.begin(), odometry_times_.end(), pose.t);
-    if (at != odometry_times_.end() && *at == pose.t)
-      smoothed_[at - odometry_times_.begin()].T_WB = pose.T_WB;
+    const auto at = std::lower_bound(
+        sights_.begin(), sights_.end(), pose.t,
+        [](const KeyframeSight& sight, TimeNs t) { return sight.odometry_time < t; });
+    if (at != sights_.end() && at->odometry_time == pose.t)
+      smoothed_[at - sights_.begin()].T_WB = pose.T_WB;
   }
   if (!output.keyframe) return;
   for (const auto& [id, p_W] : odometry->landmarks()) landmarks_[id] = p_W;
   while (landmarks_.size() > kMostLandmarks) landmarks_.erase(landmarks_.begin());
+}
+
+/** The least id that the frame shows, or the next one that there will be. */
+LandmarkId FlightRecord::firstLandmark(const TrackedFrame& frame) const {
+  if (!frame.observations.empty()) return frame.observations.front().id;
+  return landmarks_.empty() ? 0 : landmarks_.rbegin()->first + 1;
 }
 
 /** The last frame becomes a keyframe. Where the odometry was lost and begins anew at the same frame,
@@ -61,7 +66,7 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
 void FlightRecord::keepLast() {
   if (!smoothed_.empty() && smoothed_.back().t == last_->stamp) {
     smoothed_.pop_back();
-    odometry_times_.pop_back();
+    sights_.pop_back();
     if (!keyframes_.empty()) {
       imu_ = std::move(keyframes_.back().imu);
       imu_missing_ = keyframes_.back().imu_missing;
@@ -69,7 +74,7 @@ void FlightRecord::keepLast() {
     }
   }
   smoothed_.push_back({last_->stamp, last_->state.T_WB});
-  odometry_times_.push_back(last_->frame.t);
+  sights_.push_back({last_->frame.t, firstLandmark(last_->frame)});
   if (options_.max_keyframes > 0) {
     last_->imu = std::move(imu_);
     last_->imu_missing = imu_missing_;
@@ -81,12 +86,10 @@ void FlightRecord::keepLast() {
   imu_missing_ = false;
 }
 
-void FlightRecord::noteBlindPiece(TimeNs stamp, const TrackedFrame& frame,
-                                  const OdometryOutput& output) {
+void FlightRecord::noteBlindPiece(TimeNs stamp, const OdometryOutput& output) {
   const bool seeing = output.unlocated_s == 0.0 || output.used > 0;
   if (seeing && is_blind_ && seen_at_ && output.predicted)
-    blind_pieces_.push_back({*seen_at_, stamp, *output.predicted, output.state,
-                             frame.observations.empty() ? 0 : frame.observations.front().id});
+    blind_pieces_.push_back({*seen_at_, stamp, *output.predicted, output.state});
   if (seeing) seen_at_ = stamp;
   is_blind_ = !seeing;
 }
@@ -154,15 +157,13 @@ void FlightRecord::moveWorld(const SE3& T_WW0) {
 
 /** The odometry has moved its poses since it was blind. */
 void FlightRecord::moveAfter(const Recognition& recognition) {
-  const auto first =
-      std::upper_bound(odometry_times_.begin(), odometry_times_.end(), recognition.after);
-  if (first == odometry_times_.end()) return;
-  const TimeNs stamp = smoothed_[first - odometry_times_.begin()].t;
-  const auto piece = std::find_if(blind_pieces_.begin(), blind_pieces_.end(),
-                                  [stamp](const BlindPiece& b) { return b.to >= stamp; });
-  if (piece == blind_pieces_.end()) return;
-  moves_.push_back({piece->to, newest_, recognition.T_WW0});
-  moveFrom({stamp, piece->first_landmark}, recognition.T_WW0);
+  const auto first = std::upper_bound(
+      sights_.begin(), sights_.end(), recognition.after,
+      [](TimeNs t, const KeyframeSight& sight) { return t < sight.odometry_time; });
+  if (first == sights_.end()) return;
+  const TimeNs stamp = smoothed_[first - sights_.begin()].t;
+  moves_.push_back({stamp, newest_, recognition.T_WW0});
+  moveFrom({stamp, first->first_landmark}, recognition.T_WW0);
 }
 
 /** Of what is known of frames; the poses that were told then stay as they were. */
@@ -189,7 +190,7 @@ void FlightRecord::forgetBefore(TimeNs stamp) {
                                 [stamp](const StampedPose& pose) { return pose.t >= stamp; }) -
                    smoothed_.begin();
   smoothed_.erase(smoothed_.begin(), smoothed_.begin() + old);
-  odometry_times_.erase(odometry_times_.begin(), odometry_times_.begin() + old);
+  sights_.erase(sights_.begin(), sights_.begin() + old);
   blind_pieces_.erase(std::remove_if(blind_pieces_.begin(), blind_pieces_.end(),
                                      [stamp](const BlindPiece& b) { return b.to < stamp; }),
                       blind_pieces_.end());

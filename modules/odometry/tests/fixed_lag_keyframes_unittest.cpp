@@ -26,8 +26,10 @@ struct Pair : PointScene {
     append(second);
     counts = tracks.associate(measured(seeFromNewest()), wellKnown(), &window);
   }
-  bool wantsKeyframe() const {
-    return tracks.wantsKeyframe(measured(seeFromNewest()), counts, window);
+  bool wantsKeyframe(TimeNs later = 0) const {
+    MeasuredFrame frame = measured(seeFromNewest());
+    frame.t += later;
+    return tracks.wantsKeyframe(frame, counts, window);
   }
 };
 
@@ -72,11 +74,13 @@ TEST(WantsKeyframe, NotWithAlmostNoTracksButWithAllNewOnes) {
   Pair few(movedTo(0.0, 0.5, 0.0), kLocatedBy - 1);
   few.counts.used = 0;
   EXPECT_FALSE(few.wantsKeyframe());
-  // As many as locate a frame are enough, and are landmarks where too few of them are yet.
+  // As many as locate a frame are enough. Where they are no landmarks yet, the next keyframe is
+  // a while later, so that one camera sees them from different places.
   Pair enough(movedTo(0.0, 0.01, 0.0), kLocatedBy);
   EXPECT_FALSE(enough.wantsKeyframe());
   enough.counts.used = kLocatedBy - 1;
-  EXPECT_TRUE(enough.wantsKeyframe());
+  EXPECT_FALSE(enough.wantsKeyframe());
+  EXPECT_TRUE(enough.wantsKeyframe(kNanosecondsPerSecond / 3));
   // All tracks are new, whatever is said of landmarks.
   Pair pair(movedTo(0.0, 0.01, 0.0));
   TrackedFrame frame = pair.seeFromNewest();

@@ -210,6 +210,9 @@ TEST(VisualTerms, ALandmarkAtInfinityThatWantsFartherStaysThere) {
     terms.solveLandmarks(scene.window, zero);
     EXPECT_GE(landmark.in_host.parameters.z(), 0.0);
     scene.linearized(&terms);
+    // The pixels say how far it may be all the same.
+    EXPECT_GT(landmark.covariance(2, 2), 0.0);
+    EXPECT_LT(landmark.covariance(2, 2), 0.01);  // 1 / m^2
   }
 }
 

@@ -59,7 +59,8 @@ class LookingViews : public SimulatedViews {
   std::vector<TimeNs> prepared_;
 };
 
-/** Thirty seconds, of which six show nothing; meanwhile the accelerometer is wrong. */
+/** Thirty seconds, of which six show nothing; meanwhile the accelerometer is wrong. A second such
+ * while may follow. */
 class AfterDarkness : public ::testing::Test {
  protected:
   static constexpr size_t kDark = 150, kLight = 210;
@@ -75,10 +76,24 @@ class AfterDarkness : public ::testing::Test {
       for (Observation& o : seen) o.id += kNewTracks;
     }
   }
+  bool isDark(size_t k) const {
+    return (k >= kDark && k < kLight) || (k >= dark_again_ && k < light_again_);
+  }
+  /** Dark again, after as long as old keyframes do not show themselves. */
+  void darken(size_t from, size_t to) {
+    dark_again_ = from;
+    light_again_ = to;
+    for (size_t k = from; k < flight_.frames.size(); ++k) {
+      auto& seen = flight_.frames[k].observations;
+      if (k < to) seen.clear();
+      for (Observation& o : seen) o.id += kNewTracks;
+    }
+  }
 
   void fly(const MapOptions& map, const SE3& elsewhere = {}) {
     FixedLagOptions options;
     options.imu_noise = flight_.imu_noise;
+    if (accel_noise_ > 0.0) options.imu_noise.accel_noise_density = accel_noise_;
     const auto views = std::make_shared<LookingViews>(flight_);
     views->elsewhere_ = elsewhere;
     FixedLagOdometry odometry(flight_.calibration, options, map, views);
@@ -90,8 +105,8 @@ class AfterDarkness : public ::testing::Test {
       views->now_ = frame.t;
       std::vector<ImuSample> imu;
       if (k > 0) imu = flight_.between(k - 1, k);
-      if (k >= kDark && k < kLight)
-        for (ImuSample& sample : imu) sample.accel.x() += kWrong;
+      if (isDark(k))
+        for (ImuSample& sample : imu) sample.accel.x() += wrong_;
       outputs_.push_back(k == 0 ? odometry.start(flight_.startAt(0, startSigma(), 7), frame)
                                 : odometry.process(frame, imu));
       causal_.push_back({frame.t, outputs_[k].state.T_WB});
@@ -114,7 +129,9 @@ class AfterDarkness : public ::testing::Test {
     return std::nullopt;
   }
 
-  static constexpr double kWrong = 0.05;  // m/s^2
+  double wrong_ = 0.05;       // m/s^2
+  double accel_noise_ = 0.0;  // that the odometry believes in, m/s^2/sqrt(Hz); 0: the flight's
+  size_t dark_again_ = 0, light_again_ = 0;
   SimulatedFlight flight_;
   std::vector<OdometryOutput> outputs_;
   Trajectory causal_, smoothed_;
@@ -144,6 +161,38 @@ TEST_F(AfterDarkness, WithoutItTheFlightStaysOff) {
   fly(map);
   EXPECT_FALSE(recognizedAt());
   EXPECT_GT(largestError(causal_, kLight + 5, kLight + 10), 0.1);
+}
+
+TEST_F(AfterDarkness, AKeyframeIsRecognisedThatThePredictionDoesNotShow) {
+  wrong_ = 2.0;  // two metres are left when the images have shown the velocity
+  accel_noise_ = 0.1;
+  fly({});
+  const auto k = recognizedAt();
+  ASSERT_TRUE(k);
+  EXPECT_GT(error(causal_, *k - 1), 2.0);
+  EXPECT_LT(largestError(causal_, *k, causal_.size()), 0.05);
+}
+
+TEST_F(AfterDarkness, WhatTheFirstOfTwoSuchWhilesLeftIsMendedAfterTheSecond) {
+  darken(kLight + 3, kLight + 18);
+  fly({});
+  const auto k = recognizedAt();
+  ASSERT_TRUE(k);
+  ASSERT_GE(*k, light_again_);
+  EXPECT_EQ(outputs_[*k].recognition->after, flight_.frames[kDark - 1].t);
+  EXPECT_LT(largestError(causal_, *k, causal_.size()), 0.05);
+}
+
+TEST_F(AfterDarkness, WhereAFewLandmarksStayInSightTheSmoothedFlightGoesBackToo) {
+  for (size_t k = kDark; k < kLight; ++k) {  // three, too few to locate
+    auto& seen = flight_.frames[k].observations;
+    for (const Observation& o : flight_.frames[kDark - 1].observations)
+      if (seen.size() < 3) seen.push_back(o);
+  }
+  fly({});
+  const auto k = recognizedAt();
+  ASSERT_TRUE(k);
+  EXPECT_LT(largestError(smoothed_, kLight, *k), 0.05);
 }
 
 TEST_F(AfterDarkness, APlaceThatDeadReckoningCannotHaveReachedIsRefused) {

@@ -46,7 +46,9 @@ const std::vector<FaultText>& faultTexts() {
       {F::kFrameInvalidStamp, "frame_invalid_stamp", "stereo frame", "dropped: impossible stamp",
        nullptr},
       {F::kFrameUnusable, "frame_unusable", "stereo frame",
-       "dropped: an image is missing, not 8-bit gray or not of the calibrated size", nullptr},
+       "dropped: an image is not 8-bit gray or not of the calibrated size", nullptr},
+      {F::kFrameOfOneCamera, "frame_of_one_camera", "stereo frame",
+       "with the image of one camera alone: used", nullptr},
       {F::kFrameRepeatedStamp, "frame_repeated_stamp", "stereo frame",
        "dropped: the stamp is that of the frame before, to 0.1 ms", nullptr},
       {F::kFrameFromThePast, "frame_from_the_past", "stereo frame",
@@ -160,7 +162,12 @@ void InputBorder::add(const ImuSample& sample) {
 }
 
 void InputBorder::add(StereoFrame frame) {
-  const cv::Mat* const images[] = {&frame.left, &frame.right};
+  cv::Mat* const images[] = {&frame.left, &frame.right};
+  for (size_t c = 0; c < 2; ++c)
+    if (images[c]->empty() && !images[1 - c]->empty()) {
+      *images[c] = cv::Mat::zeros(heights_[c], widths_[c], CV_8UC1);
+      count(InputFault::kFrameOfOneCamera, frame.t);
+    }
   for (size_t c = 0; c < 2; ++c)
     if (images[c]->type() != CV_8UC1 || images[c]->cols != widths_[c] ||
         images[c]->rows != heights_[c])
@@ -272,6 +279,7 @@ void InputBorder::pass(ImuSample sample) {
     count(InputFault::kImuSaturated, sample.t,
           (gyro ? sample.gyro : sample.accel).cwiseAbs().maxCoeff());
   }
+  without_imu_ = 0;
   ready_.emplace_back(sample);
   while (!waiting_.empty() && waiting_.front().t <= sample.t) release(false);
 }
@@ -283,7 +291,7 @@ void InputBorder::pass(StereoFrame frame) {
   ++frames_passed_;
   while (!waiting_.empty() && imu_.last && waiting_.front().t <= *imu_.last) release(false);
   while (!waiting_.empty() &&
-         (waiting_.size() > kMaxWaitingFrames ||
+         (waiting_.size() > kMaxWaitingFrames || without_imu_ >= kImuIsGone ||
           secondsBetween(waiting_.front().t, waiting_.back().t) > options_.max_wait_s))
     release(true);
 }
@@ -291,6 +299,7 @@ void InputBorder::pass(StereoFrame frame) {
 void InputBorder::release(bool without_imu) {
   StereoFrame frame = std::move(waiting_.front());
   waiting_.pop_front();
+  without_imu_ = without_imu ? without_imu_ + 1 : 0;
   if (without_imu || !first_imu_ || frame.t < *first_imu_)
     count(InputFault::kFrameWithoutImu, frame.t);
   ready_.emplace_back(std::move(frame));

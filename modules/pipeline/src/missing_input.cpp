@@ -109,7 +109,8 @@ void MissingInput::watchPose(const Frame& frame, Said* said) {
 
 void MissingInput::watchImages(const Frame& frame, double step_s, Said* said) {
   if (step_s == 0.0) return;
-  int away = static_cast<int>(std::lround(step_s * image_rate_hz_)) - 1;
+  constexpr double kMost = 1e6;  // across a jump of the clock
+  int away = static_cast<int>(std::lround(std::min(step_s * image_rate_hz_, kMost))) - 1;
   if (away < 0 || frame.said || clock_jumped_) away = 0;
   away_.push_back(away);
   const auto slots = [this] {

@@ -78,13 +78,17 @@ void Pipeline::estimate(const ImuSample& sample) {
   keepSample(sample, last_frame_, &imu_);
   missing_.sample(sample.t, sample.saturated != 0);
   if (options_.live) noticeMissingImages(sample.t);
+  endDeadReckoning(sample.t);
 }
 
 void Pipeline::estimate(const FrontFrame& frame) {
+  // Held at the border for long, it comes after the end of dead reckoning.
+  if (last_frame_ && frame.t <= *last_frame_) return count(InputFault::kFrameFromThePast, frame.t);
   FrameTiming timing;
   timing.frontend_ms = frame.ms;
   Stopwatch watch;
   noticeMissingImages(frame.t);
+  no_image_said_ = false;
   const bool said = state_ == PipelineState::kDeadReckoning;
   const TimeNs before = last_frame_.value_or(frame.t);
   const bool imu = before == frame.t || imu_.covers(before, frame.t);
@@ -159,6 +163,7 @@ void Pipeline::follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>
   remark(t, output.remarks);
   output.t = t;
   if (output.unlocated_s > 0.0) ++frames_not_located_;
+  unlocated_s_ = output.unlocated_s;
   if (output.inertial) judge(output, tracked);
   if (relocalizer_ && (state_ == PipelineState::kLost || relocalizer_->isLooking()))
     relocalizer_->prepare();
@@ -183,6 +188,33 @@ OdometryOutput Pipeline::followVisually(const NavState& state, const TrackedFram
   clock_shift_ = 0;
   odometry_ = makeOdometry(kStereoVisual, calibration_, options_);
   return odometry_->start(start, frame);
+}
+
+/** Where dead reckoning has lasted too long and no image comes that would end it, the odometry is
+ * lost all the same; no frame has that pose. */
+void Pipeline::endDeadReckoning(TimeNs now) {
+  constexpr double kFrameMayFollowS = 0.1;  // the samples up to its stamp
+  constexpr double kLongerS = 1e-3;
+  const bool by_imu = state_ == PipelineState::kInertial || state_ == PipelineState::kDeadReckoning;
+  const double left_s = options_.max_dead_reckoning_s - unlocated_s_ + kLongerS;
+  if (!by_imu || clock_step_s_ > 0.0 || left_s <= 0.0 ||
+      secondsBetween(*last_frame_, now) < left_s + kFrameMayFollowS)
+    return;
+  const TimeNs t = *last_frame_ + durationNs(left_s);
+  noticeMissingImages(t);
+  std::vector<ImuSample> imu = imu_.between(*last_frame_, t);
+  for (ImuSample& sample : imu) sample.t -= clock_shift_;
+  TrackedFrame nothing;
+  nothing.t = t - clock_shift_;
+  OdometryOutput output = odometry_->process(nothing, imu);
+  output.t = t;
+  judge(output, nothing);
+  if (state_ != PipelineState::kLost) return;
+  nothing.t = t;
+  followVisually(output.state, nothing);
+  last_frame_ = t;
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  propagator_.forgetState();
 }
 
 /** What state the pipeline is in after a frame of an odometry that reads the IMU. */

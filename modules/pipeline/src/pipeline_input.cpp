@@ -74,12 +74,16 @@ void Pipeline::finish() {
 
 /** From the last frame to `until`: there, the IMU alone carried the pose. */
 void Pipeline::noticeMissingImages(TimeNs until) {
-  if (state_ != PipelineState::kInertial || clock_step_s_ > 0.0 ||
-      secondsBetween(*last_frame_, until) <= kNoImageS)
+  if (!last_frame_ || clock_step_s_ > 0.0 || secondsBetween(*last_frame_, until) <= kNoImageS)
     return;
   char text[80];
   std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
-  enter(PipelineState::kDeadReckoning, *last_frame_ + durationNs(kNoImageS), text);
+  const TimeNs since = *last_frame_ + durationNs(kNoImageS);
+  if (state_ == PipelineState::kInertial) enter(PipelineState::kDeadReckoning, since, text);
+  // In a state that rests on images alone it is said while they are missing, once.
+  if (options_.live && state_ != PipelineState::kDeadReckoning && !no_image_said_)
+    remark(since, {text});
+  no_image_said_ = true;
 }
 
 void Pipeline::processAdmitted() {
@@ -92,8 +96,9 @@ void Pipeline::processAdmitted() {
     }
     if (!front_queue_)
       runFrontEnd(std::move(*input));
-    else if (const auto dropped = front_queue_->push(std::move(*input)))
-      count(InputFault::kFrameLate, dropped->t);
+    else
+      for (const StereoFrame& late : front_queue_->push(std::move(*input)))
+        count(InputFault::kFrameLate, late.t);
   }
 }
 
@@ -102,9 +107,11 @@ void Pipeline::processAdmitted() {
 void Pipeline::keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
                           ImuBuffer* imu) {
   imu->add(sample);
-  const TimeNs needed = sample.t - durationNs(kLongestGapOfFramesS);
-  if (last_frame && *last_frame >= needed) return;
-  const bool is_worth_it = imu->samples().front().t < needed - kNanosecondsPerSecond;
+  const TimeNs longest = durationNs(kLongestGapOfFramesS), needed = sample.t - longest;
+  const TimeNs oldest = imu->samples().front().t;
+  // A camera whose clock is ahead may stop.
+  if (last_frame && *last_frame >= needed && oldest >= needed - longest) return;
+  const bool is_worth_it = oldest < needed - kNanosecondsPerSecond;
   if (is_worth_it) imu->dropBefore(needed);
 }
 
@@ -135,8 +142,9 @@ void Pipeline::runFrontEnd(AdmittedInput input) {
 void Pipeline::deliver(EstimatorInput input) {
   if (!estimator_queue_)
     estimate(input);
-  else if (const auto dropped = estimator_queue_->push(std::move(input)))
-    count(InputFault::kFrameLate, dropped->t);
+  else
+    for (const FrontFrame& late : estimator_queue_->push(std::move(input)))
+      count(InputFault::kFrameLate, late.t);
 }
 
 void Pipeline::startThreads() {
@@ -189,7 +197,13 @@ void Pipeline::count(InputFault fault, TimeNs t) {
 InputFaultCounts Pipeline::inputFaults() const {
   const std::scoped_lock lock(border_mutex_, shared_mutex_);
   InputFaultCounts faults = border_.faults();
-  faults.insert(run_faults_.begin(), run_faults_.end());
+  for (const auto& [fault, of_run] : run_faults_) {
+    InputFaultCount& c = faults[fault];
+    if (c.count == 0)
+      c = of_run;
+    else
+      c.count += of_run.count;
+  }
   return faults;
 }
 

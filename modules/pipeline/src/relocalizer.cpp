@@ -59,14 +59,17 @@ Relocalizer::Relocalizer(const StereoInertialCalibration& calibration, const Map
       places_(calibration, options, sigma_px * options.sigma_factor, std::move(views)) {}
 
 void Relocalizer::lost(const Trajectory& keyframes) {
-  places_.remember(keyframes);
+  // Keyframes of a flight that was never recognised are in another world.
+  is_elsewhere_ = looking_ && !moved_;
+  if (!is_elsewhere_) places_.remember(keyframes);
   looking_ = false;
 }
 
 void Relocalizer::startedAgain(const SE3& T_WB, const Matrix6d& covariance) {
   looking_ = true;
   const auto J = yawAndPosition(T_WB.R, Eigen::Matrix3d::Identity());
-  prior_ = J * covariance * J.transpose();
+  if (!is_elsewhere_) prior_.setZero();
+  prior_ += J * covariance * J.transpose();
   prior_.diagonal() += kSigmaVisual.cwiseAbs2();
   moved_ = false;
   estimate_ = Estimate();

@@ -222,6 +222,22 @@ TEST_F(PipelineLive, ImagesThatStopAreSaid) {
   EXPECT_EQ(pipeline.events().back().t, flight().frames.back().t + durationNs(Pipeline::kNoImageS));
 }
 
+TEST_F(PipelineLive, DeadReckoningEndsThoughNoImageComes) {
+  Pipeline pipeline = this->pipeline(false);
+  std::optional<TimeNs> last_state;
+  pipeline.onImuState([&](const ImuRateState& state) { last_state = state.t; });
+  flyAndGoOn(25.0, &pipeline);
+  EXPECT_EQ(pipeline.state(), PipelineState::kLost);
+  const TimeNs last = flight().frames.back().t;
+  EXPECT_NEAR(secondsBetween(last, pipeline.events().back().t), 20.0, 0.01);
+  EXPECT_THAT(pipeline.events().back().reason,
+              ::testing::HasSubstr("no image has located the platform for 20.0 s"));
+  ASSERT_TRUE(last_state);
+  EXPECT_NEAR(secondsBetween(last, *last_state), 20.1, 0.02);
+  EXPECT_FALSE(pipeline.stateAt(last + durationNs(21.0)));
+  EXPECT_EQ(pipeline.estimates().back().t, last);  // no frame, no pose
+}
+
 TEST_F(PipelineLive, TheLastImageOfARecordingIsNoFault) {
   Pipeline pipeline = this->pipeline(false);
   flyAndGoOn(1.5, &pipeline);

@@ -8,6 +8,9 @@ namespace etalon {
 
 using Kind = UnusableObservation::Kind;
 
+/** Images in a row without one of the other camera, after which that is silent. */
+static constexpr int kSilent = 5;
+
 std::variant<SensorEvent, UnusableObservation> ObservationInput::convert(
     const mrpt::obs::CObservation& observation) {
   const TimeNs t = fromMrptTime(observation.timestamp);
@@ -43,6 +46,13 @@ std::variant<SensorEvent, UnusableObservation> ObservationInput::pair(
   }
   now.gray = now.gray.clone();  // the driver may use its buffer again
   waiting_ = std::move(now);
+  alone_ = before && before->camera == camera ? alone_ + 1 : 0;
+  if (alone_ >= kSilent) {
+    StereoFrame frame{before->t, {}, {}, "", ""};
+    (camera == 0 ? frame.left : frame.right) = before->gray;
+    (camera == 0 ? frame.left_path : frame.right_path) = before->path;
+    return SensorEvent(std::move(frame));
+  }
   if (before) return UnusableObservation{Kind::kUnpaired, before->t, ""};
   return UnusableObservation{Kind::kWaiting, t, ""};
 }

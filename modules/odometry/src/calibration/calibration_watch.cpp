@@ -91,6 +91,7 @@ std::optional<CalibrationInformation> calibrationInformation(const LinearRows& p
 
 CalibrationWatch::CalibrationWatch(const CalibrationOptions& options, const CalibrationVector& used)
     : options_(options), used_(used) {
+  now_.variance = calibrationPriorSigma().cwiseAbs2();
   for (size_t i = 0; i < kQuantityCount; ++i) {
     const CalibrationQuantity& q = kCalibrationQuantities[i];
     in_use_[i] = !used.segment(q.first, q.size).isZero(0.0);

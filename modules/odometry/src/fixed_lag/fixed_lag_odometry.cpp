@@ -8,7 +8,7 @@
 #include "bridged_imu.h"
 #include "calibration/calibration_watch.h"
 #include "etalon/core/errors.h"
-#include "recall.h"
+#include "old_views.h"
 #include "rest.h"
 #include "sliding.h"
 #include "tracks.h"
@@ -47,8 +47,8 @@ void FixedLagOptions::declare(ParameterSet& parameters) {
 
 class FixedLagOdometry::Impl {
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
-  static constexpr double kAstrayAfterS = 1.0;  ///< without images
-  static constexpr double kLookS = 20.0;        ///< for old keyframes after that
+  /** Over a longer step the error of the attitude, by gravity, moves the predicted position, too. */
+  static constexpr double kShortGapS = 0.3;
 
  public:
   const fixed_lag::Window& window() const { return window_; }
@@ -60,15 +60,11 @@ class FixedLagOdometry::Impl {
       : given_(calibration),
         calibration_(calibration),
         options_(options),
-        map_(map),
-        views_(std::move(views)),
-        recall_(calibration_, map_, options_.sigma_px),
+        old_views_(calibration_, map, options_.sigma_px, std::move(views)),
         tracks_(calibration_, trackOptions()),
         solver_({options.iterations}),
         bias_jumps_(options_.chi2_bias_jump),
-        calibration_watch_(options.calibration) {
-    map_.enabled = map_.enabled && views_;
-  }
+        calibration_watch_(options.calibration) {}
 
   OdometryOutput start(const OdometryStart& start, const TrackedFrame& frame) {
     calibration_ = given_;
@@ -88,12 +84,9 @@ class FixedLagOdometry::Impl {
     if (!deviation.isZero(0.0)) setCalibration(deviation, &window_);
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
     tracks_.createLandmarks(measured, &window_);
-    if (map_.enabled) {
-      views_->dropAllBut({});
-      window_.states.front().is_view = views_->keep(frame.t);
-    }
+    relative_views_ = fixed_lag::RelativeViews();
+    old_views_.begin(&window_);
     located_at_ = frame.t;
-    astray_.reset();
     OdometryOutput out;
     out.t = frame.t;
     out.state = start.state;
@@ -113,14 +106,15 @@ class FixedLagOdometry::Impl {
                       "frames out of order: stamp " + std::to_string(frame.t) + " ns follows " +
                           std::to_string(last.t) + " ns");
     out.imu_missing = !isComplete(imu, last.t, frame.t, calibration_.imu.rate_hz);
+    const bool last_was_located = last.t == located_at_;
     const bool sees_nothing = frame.observations.empty() && frame.right_only.empty();
+    const bool is_blind = sees_nothing || !last_was_located;
     const ImuNoiseDensities noise =
-        noiseFor(secondsBetween(sees_nothing ? located_at_ : last.t, frame.t));
+        noiseFor(secondsBetween(is_blind ? located_at_ : last.t, frame.t));
     Preintegration preintegration =
         out.imu_missing ? bridgedImu(last.now, last.t, frame.t, imu, noise, window_.g_W)
                         : Preintegration(imu, last.now.bias, noise);
     const double speed = last.now.v_WB.norm();
-    const bool last_was_located = last.t == located_at_;
     appendState(std::move(preintegration), &window_);
     out.predicted = window_.states.back().now;
     updateImageTimes(&window_);
@@ -129,9 +123,9 @@ class FixedLagOdometry::Impl {
                      options_.sigma_px * std::sqrt(window_.pixel_variance), speed);
 
     const MeasuredFrame measured = fixed_lag::measure(calibration_, frame, options_.sigma_px);
+    const bool is_short = last_was_located && secondsBetween(located_at_, frame.t) < kShortGapS;
     const auto counts = tracks_.associate(
-        measured, last_was_located ? predictedPoseCovariance() : covarianceSinceLocated(),
-        &window_);
+        measured, is_short ? predictedPoseCovariance() : covarianceSinceLocated(), &window_);
     const bool keyframe = tracks_.wantsKeyframe(measured, counts, window_);
     window_.states.back().keyframe = keyframe;
     if (keyframe) tracks_.createLandmarks(measured, &window_);
@@ -140,8 +134,8 @@ class FixedLagOdometry::Impl {
     if (recalls) {
       // One step is enough to know where to look.
       solver_.solve(&window_, 1, false);
-      out.recalled = recall_.recall(frame, views_.get(), solver_, &window_);
-      recognize(frame, &out);
+      old_views_.find(frame, solver_, &window_, &out);
+      if (out.recognition) tracks_.turnWorld(out.recognition->T_WW0.R);
     }
     fixed_lag::SolverResult solved = solver_.solve(&window_, options_.iterations, recalls);
     if (bias_jumps_.follow(options_.iterations, &solver_, &window_, &solved))
@@ -161,13 +155,12 @@ class FixedLagOdometry::Impl {
     covariance_ = solved.covariance;
 
     if (fit.used >= fixed_lag::kLocatedBy) {
-      if (secondsBetween(located_at_, frame.t) > kAstrayAfterS)
-        astray_ = Astray{located_at_, frame.t};
+      old_views_.located(located_at_, frame.t);
       located_at_ = frame.t;
     } else {
       out.previous_keyframe = keepLastLocated();
     }
-    prepareViews(frame.t);
+    old_views_.prepare(window_, located_at_);
     WindowState& newest = window_.states.back();  // another window's since the biases jumped
     out.state = newest.now;
     out.covariance = covariance_;
@@ -176,9 +169,9 @@ class FixedLagOdometry::Impl {
     out.used = fit.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
-    newest.is_view = newest.keyframe && map_.enabled && views_->keep(newest.t);
-    fixed_lag::slide({options_.recent_frames, options_.keyframes, map_}, &window_);
-    if (out.keyframe && map_.enabled) dropViews();
+    old_views_.keepNewest(&window_);
+    fixed_lag::slide({options_.recent_frames, options_.keyframes, old_views_.options()}, &window_);
+    if (out.keyframe) old_views_.dropGone(window_);
     reintegrate();
     if (options_.calibration.any()) calibrate(&out);
     return out;
@@ -231,38 +224,6 @@ class FixedLagOdometry::Impl {
                               &noise.accel_noise_density, &noise.accel_random_walk})
         *density *= kFactor;
     return noise;
-  }
-
-  /** After a while without images the pose may be too far off for the old keyframes' patches. */
-  void recognize(const TrackedFrame& frame, OdometryOutput* out) {
-    if (!astray_ || !map_.relocalize) return;
-    const auto is_old = [this](const RecalledObservation& r) {
-      return r.keyframe <= astray_->after;
-    };
-    if (std::any_of(out->recalled.begin(), out->recalled.end(), is_old) ||
-        secondsBetween(astray_->since, frame.t) > kLookS)
-      return astray_.reset();
-    out->recognition =
-        recall_.recognize(frame, astray_->after, views_.get(), solver_, &window_, &out->recalled);
-    if (!out->recognition) return;
-    tracks_.turnWorld(out->recognition->T_WW0.R);
-    astray_.reset();
-  }
-
-  /** One view a frame, while there is or soon will be something to recognise, from the newest on. */
-  void prepareViews(TimeNs t) {
-    if (!map_.enabled || !map_.relocalize) return;
-    if (!astray_ && !(secondsBetween(located_at_, t) > kAstrayAfterS)) return;
-    for (auto state = window_.states.rbegin(); state != window_.states.rend(); ++state)
-      if (state->is_view && (!astray_ || state->t <= astray_->after) && views_->prepare(state->t))
-        return;
-  }
-
-  void dropViews() {
-    std::vector<TimeNs> stamps;
-    for (const WindowState& state : window_.states)
-      if (state.keyframe) stamps.push_back(state.t);
-    views_->dropAllBut(stamps);
   }
 
   /** Covariance of the newest pose relative to the window before its images are used: the noise of
@@ -321,9 +282,7 @@ class FixedLagOdometry::Impl {
   StereoInertialCalibration given_;
   StereoInertialCalibration calibration_;  ///< in use
   FixedLagOptions options_;
-  MapOptions map_;
-  std::shared_ptr<ViewMatcher> views_;
-  fixed_lag::Recall recall_;
+  fixed_lag::OldViews old_views_;
   fixed_lag::Tracks tracks_;
   fixed_lag::WindowSolver solver_;
   fixed_lag::RestDetector rest_;
@@ -332,12 +291,6 @@ class FixedLagOdometry::Impl {
   fixed_lag::Window window_;
   fixed_lag::RelativeViews relative_views_;  ///< at the estimates of the last optimisation
   TimeNs located_at_ = 0;
-  /** A while without images, and no old keyframe found again yet. */
-  struct Astray {
-    TimeNs after = 0;  ///< last frame that was located before
-    TimeNs since = 0;  ///< first frame that was located again
-  };
-  std::optional<Astray> astray_;
   Matrix15d covariance_ = Matrix15d::Zero();
 };
 

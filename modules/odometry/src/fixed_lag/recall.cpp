@@ -108,6 +108,18 @@ std::vector<Recall::Candidate> Recall::candidatesFor(const std::vector<SeenLandm
   return candidates;
 }
 
+/** The retained keyframe up to `after` whose turn it is; null where there is none. */
+WindowState* Recall::toRecognize(TimeNs after, Window* window) {
+  WindowState* next = nullptr;
+  for (size_t i = 0; i < window->firstFull(); ++i) {
+    WindowState& state = window->states[i];
+    if (state.retained && state.t <= after &&
+        (!next || state.recognition_tried < next->recognition_tried))
+      next = &state;
+  }
+  return next;
+}
+
 ViewSearch Recall::searchWith(ViewMatcher* matcher, const Window& window) const {
   return {*calibration_, options_, sigma_px_ * options_.sigma_factor, window.pixel_variance,
           *matcher};
@@ -146,29 +158,24 @@ std::vector<RecalledObservation> Recall::recall(const TrackedFrame& frame, ViewM
     const ViewFindings findings =
         searchWith(matcher, *window).find(state.t, candidate.view, seen, which);
     if (findings.reach_px > kDoubtfulReachPx && !findings.confirmGuess()) continue;
-    observe(candidate, findings, seen, window, &recalled);
+    observe(candidate.state, findings, seen, window, &recalled);
   }
   return recalled;
 }
 
-std::optional<Recognition> Recall::recognize(const TrackedFrame& frame, TimeNs after,
-                                             ViewMatcher* matcher, const WindowSolver& solver,
-                                             Window* window,
-                                             std::vector<RecalledObservation>* recalled) {
-  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
-  std::vector<Candidate> candidates = candidatesFor(seen, *window);
-  candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
-                                  [&](const Candidate& candidate) {
-                                    return window->states[candidate.state].t > after;
-                                  }),
-                   candidates.end());
-  if (candidates.empty()) return std::nullopt;
-  const Candidate& candidate = candidates[recognitions_++ % candidates.size()];
-  const WindowState& newest = window->states.back();
-  const WindowState& state = window->states[candidate.state];
+std::optional<Recognition> Recall::recognize(const TrackedFrame& frame,
+                                             const std::vector<TimeNs>& after, ViewMatcher* matcher,
+                                             const WindowSolver& solver, Window* window,
+                                             std::vector<RecalledObservation>* recalled) const {
+  // The states may have none of them in view.
+  WindowState* const old = toRecognize(after.back(), window);
+  if (!old) return std::nullopt;
+  const WindowState &state = *old, &newest = window->states.back();
+  old->recognition_tried = newest.t;
   const auto guess = matcher->recognize(state.t);
   if (!guess) return std::nullopt;
-  std::vector<size_t> which;  // not only where the states have them in view
+  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
+  std::vector<size_t> which;
   for (size_t l = 0; l < seen.size(); ++l)
     if (!isKnown(window->landmarks.at(seen[l].id), state.serial)) which.push_back(l);
   const ViewFindings findings = searchWith(matcher, *window).find(state.t, *guess, seen, which);
@@ -185,27 +192,30 @@ std::optional<Recognition> Recall::recognize(const TrackedFrame& frame, TimeNs a
       view.covariance +
       kCaution * kCaution * relativeCovariance(newest.seenFrom(), state.seenFrom(), joint);
   Eigen::Matrix<double, 6, 1> off;
-  off << logSO3(candidate.view.T_NV.R.transpose() * view.T_NV.R),
-      view.T_NV.t - candidate.view.T_NV.t;
+  const SE3 T_NV = relativePose(newest.seenFrom(), state.seenFrom());
+  off << logSO3(T_NV.R.transpose() * view.T_NV.R), view.T_NV.t - T_NV.t;
   if (!(off.dot(covariance.llt().solve(off)) < kChi2Pose)) return std::nullopt;
 
   const Recognition recognition{
-      state.t, after,
+      state.t, *std::lower_bound(after.begin(), after.end(), state.t),
       yawPositionAlignment(newest.seenFrom(), state.seenFrom() * view.T_NV.inverse())};
-  observe(candidate, findings, seen, window, recalled);
-  for (WindowState& later : window->states)
-    if (later.t > after) later.now = later.now.moved(recognition.T_WW0);
+  observe(old - window->states.data(), findings, seen, window, recalled);
+  for (WindowState& later : window->states) {
+    if (later.t <= recognition.after) continue;
+    later.now = later.now.moved(recognition.T_WW0);
+    if (!later.fixed) later.linearization = later.now;
+  }
   return recognition;
 }
 
-void Recall::observe(const Candidate& candidate, const ViewFindings& findings,
+void Recall::observe(size_t view, const ViewFindings& findings,
                      const std::vector<SeenLandmark>& seen, Window* window,
                      std::vector<RecalledObservation>* recalled) const {
-  WindowState& state = window->states[candidate.state];
+  WindowState& state = window->states[view];
   for (size_t i = 0; i < findings.landmarks.size(); ++i) {
     const FoundLandmark& f = findings.landmarks[i];
-    LandmarkObservation observation{state.serial, static_cast<int>(candidate.state),
-                                    f.match.has_right, f.measurements};
+    LandmarkObservation observation{state.serial, static_cast<int>(view), f.match.has_right,
+                                    f.measurements};
     const double look = 1 + noteFound(f.match.left, &state);
     for (ReprojectionMeasurement& m : observation.measurements)
       m.sqrt_information /= std::sqrt(look);

@@ -25,30 +25,31 @@ class Recall {
                                           const WindowSolver& solver, Window* window) const;
 
   /**
-   * Recognises one of the retained keyframes up to `after` by how it looks, another one with every
-   * call: after a while without images the joint covariance says too little of where to look. The
-   * states since `after` turn about the vertical and move to where that keyframe has the newest one,
-   * so that what was found there is believed when the window is solved next.
+   * Recognises one of the retained keyframes from before a while without images by how it looks,
+   * another one with every call: the joint covariance says too little of where to look. The states
+   * since the first such while after that keyframe turn about the vertical and move to where it has
+   * the newest one, so that what was found there is believed when the window is solved next.
+   * @param after last frames before a while without images, in time order, at least one
    * @param recalled what was found
    */
-  std::optional<Recognition> recognize(const TrackedFrame& frame, TimeNs after,
+  std::optional<Recognition> recognize(const TrackedFrame& frame, const std::vector<TimeNs>& after,
                                        ViewMatcher* matcher, const WindowSolver& solver,
-                                       Window* window, std::vector<RecalledObservation>* recalled);
+                                       Window* window,
+                                       std::vector<RecalledObservation>* recalled) const;
 
  private:
   struct Candidate;
   std::vector<SeenLandmark> seenLandmarks(const TrackedFrame& frame, const Window& window) const;
   std::vector<Candidate> candidatesFor(const std::vector<SeenLandmark>& seen,
                                        const Window& window) const;
+  static WindowState* toRecognize(TimeNs after, Window* window);
   ViewSearch searchWith(ViewMatcher* matcher, const Window& window) const;
-  void observe(const Candidate& candidate, const ViewFindings& findings,
-               const std::vector<SeenLandmark>& seen, Window* window,
-               std::vector<RecalledObservation>* recalled) const;
+  void observe(size_t view, const ViewFindings& findings, const std::vector<SeenLandmark>& seen,
+               Window* window, std::vector<RecalledObservation>* recalled) const;
 
   const StereoInertialCalibration* calibration_;
   MapOptions options_;
   double sigma_px_;
-  size_t recognitions_ = 0;  ///< that were tried
 };
 
 }  // namespace etalon::fixed_lag

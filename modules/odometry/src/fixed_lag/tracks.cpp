@@ -11,6 +11,8 @@
 namespace etalon::fixed_lag {
 namespace {
 
+constexpr double kKeyframeUnlocatedS = 0.25;
+
 /** Squared residual of the track against the landmark in both cameras, divided by its bound: the
  * track is too far away where it exceeds 1. */
 double distance(const Window& window, const Landmark& landmark, const MeasuredFrame::Track& track,
@@ -140,7 +142,8 @@ bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
                            const Window& window) const {
   const auto tracks = static_cast<int>(frame.tracks.size());
   if (tracks < kLocatedBy) return false;
-  if (counts.used < kLocatedBy || counts.used < options_.keyframe_survival * tracks) return true;
+  const bool is_located = counts.used >= kLocatedBy;
+  if (is_located && counts.used < options_.keyframe_survival * tracks) return true;
   const Eigen::Matrix3d R_LB = last_R_WB_.transpose() * window.states.back().now.T_WB.R;
   std::vector<double> parallax;
   for (const MeasuredFrame::Track& track : frame.tracks) {
@@ -148,6 +151,10 @@ bool Tracks::wantsKeyframe(const MeasuredFrame& frame, const Counts& counts,
     if (before == last_keyframe_.end() || before->second.has_left != track.has_left) continue;
     parallax.push_back(angleBetween(R_LB * rayInBody(track, window), before->second.ray));
   }
+  // Not located, tracks of one camera need keyframes that are apart from each other.
+  if (!is_located && (parallax.size() < options_.keyframe_survival * tracks ||
+                      secondsBetween(last_keyframe_at_, frame.t) > kKeyframeUnlocatedS))
+    return true;
   if (parallax.empty()) return true;
   auto middle = parallax.begin() + parallax.size() / 2;
   std::nth_element(parallax.begin(), middle, parallax.end());
@@ -165,6 +172,7 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   std::map<LandmarkId, std::vector<LandmarkObservation>> pending;
   last_keyframe_.clear();
   last_R_WB_ = newest.now.T_WB.R;
+  last_keyframe_at_ = frame.t;
   for (const MeasuredFrame::Track& track : frame.tracks) {
     last_keyframe_[track.id] = {track.has_left, rayInBody(track, *window)};
     if (window->landmarks.count(track.id) || rejected_.count(track.id)) continue;

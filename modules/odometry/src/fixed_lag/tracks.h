@@ -107,6 +107,7 @@ class Tracks {
   /** In the last keyframe, and its attitude. */
   std::unordered_map<LandmarkId, Ray> last_keyframe_;
   Eigen::Matrix3d last_R_WB_ = Eigen::Matrix3d::Identity();
+  TimeNs last_keyframe_at_ = 0;
 };
 
 }  // namespace etalon::fixed_lag

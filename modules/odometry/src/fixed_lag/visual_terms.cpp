@@ -118,6 +118,7 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   V(2, 2) = d_A_d;
   // At infinity, and the residuals want it farther: its distance is no unknown.
   e.held = !(e.rho > 0.0) && e.g_l.z() >= 0.0;
+  const double rho_information = V(2, 2);
   if (e.held) {
     V.col(2) << 0.0, 0.0, 1.0;
     e.g_l.z() = 0.0;
@@ -132,6 +133,7 @@ void VisualTerms::collect(const Window& window, Landmark* landmark, int last_sta
   V(2, 2) += 1e-9 * V(2, 2) + 1e-6;
   e.factor = inverseRoot(V);
   landmark->covariance.noalias() = e.factor * e.factor.transpose();
+  if (e.held) landmark->covariance(2, 2) = 1.0 / (rho_information + 1e-6);
   eliminated_.push_back(e);
   if (with_calibration_) eliminateFromCalibration(V.diagonal() - undamped);
 }

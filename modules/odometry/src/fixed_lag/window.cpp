@@ -97,8 +97,9 @@ void setCalibration(const CalibrationVector& deviation, Window* window) {
   }
 }
 
-/** The rate that turns the body between the stamp `t` and the image: the mean of samples over as
- * long, because a sample's own vibration, times the offset, would make the offset look smaller. */
+/** The rate that turns the body between the stamp `t` and the image, from the samples on the image's
+ * side of it: their mean over as long as the offset, because a sample's own vibration, times the
+ * offset, would make the offset look smaller. */
 static Eigen::Vector3d rateAt(TimeNs t, const std::vector<ImuSample>& imu, double time_offset) {
   const TimeNs reach = durationNs(std::abs(time_offset));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -117,9 +118,11 @@ void updateImageTimes(Window* window) {
   if (!window->calibration.unknown) return;
   for (size_t i = window->firstFull(); i < window->states.size(); ++i) {
     WindowState& state = window->states[i];
-    const bool first = state.imu.samples().empty();  // the IMU of the next begins there
-    if (first && i + 1 == window->states.size()) continue;
-    const std::vector<ImuSample>& imu = (first ? window->states[i + 1] : state).imu.samples();
+    const bool is_first = state.imu.samples().empty(), is_newest = i + 1 == window->states.size();
+    if (is_first && is_newest) continue;
+    // Of the newest frame the samples after the stamp have not come yet.
+    const bool after = is_first || (window->calibration.now[kTimeOffset] > 0.0 && !is_newest);
+    const std::vector<ImuSample>& imu = (after ? window->states[i + 1] : state).imu.samples();
     state.twist_B << rateAt(state.t, imu, window->calibration.now[kTimeOffset]) -
                          state.now.bias.gyro,
         state.now.T_WB.R.transpose() * state.now.v_WB;

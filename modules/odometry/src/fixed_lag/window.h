@@ -4,6 +4,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "calibration/calibration_columns.h"
@@ -39,6 +40,7 @@ struct WindowState {
   bool at_rest = false;                 ///< since the state before
   bool retained = false;                ///< an old keyframe, kept to be found again
   std::vector<FoundPoint> found_again;  ///< where landmarks were found in it, far from each other
+  std::optional<TimeNs> recognition_tried;  ///< last frame in which it was not recognised
   Preintegration imu;  ///< from the state before; of the oldest full state it is part of the prior
   Matrix15d imu_sqrt_information = Matrix15d::Zero();
   Eigen::Index column = 0;  ///< of its first unknown

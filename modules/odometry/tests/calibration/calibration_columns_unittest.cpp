@@ -169,6 +169,26 @@ struct Scene : PointScene {
   }
 };
 
+TEST(CalibrationColumns, TheBodyTurnsToTheImageByTheRateOnThatSideOfTheStamp) {
+  for (const double offset : {0.01, -0.01}) {
+    PointScene scene(12);
+    addCalibrationColumns(scene.calibration, &scene.window);
+    for (const double rate : {0.1, 0.5}) {
+      std::vector<ImuSample> imu;
+      const TimeNs begin = scene.window.states.back().t;
+      for (TimeNs t = 0; t <= PointScene::kStep; t += PointScene::kStep / 10)
+        imu.push_back({begin + t, {rate, 0.0, 0.0}, {0.0, 0.0, 9.81}});
+      appendState(Preintegration(imu, {}, scene.noise), &scene.window);
+    }
+    CalibrationVector deviation = CalibrationVector::Zero();
+    deviation[kTimeOffset] = offset;
+    setCalibration(deviation, &scene.window);
+    updateImageTimes(&scene.window);
+    const WindowState& state = scene.window.states[1];
+    EXPECT_NEAR(state.twist_B.x() + state.now.bias.gyro.x(), offset > 0.0 ? 0.5 : 0.1, 1e-12);
+  }
+}
+
 TEST(CalibrationColumns, TheGradientIsThatOfTheCostOnceLandmarksAreBest) {
   Scene scene;
   scene.settle();

@@ -70,6 +70,7 @@ TEST(CalibrationWatch, BelievesNothingBeforeTheOdometryHasSettled) {
   for (int k = 0; k < 5; ++k) EXPECT_FALSE(measured.update(&watch, 2.0));
   EXPECT_EQ(findingOf(watch, "time offset").verdict, Verdict::kNotObserved);
   EXPECT_THAT(findingOf(watch, "time offset").words, HasSubstr("had not settled"));
+  EXPECT_NEAR(findingOf(watch, "time offset").sigma[0], 5.0, 1e-9);  // ms, as before the flight
 }
 
 TEST(CalibrationWatch, CorrectsWhatIsCertainlyWrongAndSaysSoOnce) {

@@ -29,7 +29,8 @@ struct UnusableObservation {
  *  - CObservationIMU with rates and accelerations
  *  - CObservationStereoImages
  *  - CObservationImage from two cameras, told apart by the sensor label, as EuRoC recordings
- *    converted by others have them: two images of the same stamp are a pair
+ *    converted by others have them: two images of the same stamp are a pair; where one camera has
+ *    been silent for several images of the other, these are frames of one image
  * IMU and calibration are in the body's frame; poses of sensors in the observations are not read.
  */
 class ObservationInput {
@@ -58,6 +59,7 @@ class ObservationInput {
     std::string path;
   };
   std::optional<Waiting> waiting_;
+  int alone_ = 0;  ///< images in a row of its camera that had no partner
 };
 
 }  // namespace etalon

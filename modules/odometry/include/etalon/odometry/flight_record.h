@@ -95,10 +95,9 @@ class FlightRecord {
 
   /** The IMU alone told the poses between two stamps. */
   struct BlindPiece {
-    TimeNs from = 0, to = 0;        ///< the last frame that showed a landmark, and the next
-    NavState predicted;             ///< at `to`, by the IMU
-    NavState seen;                  ///< there, with the image
-    LandmarkId first_landmark = 0;  ///< the least id that the image showed
+    TimeNs from = 0, to = 0;  ///< the last frame that showed a landmark, and the next
+    NavState predicted;       ///< at `to`, by the IMU
+    NavState seen;            ///< there, with the image
   };
 
   /** Poses that were told from the first stamp to before the second became T_WW0 T_WB. */
@@ -113,8 +112,9 @@ class FlightRecord {
     LandmarkId first_landmark = 0;
   };
 
+  LandmarkId firstLandmark(const TrackedFrame& frame) const;
   void keepLast();
-  void noteBlindPiece(TimeNs stamp, const TrackedFrame& frame, const OdometryOutput& output);
+  void noteBlindPiece(TimeNs stamp, const OdometryOutput& output);
   void bendBlindPieces(const Trajectory& causal, Trajectory* smoothed) const;
   void moveAfter(const Recognition& recognition);
   void moveFrom(const Beginning& beginning, const SE3& T_WW0);
@@ -126,10 +126,14 @@ class FlightRecord {
   bool imu_missing_ = false;
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;
   Trajectory smoothed_;
-  std::vector<TimeNs> odometry_times_;  ///< of smoothed_, as the odometry has them
-  std::optional<Keyframe> last_;        ///< the last frame, unless it is kept
-  std::optional<TimeNs> seen_at_;       ///< stamp of the last frame that showed a landmark
-  bool is_blind_ = false;               ///< since then frames came that showed none
+  struct KeyframeSight {
+    TimeNs odometry_time = 0;  ///< its stamp as the odometry has it
+    LandmarkId first_landmark = 0;
+  };
+  std::vector<KeyframeSight> sights_;  ///< of smoothed_
+  std::optional<Keyframe> last_;       ///< the last frame, unless it is kept
+  std::optional<TimeNs> seen_at_;      ///< stamp of the last frame that showed a landmark
+  bool is_blind_ = false;              ///< since then frames came that showed none
   std::vector<BlindPiece> blind_pieces_;
   std::vector<Move> moves_;
   TimeNs newest_ = 0;

@@ -39,7 +39,8 @@ enum class InputFault {
   kImuJump,             ///< a step of more than max_gap_s: nothing is integrated across it
   kImuStepBack,         ///< the clock: what comes is from the past until it has caught up
   kFrameInvalidStamp,   ///< dropped
-  kFrameUnusable,       ///< an image is missing, not CV_8UC1 or not of the calibrated size: dropped
+  kFrameUnusable,       ///< an image is not CV_8UC1 or not of the calibrated size: dropped
+  kFrameOfOneCamera,    ///< the other image is missing: used, as if that one's lens were covered
   kFrameRepeatedStamp,  ///< dropped
   kFrameFromThePast,    ///< dropped
   kFrameStampAlone,     ///< dropped
@@ -87,7 +88,7 @@ using AdmittedInput = std::variant<ImuSample, StereoFrame, ClockJump>;
  * What does not fit is dropped and counted with the reason; nothing throws.
  *
  * A frame waits for the IMU; where frames max_wait_s later are there, or kMaxWaitingFrames, it
- * passes without. A measurement more than max_gap_s ahead is held until the next one of its stream:
+ * passes without. Where this happens again and again, frames do not wait until the next sample. A measurement more than max_gap_s ahead is held until the next one of its stream:
  * if that is later still, time went on there (a jump), else the stamp stood alone and is dropped.
  * The first IMU sample is held until the next one, or a frame, is near it; the first frame, which
  * waits for the IMU, is taken back where the next one is long before it.
@@ -100,6 +101,8 @@ class InputBorder {
  public:
   static constexpr size_t kMaxWaitingFrames = 100;
   static constexpr int kStepBackRun = 5;
+  /** After so many frames in a row without IMU the next ones do not wait for it. */
+  static constexpr int kImuIsGone = 5;
 
   InputBorder(const StereoInertialCalibration& calibration, const InputOptions& options);
 
@@ -156,6 +159,7 @@ class InputBorder {
   SaturationDetector saturation_;
   std::deque<StereoFrame> waiting_;  ///< for the IMU
   size_t frames_passed_ = 0;
+  int without_imu_ = 0;  ///< frames in a row that waited in vain
   std::deque<AdmittedInput> ready_;
   InputFaultCounts faults_;
 };

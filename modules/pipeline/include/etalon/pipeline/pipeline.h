@@ -63,8 +63,9 @@ struct FrameTiming {
  * Threads. process(), add() and finish() may be called from any thread, and so may latest(),
  * stateAt() and inputFaults(). By default the work is done in the thread that delivers the
  * measurement, and the same measurements give the same run, bit for bit. With PipelineOptions::live
- * front end and estimator have a thread each and the call returns at once; of the frames that wait
- * for a stage only the newest is kept, and the others are counted (InputFault::kFrameLate). All
+ * front end and estimator have a thread each and the call returns at once; a frame that still waits
+ * for a stage when the next one comes is dropped and counted (InputFault::kFrameLate), unless both
+ * come in one burst (LiveQueue). All
  * other accessors are for between calls and, live, for after finish(). What one of these threads
  * throws ends the run: every later process(), add() or finish() throws it.
  */
@@ -176,6 +177,7 @@ class Pipeline {
   void estimate(const ClockJump& jump);
   void estimate(const FrontFrame& frame);
   void noticeMissingImages(TimeNs until);
+  void endDeadReckoning(TimeNs now);
   void dropSamplesBehind(const FrontFrame& frame);
   void forgetOld();
   void follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
@@ -241,6 +243,8 @@ class Pipeline {
   KeyframeWindow window_;
   Starter starter_;
   std::optional<TimeNs> last_frame_, last_tracked_;
+  double unlocated_s_ = 0.0;    ///< OdometryOutput::unlocated_s of the last frame
+  bool no_image_said_ = false;  ///< since the last frame
   PipelineState state_ = PipelineState::kWaiting;
   std::vector<PipelineEvent> events_;
   std::optional<TimeNs> initialized_at_, handed_over_at_;

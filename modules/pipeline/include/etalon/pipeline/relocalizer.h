@@ -36,7 +36,8 @@ class Relocalizer {
   Relocalizer(const StereoInertialCalibration& calibration, const MapOptions& options,
               double sigma_px, std::shared_ptr<ImageViews> views);
 
-  /** @param keyframes of the odometry that is lost, T_WB */
+  /** Where the odometry is lost before it was recognised, what is remembered stays as it was.
+   * @param keyframes of the odometry that is lost, T_WB */
   void lost(const Trajectory& keyframes);
   /** @param covariance of T_WB in the world of before: [rotation, position], rad and m */
   void startedAgain(const SE3& T_WB, const Eigen::Matrix<double, 6, 6>& covariance);
@@ -69,6 +70,7 @@ class Relocalizer {
   StereoInertialCalibration calibration_;
   PlaceSearch places_;
   bool looking_ = false;
+  bool is_elsewhere_ = false;  ///< lost again before the odometry was recognised
   /** Covariance of yaw and position when the odometry started again, rad and m. */
   Eigen::Matrix4d prior_ = Eigen::Matrix4d::Zero();
   TimeNs first_sighting_ = 0;
