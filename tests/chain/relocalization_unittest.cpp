@@ -61,8 +61,13 @@ TEST(Relocalization, LostAgainBeforeItWasRecognisedItGoesBackToTheFirstWorld) {
   for (const json& event : run.at("events"))
     lost += event.at("state") == "lost" && !event.at("remark").get<bool>();
   EXPECT_EQ(lost, 2);
-  EXPECT_THAT(run.at("events").dump(), ::testing::HasSubstr("is recognized"));
-  EXPECT_LT(positionError(run, "smoothed_trajectory"), 0.3);
+  // Between the losses the flight was metres off; a place of that world would move it by nothing.
+  std::vector<double> moved;
+  for (const json& event : run.at("events"))
+    if (event.at("reason").get<std::string>().find("is recognized") != std::string::npos)
+      moved.push_back(event.at("jump").at("translation_m"));
+  ASSERT_FALSE(moved.empty());
+  EXPECT_GT(moved.front(), 1.0);
 }
 
 }  // namespace
