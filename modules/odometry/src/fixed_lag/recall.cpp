@@ -108,14 +108,25 @@ std::vector<Recall::Candidate> Recall::candidatesFor(const std::vector<SeenLandm
   return candidates;
 }
 
-/** The retained keyframe up to `after` whose turn it is; null where there is none. */
-WindowState* Recall::toRecognize(TimeNs after, Window* window) {
+/** The retained keyframe up to `after` whose turn it is; null where there is none. Those that the
+ * prediction has in view come three times as often as the others. */
+WindowState* Recall::toRecognize(TimeNs after, const std::vector<SeenLandmark>& seen,
+                                 Window* window) const {
+  constexpr double kNeverTriedS = 60.0, kInView = 3.0;
+  std::vector<double> turn(window->firstFull(), 1.0);
+  for (const Candidate& candidate : candidatesFor(seen, *window)) turn[candidate.state] = kInView;
   WindowState* next = nullptr;
-  for (size_t i = 0; i < window->firstFull(); ++i) {
+  double longest = 0.0;
+  for (size_t i = 0; i < turn.size(); ++i) {
     WindowState& state = window->states[i];
-    if (state.retained && state.t <= after &&
-        (!next || state.recognition_tried < next->recognition_tried))
+    if (!state.retained || state.t > after) continue;
+    turn[i] *= state.recognition_tried
+                   ? secondsBetween(*state.recognition_tried, window->states.back().t)
+                   : kNeverTriedS;
+    if (turn[i] > longest) {
+      longest = turn[i];
       next = &state;
+    }
   }
   return next;
 }
@@ -167,15 +178,14 @@ std::optional<Recognition> Recall::recognize(const TrackedFrame& frame,
                                              const std::vector<TimeNs>& after, ViewMatcher* matcher,
                                              const WindowSolver& solver, Window* window,
                                              std::vector<RecalledObservation>* recalled) const {
-  // The states may have none of them in view.
-  WindowState* const old = toRecognize(after.back(), window);
+  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
+  WindowState* const old = toRecognize(after.back(), seen, window);
   if (!old) return std::nullopt;
   const WindowState &state = *old, &newest = window->states.back();
   old->recognition_tried = newest.t;
   const auto guess = matcher->recognize(state.t);
   if (!guess) return std::nullopt;
-  const std::vector<SeenLandmark> seen = seenLandmarks(frame, *window);
-  std::vector<size_t> which;
+  std::vector<size_t> which;  // not only where the states have them in view
   for (size_t l = 0; l < seen.size(); ++l)
     if (!isKnown(window->landmarks.at(seen[l].id), state.serial)) which.push_back(l);
   const ViewFindings findings = searchWith(matcher, *window).find(state.t, *guess, seen, which);

@@ -42,7 +42,8 @@ class Recall {
   std::vector<SeenLandmark> seenLandmarks(const TrackedFrame& frame, const Window& window) const;
   std::vector<Candidate> candidatesFor(const std::vector<SeenLandmark>& seen,
                                        const Window& window) const;
-  static WindowState* toRecognize(TimeNs after, Window* window);
+  WindowState* toRecognize(TimeNs after, const std::vector<SeenLandmark>& seen,
+                           Window* window) const;
   ViewSearch searchWith(ViewMatcher* matcher, const Window& window) const;
   void observe(size_t view, const ViewFindings& findings, const std::vector<SeenLandmark>& seen,
                Window* window, std::vector<RecalledObservation>* recalled) const;
