@@ -8,6 +8,7 @@
 
 #include "etalon/core/printable.h"
 #include "etalon/core/text.h"
+#include "etalon/frontend/keyframe_selector.h"
 #include "support/print_stage_errors.h"
 #include "support/read_summary.h"
 
@@ -150,15 +151,15 @@ std::string partly(const RunRecord& record) {
 /** The most keyframes that a window can have if it begins anew where images are more than
  * `max_gap_s` apart. */
 int mostKeyframes(const std::vector<StereoReference>& images, double rate_hz, double max_gap_s) {
+  KeyframeSelector selector(KeyframeSelectorOptions{rate_hz});
   int most = 0, count = 0;
-  TimeNs begin = 0;
   for (size_t i = 0; i < images.size(); ++i) {
-    if (i == 0 || secondsBetween(images[i - 1].t, images[i].t) > max_gap_s) {
-      begin = images[i].t;
+    if (i > 0 && secondsBetween(images[i - 1].t, images[i].t) > max_gap_s) {
+      selector = KeyframeSelector(KeyframeSelectorOptions{rate_hz});
       count = 0;
     }
-    const double due = 1.0 + std::floor(secondsBetween(begin, images[i].t) * rate_hz);
-    most = std::max(most, static_cast<int>(std::min<double>(++count, due)));
+    count += selector.isKeyframe(images[i].t);
+    most = std::max(most, count);
   }
   return most;
 }
