@@ -11,7 +11,8 @@
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
-#include "etalon/pipeline/front_stage.h"
+#include "etalon/frontend/front_stage.h"
+#include "etalon/imu/saturation.h"
 
 namespace etalon {
 namespace {
@@ -73,7 +74,11 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
   tracks.calibration = recording.calibration();
   tracks.ground_truth = recording.groundTruth();
   if (!recording.imageStamps().empty()) tracks.first_image = recording.imageStamps().front();
-  for (const ImuSample& sample : recording.imuMeasurements()) tracks.imu.add(sample);
+  SaturationDetector saturation;
+  for (ImuSample sample : recording.imuMeasurements()) {
+    saturation.mark(&sample);
+    tracks.imu.add(sample);
+  }
   return tracks;
 }
 

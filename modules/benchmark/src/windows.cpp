@@ -104,6 +104,9 @@ InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s
   const TimeNs start = tracks.first_image + durationNs(std::max(0.0, window * every_s - kJitter_s));
   auto first = std::lower_bound(tracks.frames.begin(), tracks.frames.end(), start,
                                 [](const TrackedFrame& frame, TimeNs t) { return frame.t < t; });
+  // Windows that begin in a gap of the images would all be the one behind it.
+  if (first != tracks.frames.end() && secondsBetween(start, first->t) >= 1.0 / shape.rate_hz)
+    first = tracks.frames.end();
   KeyframeSelector selector(KeyframeSelectorOptions{shape.rate_hz});
   std::vector<TrackedFrame> frames;
   std::vector<int> keyframes;

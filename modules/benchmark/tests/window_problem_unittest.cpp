@@ -83,6 +83,17 @@ TEST(WindowProblem, AtTheEndItHasFewerKeyframesAndBeyondItNone) {
   EXPECT_TRUE(none.frames().empty());
 }
 
+TEST(WindowProblem, WindowsThatBeginInAGapOfTheImagesAreNotTheOneBehindIt) {
+  SequenceTracks tracks = tracksFrom(0);
+  auto& frames = tracks.frames;
+  frames.erase(frames.begin() + 40, frames.begin() + 112);  // 2.0 s to 5.6 s
+  EXPECT_EQ(cut(tracks, 1, {10, 4.0}).keyframeCount(), 0);
+  EXPECT_EQ(cut(tracks, 2, {10, 4.0}).keyframeCount(), 0);
+  frames.insert(frames.begin() + 40, tracksFrom(0).frames[104]);  // 5.2 s
+  EXPECT_EQ(cut(tracks, 1, {10, 4.0}).keyframeCount(), 0);
+  EXPECT_EQ(cut(tracks, 2, {10, 4.0}).keyframe(0).observations[0].id, 104);
+}
+
 TEST(WindowProblem, WithoutTheImusSamplesItHasNone) {
   SequenceTracks tracks = tracksFrom(0);
   std::vector<ImuSample> samples = tracks.imu.samples();

@@ -178,6 +178,29 @@ std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equati
   return fit;
 }
 
+/** ImuWindowBound::velocity_step_mps. */
+double largestVelocityStep(const std::vector<Interval>& intervals,
+                           const Eigen::Vector3d& gravity_G) {
+  constexpr size_t kFewest = 3;  // b_a takes away one
+  if (intervals.size() < kFewest) return GroundTruthCheck::kNone;
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> steps;
+  std::vector<Eigen::Matrix3d> by_bias;
+  for (const Interval& interval : intervals) {
+    const VelocityEquation equation = equationOf(interval);
+    steps.push_back(equation.rhs - equation.A.leftCols<3>() * gravity_G);
+    by_bias.push_back(equation.A.rightCols<3>());
+    A += by_bias.back().transpose() * by_bias.back();
+    b += by_bias.back().transpose() * steps.back();
+  }
+  const Eigen::Vector3d bias = A.ldlt().solve(b);
+  double largest = 0.0;
+  for (size_t i = 0; i < steps.size(); ++i)
+    largest = std::max(largest, (steps[i] - by_bias[i] * bias).norm());
+  return largest;
+}
+
 }  // namespace
 
 GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
@@ -202,8 +225,9 @@ GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
   return check;
 }
 
-GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
-                                const std::vector<TimeNs>& keyframes) {
+ImuWindowBound imuWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                              const std::vector<TimeNs>& keyframes,
+                              const Eigen::Vector3d& gravity_G) {
   std::vector<Interval> intervals;
   Eigen::Vector3d stated = Eigen::Vector3d::Zero();  // sum of the ground truth's b_g
   int states = 0;
@@ -218,11 +242,13 @@ GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer
       intervals.push_back(
           {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
   }
-  GyroWindowBound bound;
+  ImuWindowBound bound;
   if (intervals.empty()) return bound;
   const Eigen::Vector3d fitted = fitGyroBias(&intervals);
   bound.rre_deg = rotationRmseDeg(intervals);
   if (ground_truth.has_biases) bound.gyro_bias_rps = (fitted - stated / states).norm();
+  if (ground_truth.has_velocity)
+    bound.velocity_step_mps = largestVelocityStep(intervals, gravity_G);
   return bound;
 }
 

@@ -16,12 +16,17 @@ tl::unexpected<Refusal> nothingToCompare() {
       "can be compared");
 }
 
+/** What has not is no estimate, and its covariance says nothing of it. */
+bool hasConverged(const InitializationAttempt& attempt) {
+  return !attempt.has_vi_ba || attempt.vi_ba.summary.converged();
+}
+
 }  // namespace
 
 Expected<void> agree(const InitializationAttempt& earlier, const InitializationAttempt& later,
                      const AcceptanceOptions& options) {
   const Eigen::MatrixXd covariance = earlier.covariance();
-  if (covariance.size() == 0) return nothingToCompare();
+  if (covariance.size() == 0 || !hasConverged(earlier)) return nothingToCompare();
   std::vector<StampedState> before, after;
   for (const StampedState& state : earlier.states())
     for (const StampedState& same : later.states())

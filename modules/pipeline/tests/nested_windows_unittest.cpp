@@ -87,6 +87,14 @@ TEST(NestedWindows, WithoutAnythingToCompareThereIsNothingToBelieve) {
   InitializationAttempt unsure = attempt(0, 5, 0.0);
   unsure.init->covariance.resize(0, 0);
   EXPECT_STREQ(status(unsure), "too_few_keyframes");
+  // An estimate that has not converged says nothing against the next.
+  InitializationAttempt under_way = attempt(0, 5, 0.0);
+  under_way.has_vi_ba = true;
+  for (const StampedState& state : under_way.init->states)
+    under_way.vi_ba.states.push_back({state.T_WB, state.v_WB, {}});
+  under_way.vi_ba.covariance = kSigma * kSigma * Eigen::MatrixXd::Identity(60, 60);
+  under_way.vi_ba.summary.termination = Termination::kMaxIterations;
+  EXPECT_STREQ(status(under_way), "too_few_keyframes");
 }
 
 TEST(NestedWindows, ConfirmTakesBackWhatIsNotConfirmed) {

@@ -64,20 +64,19 @@ double valueOf(const SummaryRow& row, const std::string& figure) {
 /** Breaks the text's blanks so that lines have at most kLine characters, where words allow it. */
 std::string brokenIntoLines(std::string text) {
   constexpr size_t kLine = 100;
-  for (size_t begin = 0, blank = text.find(' '); blank != std::string::npos;) {
-    const size_t next = text.find(' ', blank + 1);
+  for (size_t begin = 0, blank = text.find_first_of(" \n"); blank != std::string::npos;) {
+    const size_t next = text.find_first_of(" \n", blank + 1);
     const size_t end = next == std::string::npos ? text.size() : next;
-    if (end - begin > kLine) {
-      text[blank] = '\n';
-      begin = blank + 1;
-    }
+    if (end - begin > kLine) text[blank] = '\n';
+    if (text[blank] == '\n') begin = blank + 1;
     blank = next;
   }
   return text;
 }
 
-/** Such as "V1 at 12.5 s: velocity; V1 at 15.0 s: no success", of the initializer's false accepts
- * that the summary counts; seconds since the recording's first image. */
+/** Such as "V1 at 12.5 s: velocity [0.031 m/s]; V1 at 15.0 s: no success", of the initializer's false
+ * accepts that the summary counts; seconds since the recording's first image. In brackets: what the
+ * ground truth's velocity steps otherwise than the accelerometer says. */
 std::string listOfFalseAccepts(const BenchmarkRecord& record, const WindowShape& shape,
                                const std::string& initializer, const std::string& stage) {
   constexpr size_t kMost = 3;
@@ -97,8 +96,22 @@ std::string listOfFalseAccepts(const BenchmarkRecord& record, const WindowShape&
       if (sequence.name == result.sequence) first_image = sequence.first_image;
     windows.push_back(result.sequence +
                       format(" at %.1f s: ", secondsBetween(first_image, result.t0)) + reason);
+    if (const double step = result.imu_bound.velocity_step_mps; !std::isnan(step))
+      windows.back() += format(" [%.3f m/s]", step);
   }
   return joined(windows, "; ");
+}
+
+/** What stands in brackets behind a false accept; of windows that grow every initializer has its own,
+ * without a median. */
+std::string explanationOfSteps(const BenchmarkRecord& record, const WindowShape& shape) {
+  const FigureSummary steps =
+      imuBound(record, shape, kAllSequences, &ImuWindowBound::velocity_step_mps);
+  std::string text =
+      "In brackets: largest step of the ground truth's velocity that the accelerometer did not "
+      "feel";
+  if (steps.count > 0) text += format(" (median of all windows: %.3f m/s)", steps.median);
+  return text + ".\n";
 }
 
 /** How many there are, and of the initializer that has the most of them which ones; a line or more,
@@ -118,13 +131,15 @@ std::string noteOnFalseAccepts(const BenchmarkRecord& record, const WindowShape&
   }
   if (count == 0) return "No false accept. ";
   const std::string windows = listOfFalseAccepts(record, shape, worst->initializer, worst->stage);
+  const std::string explained =
+      windows.find('[') == std::string::npos ? "" : explanationOfSteps(record, shape);
   const std::string note = "False accepts: " + std::to_string(count);
-  if (tried == 1) return note + " (" + windows + ").\n";
+  if (tried == 1) return note + " (" + windows + ").\n" + explained;
   if (worst->false_accepts == count)
     return note + (count == 1 ? "" : ", all") + " by " + worst->initializer + ": " + windows +
-           ".\n";
+           ".\n" + explained;
   return note + (alone ? ", most by " : ", for example by ") + worst->initializer + " (" +
-         std::to_string(worst->false_accepts) + "): " + windows + ".\n";
+         std::to_string(worst->false_accepts) + "): " + windows + ".\n" + explained;
 }
 
 /** Below the table: what the columns are, what VI-BA takes, and who accepted what is not good. */

@@ -82,6 +82,17 @@ TEST(BenchmarkOverview, NamesWhoAcceptedFalselyAndWhere) {
                         "10.0 s: velocity.\n"));
 }
 
+TEST(BenchmarkOverview, SaysWhatTheGroundTruthsVelocityIsWorthInAFalseAccept) {
+  BenchmarkRecord record = testing::exampleBenchmark();
+  EXPECT_THAT(overviewOf(record), Not(HasSubstr("In brackets")));
+  for (WindowResult& result : record.results)
+    result.imu_bound.velocity_step_mps = 0.004 + (result.window == 1 ? 0.05 : 0.0);
+  EXPECT_THAT(overviewOf(record),
+              HasSubstr("False accepts: 1 by bad: V1 at 2.5 s: no success [0.054 m/s].\n"
+                        "In brackets: largest step of the ground truth's velocity that the "
+                        "accelerometer did not feel\n(median of all windows: 0.004 m/s).\n"));
+}
+
 TEST(BenchmarkOverview, OfManyFalseAcceptsItListsThreeInLinesThatFitAScreen) {
   BenchmarkRecord record;
   for (int window = 0; window < 8; ++window)

@@ -140,6 +140,9 @@ class JointMle : public Initializer {
     if (!refined.summary.usable())
       return refuse(RefusalStatus::kNotConverged, "the bundle adjustment of ", Value(tracks_),
                     " tracks failed: ", refined.summary.message);
+    if (!refined.summary.converged())
+      return refuse(RefusalStatus::kNotConverged, "the bundle adjustment of ", Value(tracks_),
+                    " tracks has not converged after ", refined.summary.iterations, " iterations");
     const double ba_ms = watch.lapMilliseconds();
     if (const auto observable = checkObservability(problem, claimedCovariance(refined));
         !observable)

@@ -45,7 +45,8 @@ std::string fileName(const std::string& text);
  * recording given twice for instance */
 void requireDifferentNames(const std::vector<std::string>& sources);
 
-/** Everything of the recording but its tracks. */
+/** Everything of the recording but its tracks. What the IMU measured at the end of its range is
+ * marked, of a range that is learnt (SaturationDetector). */
 SequenceTracks withoutTracks(const RecordedSource& recording);
 
 /**

@@ -47,7 +47,8 @@ int windowCount(TimeNs first_image, TimeNs last_image, double every_s, const Win
 /**
  * Window number `window` as a problem: keyframes by KeyframeSelector from the first frame of the
  * window on, all frames between them, raw IMU. The result depends on nothing but the arguments.
- * If images are missing up to the end of the recording, the problem has fewer keyframes.
+ * If images are missing up to the end of the recording, the problem has fewer keyframes; if the
+ * first keyframe interval has none, it has no keyframe.
  * @param noise derives the densities to use from the data sheet's and the window's samples
  */
 InitializationProblem windowProblem(const SequenceTracks& tracks, double every_s,

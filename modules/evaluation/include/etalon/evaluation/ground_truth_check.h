@@ -15,7 +15,7 @@ namespace etalon {
 /**
  * What a recording's ground truth is worth, told by the recording's own IMU. NaN where it cannot be
  * found. It describes the recording; a method that fits a bias to every window may come below
- * `rre_deg` (gyroWindowBound() has the bound for those).
+ * `rre_deg` (imuWindowBound() has the bound for those).
  */
 struct GroundTruthCheck {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -48,8 +48,8 @@ struct GroundTruthCheck {
 GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s = 0.25);
 
-/** What a window's ground truth is worth, told by the gyro. NaN where it cannot be found. */
-struct GyroWindowBound {
+/** What a window's ground truth is worth, told by the IMU. NaN where it cannot be found. */
+struct ImuWindowBound {
   /** The least RRE that integrating the gyro with one constant bias can have: RMSE over consecutive
    * keyframes of the angle between the ground truth's relative rotation and the gyro's, with the
    * bias that fits this window's ground truth best, deg. */
@@ -57,11 +57,19 @@ struct GyroWindowBound {
   /** Norm of that bias less the one that the ground truth states (mean over the keyframes), rad/s:
    * the error of who has the ground truth's own rotations. */
   double gyro_bias_rps = GroundTruthCheck::kNone;
+  /** Largest change of velocity between consecutive keyframes that the ground truth has and the
+   * accelerometer has not, m/s: length of v_1 - v_0 - g dt - R_0 (dv + dv_dba b_a), with the b_a that
+   * fits this window's ground truth best. Of three pairs or more, and of a ground truth that has
+   * velocities. */
+  double velocity_step_mps = GroundTruthCheck::kNone;
 };
 
-/** @param keyframes stamps, increasing; pairs that ground truth and IMU do not cover are left out
+/**
+ * @param keyframes stamps, increasing; pairs that ground truth and IMU do not cover are left out
+ * @param gravity_G m/s^2
  */
-GyroWindowBound gyroWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
-                                const std::vector<TimeNs>& keyframes);
+ImuWindowBound imuWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                              const std::vector<TimeNs>& keyframes,
+                              const Eigen::Vector3d& gravity_G = {0.0, 0.0, -9.81});
 
 }  // namespace etalon

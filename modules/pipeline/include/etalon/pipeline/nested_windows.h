@@ -12,7 +12,8 @@ namespace etalon {
  * held against chi-square of 11 degrees of freedom, at `false_alarm_rate` and with `noise_margin`,
  * as the residuals are (judge()).
  * Refused with kTooFewKeyframes where there is nothing to compare: the earlier attempt has no
- * estimate with a covariance, or the windows share fewer than two keyframes.
+ * estimate with a covariance, its VI-BA has not converged, or the windows share fewer than two
+ * keyframes.
  */
 Expected<void> agree(const InitializationAttempt& earlier, const InitializationAttempt& later,
                      const AcceptanceOptions& options);

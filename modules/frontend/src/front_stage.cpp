@@ -1,4 +1,4 @@
-#include "etalon/pipeline/front_stage.h"
+#include "etalon/frontend/front_stage.h"
 
 #include "etalon/core/stopwatch.h"
 #include "etalon/imu/preintegration.h"

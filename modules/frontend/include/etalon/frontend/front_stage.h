@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "etalon/datasets/sensor_source.h"
+#include "etalon/frontend/repeated_images.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_buffer.h"
-#include "etalon/pipeline/repeated_images.h"
 
 namespace etalon {
 

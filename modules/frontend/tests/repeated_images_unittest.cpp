@@ -1,4 +1,4 @@
-#include "etalon/pipeline/repeated_images.h"
+#include "etalon/frontend/repeated_images.h"
 
 #include <gtest/gtest.h>
 
