@@ -1,31 +1,11 @@
 #include "etalon/pipeline/pipeline.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
+#include <utility>
 
-#include "etalon/core/stopwatch.h"
-#include "odometry_kinds.h"
+#include "estimator.h"
+#include "kept_samples.h"
 
 namespace etalon {
-
-namespace {
-
-/** After a jump of the clock right behind the start, ns. */
-constexpr TimeNs kShortestStep = kNanosecondsPerSecond / 1000;
-
-/** Standard deviations of the biases across a loss, in those that the odometry had. */
-constexpr double kBiasCaution = 2.0;
-
-std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
-                          const OdometryOutput& output) {
-  if (!tracked) return "the camera repeats its image";
-  if (output.observations == 0) return "the images show no landmark";
-  return "of " + std::to_string(output.observations) + " landmarks only " +
-         std::to_string(output.used) + " are where the motion has them";
-}
-
-}  // namespace
 
 Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates) {
   Trajectory trajectory;
@@ -36,274 +16,294 @@ Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates) {
 
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
-    : calibration_(calibration),
-      options_(options),
-      noise_(options.imu_noise.apply(calibration.imu.noise)),
-      border_(calibration, options.input),
+    : border_(calibration, options.input),
       front_(calibration, options.frontend),
-      propagator_(noise_, options.window.gravity_mps2, options.input.max_gap_s),
-      record_(calibration,
-              {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
-               options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}),
-      missing_(calibration),
-      window_(options.keyframes, options.keyframe_rate_hz),
-      starter_(std::move(initializers), options.auto_initializer, options.window, noise_,
-               options.windowsGrow()),
-      bias_(options.window.priors.mean) {
-  options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
-  options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
-  options_.fixed_lag.imu_noise = noise_;
-  if (options.map.enabled && options.odometry_kind != kStereoVisual)
-    views_ = std::make_shared<ImageViews>(calibration);
-  if (views_ && options.map.relocalize)
-    relocalizer_.emplace(calibration, options.map, options.window.odometry.sigma_px, views_);
-  front_bias_ = bias_;
+      estimator_(std::make_unique<Estimator>(calibration, options, std::move(initializers))),
+      propagator_(options.imu_noise.apply(calibration.imu.noise), options.window.gravity_mps2,
+                  options.input.max_gap_s),
+      front_bias_(estimator_->bias()) {
   if (options.live) startThreads();
 }
 
 Pipeline::~Pipeline() { joinThreads(); }
 
-void Pipeline::estimate(const EstimatorInput& input) {
-  std::visit([this](const auto& what) { estimate(what); }, input);
-}
-
-void Pipeline::estimate(const ClockJump& jump) {
-  remark(std::max(jump.from, jump.to), {missing_.clockJumped(jump.from, jump.to)});
-  imu_ = ImuBuffer();
-  window_.restart();
-  clock_step_s_ += std::abs(secondsBetween(jump.from, jump.to));
-}
-
-void Pipeline::estimate(const ImuSample& sample) {
-  keepSample(sample, last_frame_, &imu_);
-  missing_.sample(sample.t, sample.saturated != 0);
-  if (options_.live) noticeMissingImages(sample.t);
-  endDeadReckoning(sample.t);
-}
-
-void Pipeline::estimate(const FrontFrame& frame) {
-  // Held at the border for long, it comes after the end of dead reckoning.
-  if (last_frame_ && frame.t <= *last_frame_) return count(InputFault::kFrameFromThePast, frame.t);
-  FrameTiming timing;
-  timing.frontend_ms = frame.ms;
-  Stopwatch watch;
-  noticeMissingImages(frame.t);
-  no_image_said_ = false;
-  const bool said = state_ == PipelineState::kDeadReckoning;
-  const TimeNs before = last_frame_.value_or(frame.t);
-  const bool imu = before == frame.t || imu_.covers(before, frame.t);
-  const int not_located = frames_not_located_;
-  const bool was_lost = state_ == PipelineState::kLost;
-  last_frame_ = frame.t;
-  // Not as the front end sees it: live, frames between may have been dropped.
-  if (last_tracked_ && secondsBetween(*last_tracked_, frame.t) > options_.input.max_gap_s)
-    window_.restart();
-  if (frame.tracked) last_tracked_ = frame.t;
-  if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
-  follow(frame.t, before, frame.tracked);  // a loss begins a new window
-  const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
-  if (was_lost && frames_not_located_ > not_located)
-    lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_step_s_), imu);
-  if (state_ == PipelineState::kLost)
-    estimates_.back().pose_covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
-  clock_step_s_ = 0.0;
-  const bool located = state_ != PipelineState::kVisual || not_located == frames_not_located_;
-  remark(frame.t,
-         missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located, said}));
-  timing.odometry_ms = watch.lapMilliseconds();
-
-  if (frame.tracked && collecting()) {
-    window_.add(*frame.tracked, keyframe);
-    if (views_) keepWindowImages(frame.images);
-    if (keyframe) tryInitialize();
-    timing.initialization_ms = watch.lapMilliseconds();
-  } else {
-    dropSamplesBehind(frame);
-  }
-  timings_.push_back(timing);
-  publish(estimates_.back());
-  if (on_tracks_) on_tracks_(frame);
-  forgetOld();
-}
-
-/** Of the IMU, what neither the next frame nor the window of keyframes needs. */
-void Pipeline::dropSamplesBehind(const FrontFrame& frame) {
-  if (!collecting()) return imu_.dropBefore(frame.t);
-  const TimeNs first = window_.stamps().empty() ? frame.t : window_.stamps().front();
-  imu_.dropBefore(first - durationNs(kFarthestTimeOffset));
-}
-
-void Pipeline::forgetOld() {
-  const size_t keep = options_.history_frames;
-  if (keep > 0) starter_.forgetOld(keep);
-  if (keep == 0 || estimates_.size() < 2 * keep) return;
-  const std::ptrdiff_t old = estimates_.size() - keep;
-  estimates_.erase(estimates_.begin(), estimates_.begin() + old);
-  timings_.erase(timings_.begin(), timings_.begin() + old);
-  const TimeNs first = estimates_.front().t;
-  record_.forgetBefore(first);
-  const auto is_kept = [first](const PipelineEvent& event) { return event.t >= first; };
-  events_.erase(events_.begin(), std::find_if(events_.begin(), events_.end(), is_kept));
-}
-
-void Pipeline::follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked) {
-  // Not what the front end cut out for the frame: live, frames between may have been dropped.
-  std::vector<ImuSample> imu = imu_.between(before, t);
-  // The true time across a jump of the clock is unknown: the step of the frames before is taken.
-  if (clock_step_s_ > 0.0)
-    clock_shift_ += t - before - std::max(frame_step_, kShortestStep);
-  else
-    frame_step_ = t - before;
-  TrackedFrame frame = tracked.value_or(TrackedFrame());
-  frame.t = t - clock_shift_;
-  for (ImuSample& sample : imu) sample.t -= clock_shift_;
-  if (state_ == PipelineState::kWaiting) enter(PipelineState::kVisual, t, "the first images came");
-  OdometryOutput output = odometry_ ? odometry_->process(frame, imu) : followVisually({}, frame);
-  if (inFlight()) record_.add(t, frame, imu, output, odometry_.get());
-  remark(t, output.remarks);
-  output.t = t;
-  if (output.unlocated_s > 0.0) ++frames_not_located_;
-  unlocated_s_ = output.unlocated_s;
-  if (output.inertial) judge(output, tracked);
-  if (relocalizer_ && (state_ == PipelineState::kLost || relocalizer_->isLooking()))
-    relocalizer_->prepare();
-  if (output.recognition) {
-    const SE3 T_WB_before = output.recognition->T_WW0.inverse() * output.state.T_WB;
-    noteRecognition(
-        t, secondsBetween(output.recognition->keyframe, frame.t),
-        {T_WB_before.inverse() * output.state.T_WB, output.covariance.topLeftCorner<6, 6>()});
-  } else if (output.keyframe && state_ == PipelineState::kInertial) {
-    relocalize(frame, &output);
-  }
-  keep(output);
-  frame.t = t;
-  if (output.inertial && state_ == PipelineState::kLost) followVisually(output.state, frame);
-}
-
-/** Stereo odometry runs from here to the next start that is accepted. */
-OdometryOutput Pipeline::followVisually(const NavState& state, const TrackedFrame& frame) {
-  OdometryStart start;
-  start.state = state;
-  start.state.bias = bias_;
-  clock_shift_ = 0;
-  odometry_ = makeOdometry(kStereoVisual, calibration_, options_);
-  return odometry_->start(start, frame);
-}
-
-/** Where dead reckoning has lasted too long and no image comes that would end it, the odometry is
- * lost all the same; no frame has that pose. */
-void Pipeline::endDeadReckoning(TimeNs now) {
-  constexpr double kFrameMayFollowS = 0.1;  // the samples up to its stamp
-  constexpr double kLongerS = 1e-3;
-  const bool by_imu = state_ == PipelineState::kInertial || state_ == PipelineState::kDeadReckoning;
-  const double left_s = options_.max_dead_reckoning_s - unlocated_s_ + kLongerS;
-  if (!by_imu || clock_step_s_ > 0.0 || left_s <= 0.0 ||
-      secondsBetween(*last_frame_, now) < left_s + kFrameMayFollowS)
+void Pipeline::process(const mrpt::obs::CObservation& observation) {
+  throwFailure();
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  if (finished_) return;
+  auto measurement = observation_input_.convert(observation);
+  if (const auto* unusable = std::get_if<UnusableObservation>(&measurement)) {
+    if (unusable->kind == UnusableObservation::Kind::kBroken)
+      border_.count(InputFault::kObservationBroken, unusable->t);
+    else if (unusable->kind == UnusableObservation::Kind::kUnpaired)
+      border_.count(InputFault::kImageUnpaired, unusable->t);
     return;
-  const TimeNs t = *last_frame_ + durationNs(left_s);
-  noticeMissingImages(t);
-  std::vector<ImuSample> imu = imu_.between(*last_frame_, t);
-  for (ImuSample& sample : imu) sample.t -= clock_shift_;
-  TrackedFrame nothing;
-  nothing.t = t - clock_shift_;
-  OdometryOutput output = odometry_->process(nothing, imu);
-  output.t = t;
-  judge(output, nothing);
-  if (state_ != PipelineState::kLost) return;
-  nothing.t = t;
-  followVisually(output.state, nothing);
-  last_frame_ = t;
-  const std::lock_guard<std::mutex> lock(shared_mutex_);
-  propagator_.forgetState();
+  }
+  SensorEvent& event = std::get<SensorEvent>(measurement);
+  if (const auto* sample = std::get_if<ImuSample>(&event))
+    border_.add(*sample);
+  else
+    admit(std::move(std::get<StereoFrame>(event)));
+  processAdmitted();
 }
 
-/** What state the pipeline is in after a frame of an odometry that reads the IMU. */
-void Pipeline::judge(const OdometryOutput& output, const std::optional<TrackedFrame>& tracked) {
-  if (output.unlocated_s == 0.0) {
-    enter(PipelineState::kInertial, output.t, "images locate the platform again");
-  } else if (output.imu_missing) {
-    lose(output, "neither images nor the IMU tell where the platform is");
-  } else if (output.unlocated_s > options_.max_dead_reckoning_s) {
-    char text[120];
-    std::snprintf(text, sizeof text, "no image has located the platform for %.1f s",
-                  output.unlocated_s);
-    lose(output, text);
+void Pipeline::add(const ImuSample& sample) {
+  throwFailure();
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  if (finished_) return;
+  border_.add(sample);
+  processAdmitted();
+}
+
+void Pipeline::add(StereoFrame frame) {
+  throwFailure();
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  if (finished_) return;
+  admit(std::move(frame));
+  processAdmitted();
+}
+
+/** From here on the pixels are the pipeline's own: a frame may wait for the IMU, and the window and
+ * the map keep images, while the caller uses its buffers again. */
+void Pipeline::admit(StereoFrame frame) {
+  for (cv::Mat* image : {&frame.left, &frame.right}) {
+    const bool held_by_others = !image->u || image->u->refcount > 1;
+    if (held_by_others) *image = image->clone();
+  }
+  border_.add(std::move(frame));
+}
+
+void Pipeline::finish() {
+  // Held to the end: who calls at the same time finds the run finished.
+  const std::lock_guard<std::mutex> lock(border_mutex_);
+  const bool again = std::exchange(finished_, true);
+  if (!again) {
+    border_.finish();
+    processAdmitted();
+    joinThreads();
+  }
+  throwFailure();
+  if (!again) estimator_->finish();
+}
+
+void Pipeline::processAdmitted() {
+  while (std::optional<AdmittedInput> input = border_.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*input)) {
+      propagate(*sample);
+    } else if (std::holds_alternative<ClockJump>(*input)) {
+      const std::lock_guard<std::mutex> lock(shared_mutex_);
+      propagator_.clockJumped();
+    }
+    if (!front_queue_)
+      runFrontEnd(std::move(*input));
+    else
+      for (const StereoFrame& late : front_queue_->push(std::move(*input)))
+        count(InputFault::kFrameLate, late.t);
+  }
+}
+
+void Pipeline::runFrontEnd(AdmittedInput input) {
+  if (const auto* sample = std::get_if<ImuSample>(&input)) {
+    keepSample(*sample, front_.trackedAt(), &front_imu_);
+    deliver(*sample);
+  } else if (const auto* jump = std::get_if<ClockJump>(&input)) {
+    front_imu_ = ImuBuffer();
+    deliver(*jump);
   } else {
-    enter(PipelineState::kDeadReckoning, output.t, whyNotLocated(tracked, output));
+    ImuBias bias;
+    bool in_flight = false;
+    {
+      const std::lock_guard<std::mutex> lock(shared_mutex_);
+      bias = front_bias_;
+      in_flight = front_in_flight_;
+    }
+    FrontFrame frame = front_.process(std::get<StereoFrame>(input), front_imu_, bias, in_flight);
+    if (frame.tracked)
+      front_imu_.dropBefore(frame.t);
+    else
+      count(InputFault::kFrameRepeatsImage, frame.t);
+    deliver(std::move(frame));
   }
 }
 
-void Pipeline::keep(const OdometryOutput& output) {
-  FrameEstimate estimate;
-  estimate.t = output.t;
-  estimate.state = state_;
-  estimate.nav.T_WB = output.state.T_WB;
-  bias_ = output.state.bias;
-  if (output.inertial) {
-    estimate.nav = output.state;
-    estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
-    estimate.motion_variance = output.covariance.diagonal().tail<9>();
+void Pipeline::deliver(EstimatorInput input) {
+  if (!estimator_queue_)
+    estimate(input);
+  else
+    for (const FrontFrame& late : estimator_queue_->push(std::move(input)))
+      count(InputFault::kFrameLate, late.t);
+}
+
+void Pipeline::startThreads() {
+  front_queue_ = std::make_unique<LiveQueue<AdmittedInput, StereoFrame>>();
+  estimator_queue_ = std::make_unique<LiveQueue<EstimatorInput, FrontFrame>>();
+  front_thread_ = std::thread(&Pipeline::runStage, this, [this] {
+    while (auto input = front_queue_->pop()) runFrontEnd(std::move(*input));
+  });
+  estimator_thread_ = std::thread(&Pipeline::runStage, this, [this] {
+    while (const auto input = estimator_queue_->pop()) estimate(*input);
+  });
+}
+
+/** In a thread of its own. What it throws ends both stages, and reaches whoever calls next. */
+void Pipeline::runStage(const std::function<void()>& stage) {
+  try {
+    stage();
+  } catch (...) {
+    {
+      const std::lock_guard<std::mutex> lock(shared_mutex_);
+      if (!failure_) failure_ = std::current_exception();
+    }
+    front_queue_->close();
+    estimator_queue_->close();
   }
-  estimates_.push_back(estimate);
 }
 
-void Pipeline::enter(PipelineState state, TimeNs t, const std::string& reason) {
-  if (state == state_) return;
-  state_ = state;
-  events_.push_back({t, state, reason, false, std::nullopt});
+void Pipeline::throwFailure() const {
+  std::exception_ptr failure;
+  {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    failure = failure_;
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
-void Pipeline::remark(TimeNs t, const std::vector<std::string>& reasons) {
-  for (const std::string& reason : reasons)
-    events_.push_back({t, state_, reason, true, std::nullopt});
+void Pipeline::joinThreads() {
+  if (front_queue_) front_queue_->close();
+  if (front_thread_.joinable()) front_thread_.join();
+  if (estimator_queue_) estimator_queue_->close();
+  if (estimator_thread_.joinable()) estimator_thread_.join();
 }
 
-void Pipeline::lose(const OdometryOutput& output, const std::string& reason) {
-  enter(PipelineState::kLost, output.t, reason);
-  record_.interrupt();
-  if (relocalizer_) relocalizer_->lost(odometry_->keyframes());
-  lost_ = LostPose(output.state, output.covariance);
-  const Eigen::Array<double, 15, 1> sigma = output.covariance.diagonal().array().sqrt();
-  starter_.knowBiases(output.state.bias,
-                      kBiasCaution * sigma.segment<3>(state_index::kGyroBias).maxCoeff(),
-                      kBiasCaution * sigma.segment<3>(state_index::kAccelBias).maxCoeff());
-  // Across a jump of the clock the odometry went on by the step of the frames before.
-  if (clock_step_s_ > 0.0) lost_.goBlind(clock_step_s_, false);
-  window_.restart();
+void Pipeline::count(InputFault fault, TimeNs t) {
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  InputFaultCount& c = run_faults_[fault];
+  if (c.count++ == 0) c.first = t;
 }
 
-/** Where a keyframe shows a place from before the last loss. @param frame in the odometry's time */
-void Pipeline::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
-  if (!relocalizer_ || !relocalizer_->isLooking()) return;
-  const SE3 before = output->state.T_WB;
-  const auto found = relocalizer_->look(frame, before, odometry_->landmarks());
-  if (!found) return;
-  record_.recall(found->recalled);
-  if (!found->moves || !odometry_->moveWorld(found->T_WW0)) return;
-  record_.moveWorld(found->T_WW0);
-  output->state = output->state.moved(found->T_WW0);
-  const auto turn = errorsTurned(found->T_WW0.R);
-  output->covariance = (turn * output->covariance * turn.transpose()).eval();
-  noteRecognition(output->t, secondsBetween(found->place, frame.t),
-                  {before.inverse() * output->state.T_WB, found->covariance});
+InputFaultCounts Pipeline::inputFaults() const {
+  const std::scoped_lock lock(border_mutex_, shared_mutex_);
+  InputFaultCounts faults = border_.faults();
+  for (const auto& [fault, of_run] : run_faults_) {
+    InputFaultCount& c = faults[fault];
+    if (c.count == 0)
+      c = of_run;
+    else
+      c.count += of_run.count;
+  }
+  return faults;
 }
 
-void Pipeline::noteRecognition(TimeNs t, double seconds_ago, const PoseJump& jump) {
-  char text[120];
-  std::snprintf(text, sizeof text,
-                "a place from %.1f s ago is recognized, and the pose is corrected by it",
-                seconds_ago);
-  events_.push_back({t, state_, text, true, jump});
+void Pipeline::onFrame(std::function<void(const FrameEstimate&)> listener) {
+  on_frame_ = std::move(listener);
 }
 
-Trajectory Pipeline::smoothedTrajectory() const { return record_.smoothedFlight(trajectory()); }
+void Pipeline::onTracks(std::function<void(const FrontFrame&)> listener) {
+  on_tracks_ = std::move(listener);
+}
+
+void Pipeline::onImuState(std::function<void(const ImuRateState&)> listener) {
+  on_imu_state_ = std::move(listener);
+}
+
+void Pipeline::propagate(const ImuSample& sample) {
+  std::optional<ImuRateState> state;
+  {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    propagator_.add(sample);
+    if (on_imu_state_) state = propagatedState(sample.t);
+  }
+  if (state) on_imu_state_(*state);
+}
+
+void Pipeline::estimate(const EstimatorInput& input) {
+  if (const auto* frame = std::get_if<FrontFrame>(&input)) {
+    if (!estimator_->add(*frame)) return count(InputFault::kFrameFromThePast, frame->t);
+    publish(estimator_->estimates().back());
+    if (on_tracks_) on_tracks_(*frame);
+  } else if (const auto* jump = std::get_if<ClockJump>(&input)) {
+    estimator_->add(*jump);
+  } else if (estimator_->add(std::get<ImuSample>(input))) {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    propagator_.forgetState();
+  }
+}
+
+/** After a frame: what every reader may ask for. */
+void Pipeline::publish(const FrameEstimate& estimate) {
+  {
+    const std::lock_guard<std::mutex> lock(shared_mutex_);
+    latest_ = estimate;
+    front_bias_ = estimator_->bias();
+    front_in_flight_ = !estimator_->isCollecting();
+    if (estimate.state == PipelineState::kInertial ||
+        estimate.state == PipelineState::kDeadReckoning)
+      propagator_.correct(estimate.t, estimate.nav);
+    else
+      propagator_.forgetState();
+  }
+  if (on_frame_) on_frame_(estimate);
+}
+
+std::optional<FrameEstimate> Pipeline::latest() const {
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  return latest_;
+}
+
+std::optional<ImuRateState> Pipeline::propagatedState(TimeNs t) const {
+  const auto nav = propagator_.at(t);
+  if (!nav) return std::nullopt;
+  const bool no_image = secondsBetween(latest_->t, t) > kNoImageS;
+  return ImuRateState{t, no_image ? PipelineState::kDeadReckoning : latest_->state, *nav};
+}
+
+std::optional<ImuRateState> Pipeline::stateAt(TimeNs t) const {
+  const std::lock_guard<std::mutex> lock(shared_mutex_);
+  return propagatedState(t);
+}
+
+PipelineState Pipeline::state() const { return estimator_->state(); }
+
+const std::vector<PipelineEvent>& Pipeline::events() const { return estimator_->events(); }
+
+const std::optional<TimeNs>& Pipeline::initializedAt() const { return estimator_->initializedAt(); }
+
+const std::optional<TimeNs>& Pipeline::handedOverAt() const { return estimator_->handedOverAt(); }
+
+bool Pipeline::waitsForMotion() const { return estimator_->starter().waitsForMotion(); }
+
+const std::vector<FrameEstimate>& Pipeline::estimates() const { return estimator_->estimates(); }
+
+Trajectory Pipeline::trajectory() const { return trajectoryOf(estimates()); }
+
+Trajectory Pipeline::smoothedTrajectory() const { return record().smoothedFlight(trajectory()); }
+
+const FlightRecord& Pipeline::record() const { return estimator_->record(); }
 
 FinalFlight Pipeline::finalBa(const std::function<bool(int iterations)>& go_on) const {
-  TrajectoryBaOptions options;
-  options.go_on = go_on;
-  options.least_noise_factor =
-      std::min(1.0, options_.fixed_lag.least_sigma_px / options_.fixed_lag.sigma_px);
-  return record_.finalBa(options_.window.priors, options, calibrationInUse());
+  return estimator_->finalBa(go_on);
 }
+
+std::vector<CalibrationFinding> Pipeline::calibrationFindings() const {
+  return estimator_->calibrationFindings();
+}
+
+StereoInertialCalibration Pipeline::calibrationInUse() const {
+  return estimator_->calibrationInUse();
+}
+
+const std::vector<InitializationAttempt>& Pipeline::attempts() const {
+  return estimator_->starter().attempts();
+}
+
+size_t Pipeline::attemptCount() const { return estimator_->starter().attemptCount(); }
+
+const std::vector<FrameTiming>& Pipeline::timings() const { return estimator_->timings(); }
+
+int Pipeline::keyframesCollected() const { return estimator_->keyframesCollected(); }
+
+int Pipeline::framesNotLocated() const { return estimator_->framesNotLocated(); }
+
+const ImuBias& Pipeline::bias() const { return estimator_->bias(); }
 
 }  // namespace etalon

@@ -54,6 +54,16 @@ Said fly(const std::function<bool(int, TrackedFrame*, MissingInput::Frame*)>& la
   return all;
 }
 
+TEST(MissingInput, AYearBetweenTwoImagesIsNoNumberOfImages) {
+  const Said said = fly([](int k, TrackedFrame* /*tracked*/, MissingInput::Frame* frame) {
+    if (k >= 150) frame->t += durationNs(365.0 * 86'400.0);
+    return true;
+  });
+  ASSERT_FALSE(said.empty());
+  EXPECT_THAT(said.front(), ::testing::StartsWith("images are missing: "));
+  for (const std::string& sentence : said) EXPECT_THAT(sentence, Not(::testing::HasSubstr("-")));
+}
+
 TEST(MissingInput, AGapIsLongAgainstTheStepsOfTheImu) {
   const auto said = [](double rate_hz, double step_s) {
     StereoInertialCalibration calibration = eurocCalibration();

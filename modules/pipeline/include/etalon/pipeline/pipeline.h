@@ -16,20 +16,18 @@
 #include "etalon/datasets/observation_input.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/front_stage.h"
-#include "etalon/map/image_views.h"
 #include "etalon/odometry/flight_record.h"
 #include "etalon/odometry/imu_propagator.h"
 #include "etalon/pipeline/frame_estimate.h"
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/live_queue.h"
-#include "etalon/pipeline/lost_pose.h"
-#include "etalon/pipeline/missing_input.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/pipeline_state.h"
-#include "etalon/pipeline/relocalizer.h"
 #include "etalon/pipeline/starter.h"
 
 namespace etalon {
+
+class Estimator;
 
 /** Milliseconds of the stages of one frame. */
 struct FrameTiming {
@@ -73,8 +71,6 @@ class Pipeline {
  public:
   /** Without a frame for this long, the IMU alone carries the pose, s. */
   static constexpr double kNoImageS = 0.5;
-  /** The IMU tells of the motion across a gap of the frames of at most this length, s. */
-  static constexpr double kLongestGapOfFramesS = 60.0;
 
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
            PipelineInitializers initializers);
@@ -109,59 +105,53 @@ class Pipeline {
    * nothing while stereo odometry runs. */
   std::optional<ImuRateState> stateAt(TimeNs t) const;
 
-  PipelineState state() const { return state_; }
+  PipelineState state() const;
   /** When the state changed, and why; and what was missing where it did not (MissingInput). */
-  const std::vector<PipelineEvent>& events() const { return events_; }
+  const std::vector<PipelineEvent>& events() const;
   /** Stamp of the frame at which the first attempt was accepted. */
-  const std::optional<TimeNs>& initializedAt() const { return initialized_at_; }
+  const std::optional<TimeNs>& initializedAt() const;
   /** Poses of all frames so far: in W once initialised (those before too), in V until then. */
-  Trajectory trajectory() const { return trajectoryOf(estimates_); }
+  Trajectory trajectory() const;
   /** One a frame; their poses are trajectory(). */
-  const std::vector<FrameEstimate>& estimates() const { return estimates_; }
+  const std::vector<FrameEstimate>& estimates() const;
   /** trajectory() with hindsight: of every keyframe the last estimate before it left the fixed-lag
    * odometry's window, what is between follows (FlightRecord::smoothedFlight()). */
   Trajectory smoothedTrajectory() const;
   /** What of the flight is remembered for it, and the landmarks. */
-  const FlightRecord& record() const { return record_; }
+  const FlightRecord& record() const;
   /** A bundle adjustment of all keyframes, images and IMU; with PipelineOptions::final_ba. The
    * trajectory is carriedAlong(smoothedTrajectory(), FinalFlight::keyframes).
    * @param go_on TrajectoryBaOptions::go_on */
   FinalFlight finalBa(const std::function<bool(int iterations)>& go_on = {}) const;
   /** What the flight says of the calibration since the last start; empty while stereo odometry runs
    * and where nothing of it is looked at. */
-  std::vector<CalibrationFinding> calibrationFindings() const {
-    return odometry_ ? odometry_->calibrationFindings() : std::vector<CalibrationFinding>();
-  }
+  std::vector<CalibrationFinding> calibrationFindings() const;
   /** The calibration that the odometry uses: what was given, corrected. */
-  StereoInertialCalibration calibrationInUse() const {
-    return odometry_ ? odometry_->calibrationInUse().value_or(calibration_) : calibration_;
-  }
+  StereoInertialCalibration calibrationInUse() const;
   /** What the initializers said (Starter::attempts). */
-  const std::vector<InitializationAttempt>& attempts() const { return starter_.attempts(); }
-  size_t attemptCount() const { return starter_.attemptCount(); }
+  const std::vector<InitializationAttempt>& attempts() const;
+  size_t attemptCount() const;
   /** One a processed frame. */
-  const std::vector<FrameTiming>& timings() const { return timings_; }
-  int keyframesCollected() const { return static_cast<int>(window_.stamps().size()); }
-  int framesNotLocated() const { return frames_not_located_; }
+  const std::vector<FrameTiming>& timings() const;
+  int keyframesCollected() const;
+  int framesNotLocated() const;
   /** What was wrong with the measurements so far; empty if nothing. */
   InputFaultCounts inputFaults() const;
   /** Biases in use: the prior's mean until initialised. */
-  const ImuBias& bias() const { return bias_; }
+  const ImuBias& bias() const;
   /** Stamp at which the initializer for motion took over from the one at rest. */
-  const std::optional<TimeNs>& handedOverAt() const { return handed_over_at_; }
+  const std::optional<TimeNs>& handedOverAt() const;
   /** Whether it was started at rest and the initializer for motion has not taken over yet. */
-  bool waitsForMotion() const { return starter_.waitsForMotion(); }
+  bool waitsForMotion() const;
 
  private:
   using EstimatorInput = std::variant<ImuSample, FrontFrame, ClockJump>;
 
-  // At the border (pipeline_input.cpp).
   void admit(StereoFrame frame);
   void processAdmitted();
-  static void keepSample(const ImuSample& sample, const std::optional<TimeNs>& last_frame,
-                         ImuBuffer* imu);
   void runFrontEnd(AdmittedInput input);
   void deliver(EstimatorInput input);
+  void estimate(const EstimatorInput& input);
   void startThreads();
   void runStage(const std::function<void()>& stage);
   void joinThreads();
@@ -171,48 +161,13 @@ class Pipeline {
   void publish(const FrameEstimate& estimate);
   std::optional<ImuRateState> propagatedState(TimeNs t) const;
 
-  // The estimator.
-  void estimate(const EstimatorInput& input);
-  void estimate(const ImuSample& sample);
-  void estimate(const ClockJump& jump);
-  void estimate(const FrontFrame& frame);
-  void noticeMissingImages(TimeNs until);
-  void endDeadReckoning(TimeNs now);
-  void dropSamplesBehind(const FrontFrame& frame);
-  void forgetOld();
-  void follow(TimeNs t, TimeNs before, const std::optional<TrackedFrame>& tracked);
-  OdometryOutput followVisually(const NavState& state, const TrackedFrame& frame);
-  void judge(const OdometryOutput& output, const std::optional<TrackedFrame>& tracked);
-  void keep(const OdometryOutput& output);
-  void enter(PipelineState state, TimeNs t, const std::string& reason);
-  void remark(TimeNs t, const std::vector<std::string>& reasons);
-  void lose(const OdometryOutput& output, const std::string& reason);
-  void relocalize(const TrackedFrame& frame, OdometryOutput* output);
-  void noteRecognition(TimeNs t, double seconds_ago, const PoseJump& jump);
-  bool inFlight() const { return initialized_at_ && state_ != PipelineState::kLost; }
-  bool collecting() const { return !inFlight() || starter_.waitsForMotion(); }
-
-  // The start (pipeline_start.cpp).
-  void tryInitialize();
-  void correctTimeOffset();
-  void start(const InitializationAttempt& attempt);
-  void startAgain(const InitializationAttempt& attempt);
-  OdometryOutput startOdometry(const InitializationAttempt& attempt, const SE3& T_WA);
-  void keepWindowImages(const StereoFrame& frame);
-  void showWindowImage(TimeNs t);
-  void replaceLast(const OdometryOutput& output);
-  SE3 keepingYawAndPosition(const InitializationAttempt& attempt) const;
-
-  StereoInertialCalibration calibration_;
-  PipelineOptions options_;
-  ImuNoiseDensities noise_;
-
   mutable std::mutex border_mutex_;  ///< of what delivers measurements, to runFrontEnd()
   bool finished_ = false;
   ObservationInput observation_input_;
   InputBorder border_;
   FrontStage front_;
   ImuBuffer front_imu_;
+  std::unique_ptr<Estimator> estimator_;
   std::unique_ptr<LiveQueue<AdmittedInput, StereoFrame>> front_queue_;  ///< live
   std::unique_ptr<LiveQueue<EstimatorInput, FrontFrame>> estimator_queue_;
   std::thread front_thread_, estimator_thread_;
@@ -227,32 +182,6 @@ class Pipeline {
   std::function<void(const FrameEstimate&)> on_frame_;
   std::function<void(const FrontFrame&)> on_tracks_;
   std::function<void(const ImuRateState&)> on_imu_state_;
-
-  /** Of the chosen kind from a start that is accepted to a loss, else stereo odometry; null before
-   * the first frame. */
-  std::unique_ptr<Odometry> odometry_;
-  std::shared_ptr<ImageViews> views_;            ///< of the map; null without one
-  std::optional<Relocalizer> relocalizer_;       ///< with a map
-  std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
-  double clock_step_s_ = 0.0;                    ///< of ClockJumps since the last frame
-  FlightRecord record_;
-  MissingInput missing_;
-  TimeNs clock_shift_ = 0;  ///< stamps less those that odometry_ is given
-  TimeNs frame_step_ = 0;   ///< between the last two frames
-  ImuBuffer imu_;
-  KeyframeWindow window_;
-  Starter starter_;
-  std::optional<TimeNs> last_frame_, last_tracked_;
-  double unlocated_s_ = 0.0;    ///< OdometryOutput::unlocated_s of the last frame
-  bool no_image_said_ = false;  ///< since the last frame
-  PipelineState state_ = PipelineState::kWaiting;
-  std::vector<PipelineEvent> events_;
-  std::optional<TimeNs> initialized_at_, handed_over_at_;
-  ImuBias bias_;
-  LostPose lost_;  ///< while kLost
-  std::vector<FrameEstimate> estimates_;
-  std::vector<FrameTiming> timings_;
-  int frames_not_located_ = 0;
 };
 
 }  // namespace etalon

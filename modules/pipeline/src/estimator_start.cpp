@@ -1,17 +1,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator.h"
 #include "etalon/core/text.h"
 #include "etalon/core/yaw.h"
 #include "etalon/pipeline/odometry_start.h"
-#include "etalon/pipeline/pipeline.h"
 #include "odometry_kinds.h"
 
-// The part of Pipeline between a window of keyframes and the odometry that begins there.
+// The part of Estimator between a window of keyframes and the odometry that begins there.
 
 namespace etalon {
 
-void Pipeline::tryInitialize() {
+void Estimator::tryInitialize() {
   imu_.dropBefore(window_.stamps().front() - durationNs(kFarthestTimeOffset));
   // A keyframe from before the first sample would have every window that it is in refused.
   if (!imu_.empty())
@@ -23,7 +23,7 @@ void Pipeline::tryInitialize() {
     return window_.problem(calibration_, options_.imu_noise, options, imu_);
   });
   if (outcome == Starter::Outcome::kRefused) return correctTimeOffset();
-  const InitializationAttempt& attempt = attempts().back();
+  const InitializationAttempt& attempt = starter_.attempts().back();
   if (outcome == Starter::Outcome::kTakesOver) {
     handed_over_at_ = attempt.t;
     replaceLast(startOdometry(attempt, keepingYawAndPosition(attempt)));
@@ -36,19 +36,19 @@ void Pipeline::tryInitialize() {
 
 /** Where the refusal shows that the stamps of the images are off, the next attempt has them right,
  * and so has the odometry that it starts. */
-void Pipeline::correctTimeOffset() {
+void Estimator::correctTimeOffset() {
   const CalibrationMode mode = options_.fixed_lag.calibration.time_offset;
-  if (attempts().empty() || options_.odometry_kind == kStereoVisual ||
+  if (starter_.attempts().empty() || options_.odometry_kind == kStereoVisual ||
       mode == CalibrationMode::kOff)
     return;
-  const std::optional<RotationTimeOffset>& found = attempts().back().time_offset;
+  const std::optional<RotationTimeOffset>& found = starter_.attempts().back().time_offset;
   if (!found || std::abs(found->offset_s) > kFarthestTimeOffset) return;
   starter_.setTimeOffset(found->offset_s);
-  remark(attempts().back().t,
+  remark(starter_.attempts().back().t,
          {"by the rotations of images and gyro " + found->inWords() + "; corrected from here on"});
 }
 
-void Pipeline::start(const InitializationAttempt& attempt) {
+void Estimator::start(const InitializationAttempt& attempt) {
   // The last keyframe is the current frame: there the visual frame is tied to the world.
   const SE3 T_VB = estimates_.back().nav.T_WB;
   const OdometryOutput output = startOdometry(attempt, SE3());
@@ -58,7 +58,7 @@ void Pipeline::start(const InitializationAttempt& attempt) {
   replaceLast(output);
 }
 
-void Pipeline::startAgain(const InitializationAttempt& attempt) {
+void Estimator::startAgain(const InitializationAttempt& attempt) {
   const SE3 before = estimates_.back().nav.T_WB;
   replaceLast(startOdometry(attempt, keepingYawAndPosition(attempt)));
   PoseJump jump;
@@ -69,9 +69,9 @@ void Pipeline::startAgain(const InitializationAttempt& attempt) {
 }
 
 /** The odometry begins at the window's first keyframe and runs through the window's frames. */
-OdometryOutput Pipeline::startOdometry(const InitializationAttempt& attempt, const SE3& T_WA) {
+OdometryOutput Estimator::startOdometry(const InitializationAttempt& attempt, const SE3& T_WA) {
   const bool recorded = inFlight();  // a handover: the flight record has the window's frames
-  clock_shift_ = 0;
+  clock_.restart();
   odometry_ = makeOdometry(options_.odometry_kind, calibration_, options_, views_);
   const std::deque<TrackedFrame>& frames = window_.frames();
   showWindowImage(frames.front().t);
@@ -100,28 +100,28 @@ OdometryOutput Pipeline::startOdometry(const InitializationAttempt& attempt, con
 }
 
 /** The map takes its views from the window's frames, too, when the odometry runs through them. */
-void Pipeline::keepWindowImages(const StereoFrame& frame) {
+void Estimator::keepWindowImages(const StereoFrame& frame) {
   window_images_[frame.t] = frame;
   const std::deque<TrackedFrame>& frames = window_.frames();
   const auto first = frames.empty() ? window_images_.end() : window_images_.find(frames.front().t);
   window_images_.erase(window_images_.begin(), first);
 }
 
-void Pipeline::showWindowImage(TimeNs t) {
+void Estimator::showWindowImage(TimeNs t) {
   if (!views_) return;
   const StereoFrame& frame = window_images_.at(t);
   views_->show(frame.left, frame.right);
 }
 
 /** The last pose is the fixed-lag odometry's first. */
-void Pipeline::replaceLast(const OdometryOutput& output) {
+void Estimator::replaceLast(const OdometryOutput& output) {
   estimates_.pop_back();
   keep(output);
 }
 
 /** From the attempt's world A to the one that the odometry is in: the current pose keeps yaw and
  * position. */
-SE3 Pipeline::keepingYawAndPosition(const InitializationAttempt& attempt) const {
+SE3 Estimator::keepingYawAndPosition(const InitializationAttempt& attempt) const {
   return yawPositionAlignment(attempt.poses().back(), estimates_.back().nav.T_WB);
 }
 
