@@ -90,7 +90,7 @@ TEST(BenchmarkOverview, SaysWhatTheGroundTruthsVelocityIsWorthInAFalseAccept) {
   EXPECT_THAT(overviewOf(record),
               HasSubstr("False accepts: 1 by bad: V1 at 2.5 s: no success [0.054 m/s].\n"
                         "In brackets: largest step of the ground truth's velocity that the "
-                        "accelerometer did not feel\n(median of all windows: 0.004 m/s).\n"));
+                        "accelerometer did not feel (median\nof all windows: 0.004 m/s).\n"));
 }
 
 TEST(BenchmarkOverview, OfManyFalseAcceptsItListsThreeInLinesThatFitAScreen) {
