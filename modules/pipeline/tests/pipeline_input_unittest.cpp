@@ -328,5 +328,38 @@ TEST_F(PipelineInput, OfAFlightWithoutEndTheNewestEventsAndRefusalsAreKept) {
     EXPECT_GE(event.t, forgetting.estimates().front().t);
 }
 
+/** A frame behind a gap waits at the border for the one after it. Meanwhile dead reckoning ends. */
+TEST_F(PipelineInput, AFrameFromBeforeTheEndOfDeadReckoningIsDropped) {
+  PipelineOptions options;
+  options.window = unrefined();
+  options.keyframes = 3;
+  options.keyframe_rate_hz = kFrameRateHz;
+  options.input.max_gap_s = 0.12;
+  options.max_dead_reckoning_s = 0.25;
+  PipelineInitializers initializers;
+  initializers.name = "truth";
+  initializers.initializer = std::make_shared<Scripted>(trueInitialization);
+  Pipeline pipeline(flight().calibration, options, initializers);
+  std::vector<StereoFrame> frames = flight().frames;
+  frames.erase(frames.begin() + 4);  // at 0.4 s
+  auto sample = flight().imu.begin();
+  for (size_t k = 0; k < frames.size(); ++k) {
+    // That at 0.5 s is held until the one at 0.6 s comes, which is late.
+    const TimeNs until = frames[k].t + (k == 5 ? durationNs(0.09) : 0);
+    for (; sample != flight().imu.end() && sample->t <= until; ++sample) pipeline.add(*sample);
+    pipeline.add(frames[k]);
+  }
+  pipeline.finish();
+  const InputFaultCounts faults = pipeline.inputFaults();
+  ASSERT_EQ(faults.count(InputFault::kFrameFromThePast), 1U);
+  EXPECT_EQ(faults.at(InputFault::kFrameFromThePast).first, frames[4].t);
+  for (const FrameEstimate& estimate : pipeline.estimates()) EXPECT_NE(estimate.t, frames[4].t);
+  EXPECT_EQ(pipeline.estimates().size(), frames.size() - 1);
+  bool lost = false;
+  for (const PipelineEvent& event : pipeline.events())
+    lost = lost || (event.state == PipelineState::kLost && event.t < frames[5].t);
+  EXPECT_TRUE(lost);
+}
+
 }  // namespace
 }  // namespace etalon::pipeline_test
