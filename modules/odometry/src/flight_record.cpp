@@ -45,10 +45,9 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
   if (!odometry) return;
   for (const StampedPose& pose : odometry->keyframes()) {
     const auto at = std::lower_bound(
-        sights_.begin(), sights_.end(), pose.t,
-        [](const KeyframeSight& sight, TimeNs t) { return sight.odometry_time < t; });
-    if (at != sights_.end() && at->odometry_time == pose.t)
-      smoothed_[at - sights_.begin()].T_WB = pose.T_WB;
+        smoothed_.begin(), smoothed_.end(), pose.t,
+        [](const SmoothedPose& known, TimeNs t) { return known.odometry_time < t; });
+    if (at != smoothed_.end() && at->odometry_time == pose.t) at->T_WB = pose.T_WB;
   }
   if (!output.keyframe) return;
   for (const auto& [id, p_W] : odometry->landmarks()) landmarks_[id] = p_W;
@@ -64,17 +63,16 @@ LandmarkId FlightRecord::firstLandmark(const TrackedFrame& frame) const {
 /** The last frame becomes a keyframe. Where the odometry was lost and begins anew at the same frame,
  * it replaces the one from before, and the samples up to it stay. */
 void FlightRecord::keepLast() {
-  if (!smoothed_.empty() && smoothed_.back().t == last_->stamp) {
+  if (!smoothed_.empty() && smoothed_.back().stamp == last_->stamp) {
     smoothed_.pop_back();
-    sights_.pop_back();
     if (!keyframes_.empty()) {
       imu_ = std::move(keyframes_.back().imu);
       imu_missing_ = keyframes_.back().imu_missing;
       keyframes_.pop_back();
     }
   }
-  smoothed_.push_back({last_->stamp, last_->state.T_WB});
-  sights_.push_back({last_->frame.t, firstLandmark(last_->frame)});
+  smoothed_.push_back(
+      {last_->stamp, last_->frame.t, firstLandmark(last_->frame), last_->state.T_WB});
   if (options_.max_keyframes > 0) {
     last_->imu = std::move(imu_);
     last_->imu_missing = imu_missing_;
@@ -94,12 +92,19 @@ void FlightRecord::noteBlindPiece(TimeNs stamp, const OdometryOutput& output) {
   is_blind_ = !seeing;
 }
 
+Trajectory FlightRecord::smoothed() const {
+  Trajectory smoothed;
+  for (const SmoothedPose& known : smoothed_) smoothed.push_back({known.stamp, known.T_WB});
+  return smoothed;
+}
+
 Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
   Trajectory smoothed = causal;
+  const Trajectory known = this->smoothed();
   for (const Move& move : moves_) {
     // What is between the last keyframe before and the first pose that moves goes a part of the way.
-    const auto next = std::lower_bound(smoothed_.begin(), smoothed_.end(), move.from, isEarlier);
-    const TimeNs before = next == smoothed_.begin() ? move.from : std::prev(next)->t;
+    const auto next = std::lower_bound(known.begin(), known.end(), move.from, isEarlier);
+    const TimeNs before = next == known.begin() ? move.from : std::prev(next)->t;
     Trajectory better;
     for (const StampedPose& pose : smoothed)
       if (move.from <= pose.t && pose.t < move.to)
@@ -110,7 +115,7 @@ Trajectory FlightRecord::smoothedFlight(const Trajectory& causal) const {
   }
   // To where the next image showed the platform at once, and then to where it is known to have been.
   bendBlindPieces(causal, &smoothed);
-  smoothed = carriedAlong(smoothed, smoothed_);
+  smoothed = carriedAlong(smoothed, known);
   bendBlindPieces(causal, &smoothed);
   return smoothed;
 }
@@ -157,19 +162,18 @@ void FlightRecord::moveWorld(const SE3& T_WW0) {
 
 /** The odometry has moved its poses since it was blind. */
 void FlightRecord::moveAfter(const Recognition& recognition) {
-  const auto first = std::upper_bound(
-      sights_.begin(), sights_.end(), recognition.after,
-      [](TimeNs t, const KeyframeSight& sight) { return t < sight.odometry_time; });
-  if (first == sights_.end()) return;
-  const TimeNs stamp = smoothed_[first - sights_.begin()].t;
-  moves_.push_back({stamp, newest_, recognition.T_WW0});
-  moveFrom({stamp, first->first_landmark}, recognition.T_WW0);
+  const auto first =
+      std::upper_bound(smoothed_.begin(), smoothed_.end(), recognition.after,
+                       [](TimeNs t, const SmoothedPose& known) { return t < known.odometry_time; });
+  if (first == smoothed_.end()) return;
+  moves_.push_back({first->stamp, newest_, recognition.T_WW0});
+  moveFrom({first->stamp, first->first_landmark}, recognition.T_WW0);
 }
 
 /** Of what is known of frames; the poses that were told then stay as they were. */
 void FlightRecord::moveFrom(const Beginning& beginning, const SE3& T_WW0) {
-  for (StampedPose& pose : smoothed_)
-    if (pose.t >= beginning.stamp) pose.T_WB = T_WW0 * pose.T_WB;
+  for (SmoothedPose& known : smoothed_)
+    if (known.stamp >= beginning.stamp) known.T_WB = T_WW0 * known.T_WB;
   for (Keyframe& keyframe : keyframes_)
     if (keyframe.stamp >= beginning.stamp) keyframe.state = keyframe.state.moved(T_WW0);
   if (last_) last_->state = last_->state.moved(T_WW0);
@@ -186,11 +190,7 @@ void FlightRecord::interrupt() {
 }
 
 void FlightRecord::forgetBefore(TimeNs stamp) {
-  const auto old = std::find_if(smoothed_.begin(), smoothed_.end(),
-                                [stamp](const StampedPose& pose) { return pose.t >= stamp; }) -
-                   smoothed_.begin();
-  smoothed_.erase(smoothed_.begin(), smoothed_.begin() + old);
-  sights_.erase(sights_.begin(), sights_.begin() + old);
+  while (!smoothed_.empty() && smoothed_.front().stamp < stamp) smoothed_.pop_front();
   blind_pieces_.erase(std::remove_if(blind_pieces_.begin(), blind_pieces_.end(),
                                      [stamp](const BlindPiece& b) { return b.to < stamp; }),
                       blind_pieces_.end());

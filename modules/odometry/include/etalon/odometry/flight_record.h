@@ -59,7 +59,7 @@ class FlightRecord {
   void forgetBefore(TimeNs stamp);
 
   /** The last known pose of every keyframe, by its stamp. */
-  const Trajectory& smoothed() const { return smoothed_; }
+  Trajectory smoothed() const;
 
   /**
    * The flight as its keyframes are known now: what is between follows them (carriedAlong()). What
@@ -91,6 +91,13 @@ class FlightRecord {
     std::vector<ImuSample> imu;         ///< since the keyframe before
     bool imu_missing = false;           ///< or with a gap
     std::vector<Observation> recalled;  ///< landmarks of later keyframes
+  };
+
+  /** The last known pose of a keyframe. */
+  struct SmoothedPose {
+    TimeNs stamp = 0, odometry_time = 0;  ///< the latter is its stamp as the odometry has it
+    LandmarkId first_landmark = 0;        ///< the least id that it saw
+    SE3 T_WB;
   };
 
   /** The IMU alone told the poses between two stamps. */
@@ -125,15 +132,10 @@ class FlightRecord {
   std::vector<ImuSample> imu_;  ///< since the last keyframe
   bool imu_missing_ = false;
   std::map<LandmarkId, Eigen::Vector3d> landmarks_;
-  Trajectory smoothed_;
-  struct KeyframeSight {
-    TimeNs odometry_time = 0;  ///< its stamp as the odometry has it
-    LandmarkId first_landmark = 0;
-  };
-  std::vector<KeyframeSight> sights_;  ///< of smoothed_
-  std::optional<Keyframe> last_;       ///< the last frame, unless it is kept
-  std::optional<TimeNs> seen_at_;      ///< stamp of the last frame that showed a landmark
-  bool is_blind_ = false;              ///< since then frames came that showed none
+  std::deque<SmoothedPose> smoothed_;
+  std::optional<Keyframe> last_;   ///< the last frame, unless it is kept
+  std::optional<TimeNs> seen_at_;  ///< stamp of the last frame that showed a landmark
+  bool is_blind_ = false;          ///< since then frames came that showed none
   std::vector<BlindPiece> blind_pieces_;
   std::vector<Move> moves_;
   TimeNs newest_ = 0;
