@@ -116,7 +116,6 @@ void Estimator::finish() {
 
 /** From the last frame to `until`: there, the IMU alone carried the pose. */
 void Estimator::noticeMissingImages(TimeNs until) {
-  constexpr double kNoImageS = Pipeline::kNoImageS;
   if (!last_frame_ || clock_.hasJumped() || secondsBetween(*last_frame_, until) <= kNoImageS)
     return;
   char text[80];

@@ -2,12 +2,11 @@
 
 // Private to the module.
 
-#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "etalon/frontend/front_stage.h"
@@ -17,7 +16,6 @@
 #include "etalon/pipeline/input_border.h"
 #include "etalon/pipeline/lost_pose.h"
 #include "etalon/pipeline/missing_input.h"
-#include "etalon/pipeline/pipeline.h"
 #include "etalon/pipeline/pipeline_options.h"
 #include "etalon/pipeline/relocalizer.h"
 #include "etalon/pipeline/starter.h"

@@ -1,6 +1,7 @@
 #include "etalon/report/benchmark_overview.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "benchmark_side_tables.h"
@@ -74,12 +75,18 @@ std::string brokenIntoLines(std::string text) {
   return text;
 }
 
-/** Such as "V1 at 12.5 s: velocity [0.031 m/s]; V1 at 15.0 s: no success", of the initializer's false
- * accepts that the summary counts; seconds since the recording's first image. In brackets: what the
- * ground truth's velocity steps otherwise than the accelerometer says. */
-std::string listOfFalseAccepts(const BenchmarkRecord& record, const WindowShape& shape,
-                               const std::string& initializer, const std::string& stage) {
+/** Such as "V1 at 12.5 s: velocity [0.031 m/s]; V1 at 15.0 s: no success"; seconds since the
+ * recording's first image. In brackets: ImuWindowBound::velocity_step_mps. */
+struct FalseAcceptList {
+  std::string text;
+  bool has_steps = false;  ///< something stands in brackets
+};
+
+/** Of the initializer's false accepts that the summary counts. */
+FalseAcceptList listOfFalseAccepts(const BenchmarkRecord& record, const WindowShape& shape,
+                                   const std::string& initializer, const std::string& stage) {
   constexpr size_t kMost = 3;
+  FalseAcceptList list;
   std::vector<std::string> windows;
   const std::vector<std::optional<bool>> success = judgedSuccess(record, stage);
   for (size_t i = 0; i < record.results.size(); ++i) {
@@ -96,10 +103,13 @@ std::string listOfFalseAccepts(const BenchmarkRecord& record, const WindowShape&
       if (sequence.name == result.sequence) first_image = sequence.first_image;
     windows.push_back(result.sequence +
                       format(" at %.1f s: ", secondsBetween(first_image, result.t0)) + reason);
-    if (const double step = result.imu_bound.velocity_step_mps; !std::isnan(step))
-      windows.back() += format(" [%.3f m/s]", step);
+    const double step = result.imu_bound.velocity_step_mps;
+    if (std::isnan(step)) continue;
+    windows.back() += format(" [%.3f m/s]", step);
+    list.has_steps = true;
   }
-  return joined(windows, "; ");
+  list.text = joined(windows, "; ");
+  return list;
 }
 
 /** What stands in brackets behind a false accept; of windows that grow every initializer has its own,
@@ -130,16 +140,16 @@ std::string noteOnFalseAccepts(const BenchmarkRecord& record, const WindowShape&
     alone = true;
   }
   if (count == 0) return "No false accept. ";
-  const std::string windows = listOfFalseAccepts(record, shape, worst->initializer, worst->stage);
-  const std::string explained =
-      windows.find('[') == std::string::npos ? "" : explanationOfSteps(record, shape);
-  const std::string note = "False accepts: " + std::to_string(count);
-  if (tried == 1) return note + " (" + windows + ").\n" + explained;
-  if (worst->false_accepts == count)
-    return note + (count == 1 ? "" : ", all") + " by " + worst->initializer + ": " + windows +
-           ".\n" + explained;
-  return note + (alone ? ", most by " : ", for example by ") + worst->initializer + " (" +
-         std::to_string(worst->false_accepts) + "): " + windows + ".\n" + explained;
+  const FalseAcceptList list = listOfFalseAccepts(record, shape, worst->initializer, worst->stage);
+  std::string note = "False accepts: " + std::to_string(count);
+  if (tried == 1)
+    note += " (" + list.text + ")";
+  else if (worst->false_accepts == count)
+    note += (count == 1 ? " by " : ", all by ") + worst->initializer + ": " + list.text;
+  else
+    note += (alone ? ", most by " : ", for example by ") + worst->initializer + " (" +
+            std::to_string(worst->false_accepts) + "): " + list.text;
+  return note + ".\n" + (list.has_steps ? explanationOfSteps(record, shape) : "");
 }
 
 /** Below the table: what the columns are, what VI-BA takes, and who accepted what is not good. */

@@ -83,7 +83,7 @@ std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
  * nested in this order. */
 std::vector<SummaryRow> summarize(const BenchmarkRecord& record);
 
-/** Statistics of a lower bound of WindowResult::imu_bound over the windows of a shape and sequence
+/** Statistics of a figure of WindowResult::imu_bound over the windows of a shape and sequence
  * (or kAllSequences), every window once. Nothing where windows grow: each initializer has its own. */
 FigureSummary imuBound(const BenchmarkRecord& record, const WindowShape& shape,
                        const std::string& sequence, double ImuWindowBound::*bound);

@@ -32,13 +32,23 @@ struct FrameEstimate {
   }
 };
 
+/** Milliseconds of the stages of one frame. */
+struct FrameTiming {
+  double frontend_ms = 0.0;
+  double odometry_ms = 0.0;
+  double initialization_ms = 0.0;
+};
+
 /** The poses of the estimates. */
 Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates);
+
+/** Without a frame for this long, the IMU alone carries the pose, s. */
+constexpr double kNoImageS = 0.5;
 
 /** The state at any instant since the last estimate, carried by the IMU. */
 struct ImuRateState {
   TimeNs t = 0;
-  /** kDeadReckoning where no frame has come for Pipeline::kNoImageS. */
+  /** kDeadReckoning where no frame has come for kNoImageS. */
   PipelineState state = PipelineState::kInertial;
   NavState nav;  ///< in W; biases are those of the last frame
 };

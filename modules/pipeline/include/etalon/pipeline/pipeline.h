@@ -4,7 +4,6 @@
 
 #include <exception>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -28,13 +27,6 @@
 namespace etalon {
 
 class Estimator;
-
-/** Milliseconds of the stages of one frame. */
-struct FrameTiming {
-  double frontend_ms = 0.0;
-  double odometry_ms = 0.0;
-  double initialization_ms = 0.0;
-};
 
 /**
  * The stages tied together: measurements in, states and initialization attempts out. What is wrong
@@ -69,9 +61,6 @@ struct FrameTiming {
  */
 class Pipeline {
  public:
-  /** Without a frame for this long, the IMU alone carries the pose, s. */
-  static constexpr double kNoImageS = 0.5;
-
   Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
            PipelineInitializers initializers);
   ~Pipeline();
