@@ -73,9 +73,9 @@ void members(Archive& json, Member<Archive, WindowResult>& result) {
   json("initializer", result.initializer);
   json("attempt", result.attempt);
   json("truth", result.truth);
-  json.unlessNone("gyro_rre_bound_deg", result.imu_bound.rre_deg);
-  json.unlessNone("gyro_bias_bound_rps", result.imu_bound.gyro_bias_rps);
-  json.unlessNone("velocity_step_mps", result.imu_bound.velocity_step_mps);
+  json.unlessNone("gyro_rre_bound_deg", result.truth_check.rre_deg);
+  json.unlessNone("gyro_bias_bound_rps", result.truth_check.gyro_bias_rps);
+  json.unlessNone("velocity_step_mps", result.truth_check.velocity_step_mps);
   json("noise", result.noise);
 }
 

@@ -195,13 +195,13 @@ std::vector<SummaryRow> summarize(const BenchmarkRecord& record) {
   return rows;
 }
 
-FigureSummary imuBound(const BenchmarkRecord& record, const WindowShape& shape,
-                       const std::string& sequence, double ImuWindowBound::*bound) {
+FigureSummary truthCheck(const BenchmarkRecord& record, const WindowShape& shape,
+                         const std::string& sequence, double WindowTruthCheck::*figure) {
   if (record.protocol.min_keyframes > 0) return {};
   std::map<std::pair<std::string, int>, double> by_window;
   for (const WindowResult& result : record.results)
     if (result.shape() == shape && (sequence == kAllSequences || result.sequence == sequence))
-      by_window[{result.sequence, result.window}] = result.imu_bound.*bound;
+      by_window[{result.sequence, result.window}] = result.truth_check.*figure;
   std::vector<double> values;
   for (const auto& [result, value] : by_window) values.push_back(value);
   return summaryOf(values);

@@ -27,9 +27,9 @@ WindowTrial::WindowTrial(const WindowResult& result, const SequenceTracks& track
 /** What is known of a window before an initializer has tried it. */
 void WindowTrial::describe(const std::vector<TimeNs>& keyframes, WindowResult* result) const {
   result->attempt.keyframes = keyframes;
-  result->imu_bound =
-      imuWindowBound(tracks_.ground_truth, tracks_.imu, keyframes,
-                     options_.gravity_mps2 * ground_truth_check_.gravity_direction_G);
+  result->truth_check =
+      checkWindowTruth(tracks_.ground_truth, tracks_.imu, keyframes,
+                       options_.gravity_mps2 * ground_truth_check_.gravity_direction_G);
   result->truth.clear();
   for (const TimeNs t : keyframes)
     if (const auto state = tracks_.ground_truth.at(t)) result->truth.push_back(*state);

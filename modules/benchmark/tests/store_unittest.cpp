@@ -40,7 +40,7 @@ class BenchmarkStoreTest : public ::testing::Test {
 TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {
   BenchmarkRecord record = exampleBenchmark();
   sortResults(&record);
-  record.results[0].imu_bound.velocity_step_mps = 0.031;
+  record.results[0].truth_check.velocity_step_mps = 0.031;
   write(record);
   EXPECT_TRUE(isBenchmarkFolder(folder()));
   const BenchmarkRecord read = readBenchmark(folder());
@@ -53,12 +53,12 @@ TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {
   }
   for (size_t i = 0; i < read.results.size(); ++i) {
     if (record.results[i].sequence == "none")
-      EXPECT_TRUE(std::isnan(read.results[i].imu_bound.rre_deg));
+      EXPECT_TRUE(std::isnan(read.results[i].truth_check.rre_deg));
     else
-      EXPECT_EQ(read.results[i].imu_bound.rre_deg, record.results[i].imu_bound.rre_deg);
-    EXPECT_EQ(std::isnan(read.results[i].imu_bound.gyro_bias_rps),
-              std::isnan(record.results[i].imu_bound.gyro_bias_rps));
-    if (i == 0) EXPECT_EQ(read.results[i].imu_bound.velocity_step_mps, 0.031);
+      EXPECT_EQ(read.results[i].truth_check.rre_deg, record.results[i].truth_check.rre_deg);
+    EXPECT_EQ(std::isnan(read.results[i].truth_check.gyro_bias_rps),
+              std::isnan(record.results[i].truth_check.gyro_bias_rps));
+    if (i == 0) EXPECT_EQ(read.results[i].truth_check.velocity_step_mps, 0.031);
     ASSERT_EQ(read.results[i].noise.has_value(), record.results[i].noise.has_value());
     if (read.results[i].noise) {
       EXPECT_EQ(read.results[i].noise->gyro.chi2, record.results[i].noise->gyro.chi2);

@@ -166,7 +166,9 @@ TEST(Summary, EveryWindowHasItsRows) {
 
 TEST(Summary, TheGyrosBoundIsOfWindowsThatDoNotGrow) {
   BenchmarkRecord record = exampleBenchmark();
-  const auto bound = [&] { return imuBound(record, {10, 4.0}, "V1", &ImuWindowBound::rre_deg); };
+  const auto bound = [&] {
+    return truthCheck(record, {10, 4.0}, "V1", &WindowTruthCheck::rre_deg);
+  };
   EXPECT_EQ(bound().count, 5);
   EXPECT_NEAR(bound().median, 0.03, 1e-12);  // of 0.01 to 0.05; rounding alone
   record.protocol.min_keyframes = 3;

@@ -101,7 +101,7 @@ TEST_F(Trial, RecordsWhereTheWindowIsAndWhatIsTrueThere) {
     EXPECT_EQ(result.truth[k].t, result.attempt.keyframes[k]);
     EXPECT_LT((result.truth[k].T_WB.t - tracks.ground_truth.states[10 + k].T_WB.t).norm(), 1e-9);
   }
-  EXPECT_GT(result.imu_bound.rre_deg, 0.0);
+  EXPECT_GT(result.truth_check.rre_deg, 0.0);
 }
 
 TEST_F(Trial, AnEstimateHasBothStagesTheirErrorsAndNoCovariance) {

@@ -178,7 +178,7 @@ std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equati
   return fit;
 }
 
-/** ImuWindowBound::velocity_step_mps. */
+/** WindowTruthCheck::velocity_step_mps. */
 double largestVelocityStep(const std::vector<Interval>& intervals,
                            const Eigen::Vector3d& gravity_G) {
   constexpr size_t kFewest = 3;  // b_a takes away one
@@ -225,9 +225,9 @@ GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
   return check;
 }
 
-ImuWindowBound imuWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
-                              const std::vector<TimeNs>& keyframes,
-                              const Eigen::Vector3d& gravity_G) {
+WindowTruthCheck checkWindowTruth(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                                  const std::vector<TimeNs>& keyframes,
+                                  const Eigen::Vector3d& gravity_G) {
   std::vector<Interval> intervals;
   Eigen::Vector3d stated = Eigen::Vector3d::Zero();  // sum of the ground truth's b_g
   int states = 0;
@@ -242,7 +242,7 @@ ImuWindowBound imuWindowBound(const GroundTruth& ground_truth, const ImuBuffer& 
       intervals.push_back(
           {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
   }
-  ImuWindowBound bound;
+  WindowTruthCheck bound;
   if (intervals.empty()) return bound;
   const Eigen::Vector3d fitted = fitGyroBias(&intervals);
   bound.rre_deg = rotationRmseDeg(intervals);

@@ -203,21 +203,21 @@ double rreOfIntegration(const Flight& flight, const std::vector<TimeNs>& stamps,
   return evaluateWindow(states, {}, flight.truth).rre_deg;
 }
 
-TEST(ImuWindowBound, FollowsABiasThatChanges) {
+TEST(WindowTruthCheck, FollowsABiasThatChanges) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   // A bias that drifts by 0.02 rad/s in 20 s, as no constant can follow.
   for (ImuSample& sample : flight.imu)
     sample.gyro.x() += 1e-3 * secondsBetween(flight.imu.front().t, sample.t);
   const ImuBuffer imu(flight.imu);
   for (const double start_s : {2.0, 9.0, 16.0}) {
-    const double bound = imuWindowBound(flight.truth, imu, keyframesOf(flight, start_s)).rre_deg;
+    const double bound = checkWindowTruth(flight.truth, imu, keyframesOf(flight, start_s)).rre_deg;
     // Within 2.25 s the bias leaves +-1e-3 rad/s: RMS 0.25 s * 2.25e-3 / sqrt(12) = 0.0093 deg.
     EXPECT_NEAR(bound, 0.0093, 0.001) << start_s;
     EXPECT_GT(checkGroundTruth(flight.truth, flight.imu).rre_deg, 5 * bound);
   }
 }
 
-TEST(ImuWindowBound, IsTheLeastThatIntegrationCanHave) {
+TEST(WindowTruthCheck, IsTheLeastThatIntegrationCanHave) {
   ImuSynthesisOptions noisy = biased();
   noisy.white_noise = true;
   noisy.noise.gyro_noise_density = 2e-3;
@@ -225,7 +225,7 @@ TEST(ImuWindowBound, IsTheLeastThatIntegrationCanHave) {
   const Flight flight = fly(MotionProfile::kAggressive, noisy);
   for (const double rate_hz : {4.0, 10.0}) {
     const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0, rate_hz);
-    const double bound = imuWindowBound(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg;
+    const double bound = checkWindowTruth(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg;
     EXPECT_GT(rreOfIntegration(flight, stamps, noisy.initial_bias.gyro), bound);
     // A coarse search over the bias comes near it and never below.
     double least = 1e9, step = 4e-3;
@@ -244,44 +244,45 @@ TEST(ImuWindowBound, IsTheLeastThatIntegrationCanHave) {
   }
 }
 
-TEST(ImuWindowBound, OfTheBiasIsWhatTheGroundTruthStatesWrongly) {
+TEST(WindowTruthCheck, OfTheBiasIsWhatTheGroundTruthStatesWrongly) {
   Flight flight = fly(MotionProfile::kAggressive, biased());
   const ImuBuffer imu(flight.imu);
   const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0);
-  EXPECT_TRUE(std::isnan(imuWindowBound(flight.truth, imu, stamps).gyro_bias_rps));
+  EXPECT_TRUE(std::isnan(checkWindowTruth(flight.truth, imu, stamps).gyro_bias_rps));
   flight.truth.has_biases = true;
   for (StampedState& s : flight.truth.states)
     s.bias.gyro = biased().initial_bias.gyro + Vector3d(0.002, 0.0, -0.001);
   // The fit itself is good to 2e-5 rad/s (FindsTheBiases).
-  EXPECT_NEAR(imuWindowBound(flight.truth, imu, stamps).gyro_bias_rps, std::hypot(0.002, 0.001),
+  EXPECT_NEAR(checkWindowTruth(flight.truth, imu, stamps).gyro_bias_rps, std::hypot(0.002, 0.001),
               2e-5);
 }
 
-TEST(ImuWindowBound, FindsTheStepThatTheAccelerometerDidNotFeel) {
+TEST(WindowTruthCheck, FindsTheStepThatTheAccelerometerDidNotFeel) {
   ImuSynthesisOptions options = biased();
   Flight flight = fly(MotionProfile::kAggressive, options);
   ASSERT_TRUE(flight.truth.has_velocity);
   const ImuBuffer imu(flight.imu);
   const std::vector<TimeNs> stamps = keyframesOf(flight, 5.0);
-  EXPECT_LT(imuWindowBound(flight.truth, imu, stamps).velocity_step_mps, 1e-3);
+  EXPECT_LT(checkWindowTruth(flight.truth, imu, stamps).velocity_step_mps, 1e-3);
   for (StampedState& state : flight.truth.states)
     if (state.t > stamps[4]) state.v_WB.y() += 0.09;
   // An interval of nine has it, and the bias that fits best takes a ninth of it away.
-  EXPECT_NEAR(imuWindowBound(flight.truth, imu, stamps).velocity_step_mps, 0.09 * 8 / 9, 0.005);
+  EXPECT_NEAR(checkWindowTruth(flight.truth, imu, stamps).velocity_step_mps, 0.09 * 8 / 9, 0.005);
   EXPECT_TRUE(std::isnan(
-      imuWindowBound(flight.truth, imu, {stamps.begin(), stamps.begin() + 3}).velocity_step_mps));
+      checkWindowTruth(flight.truth, imu, {stamps.begin(), stamps.begin() + 3}).velocity_step_mps));
   flight.truth.has_velocity = false;
-  EXPECT_TRUE(std::isnan(imuWindowBound(flight.truth, imu, stamps).velocity_step_mps));
+  EXPECT_TRUE(std::isnan(checkWindowTruth(flight.truth, imu, stamps).velocity_step_mps));
 }
 
-TEST(ImuWindowBound, LeavesOutWhatIsNotCovered) {
+TEST(WindowTruthCheck, LeavesOutWhatIsNotCovered) {
   Flight flight = fly(MotionProfile::kGentle, biased());
   const std::vector<TimeNs> stamps =
       keyframesOf(flight, 18.5);  // to 20.75 s; the flight ends at 20
-  EXPECT_LT(imuWindowBound(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg, 1e-3);
-  EXPECT_TRUE(std::isnan(imuWindowBound({}, ImuBuffer(flight.imu), stamps).rre_deg));
-  EXPECT_TRUE(std::isnan(imuWindowBound(flight.truth, ImuBuffer(), stamps).rre_deg));
-  EXPECT_TRUE(std::isnan(imuWindowBound(flight.truth, ImuBuffer(flight.imu), {stamps[0]}).rre_deg));
+  EXPECT_LT(checkWindowTruth(flight.truth, ImuBuffer(flight.imu), stamps).rre_deg, 1e-3);
+  EXPECT_TRUE(std::isnan(checkWindowTruth({}, ImuBuffer(flight.imu), stamps).rre_deg));
+  EXPECT_TRUE(std::isnan(checkWindowTruth(flight.truth, ImuBuffer(), stamps).rre_deg));
+  EXPECT_TRUE(
+      std::isnan(checkWindowTruth(flight.truth, ImuBuffer(flight.imu), {stamps[0]}).rre_deg));
 }
 
 }  // namespace

@@ -26,9 +26,14 @@ FrontFrame FrontStage::process(const StereoFrame& frame, const ImuBuffer& imu, c
                        ImuNoiseDensities())
             .deltas()
             .dR;
-  if (!repeated_images_.isRepeated(frame.left, frame.right, since_last)) {
+  result.repeated = repeated_images_.areRepeated(frame.left, frame.right, since_last);
+  if (!result.repeated[0] || !result.repeated[1]) {
+    cv::Mat* const images[] = {&result.images.left, &result.images.right};
+    for (size_t c = 0; c < 2; ++c)
+      if (result.repeated[c]) *images[c] = cv::Mat::zeros(images[c]->size(), images[c]->type());
     tracked_at_ = frame.t;
-    result.tracked = tracker_.track(frame.t, frame.left, frame.right, R_prev_cur, in_flight);
+    result.tracked =
+        tracker_.track(frame.t, result.images.left, result.images.right, R_prev_cur, in_flight);
     repeated_images_.tracked(*result.tracked);
   }
   result.ms = watch.lapMilliseconds();

@@ -39,28 +39,28 @@ bool showsTheSame(const cv::Mat& now, const cv::Mat& before) {
 
 }  // namespace
 
-bool RepeatedImages::contradicts(const std::optional<ImuSample>& mean) const {
+bool RepeatedImages::contradicts(const std::optional<ImuSample>& mean, const Camera& camera) const {
   if (flow_px_ > kMovedPx) return true;
-  return mean && reference_ &&
-         ((mean->gyro - reference_->gyro).norm() > kTurnedRps ||
-          (mean->accel - reference_->accel).norm() > kPushedMps2);
+  return mean && camera.reference &&
+         ((mean->gyro - camera.reference->gyro).norm() > kTurnedRps ||
+          (mean->accel - camera.reference->accel).norm() > kPushedMps2);
 }
 
-bool RepeatedImages::isRepeated(const cv::Mat& left, const cv::Mat& right,
-                                const std::vector<ImuSample>& imu) {
+std::array<bool, 2> RepeatedImages::areRepeated(const cv::Mat& left, const cv::Mat& right,
+                                                const std::vector<ImuSample>& imu) {
   std::optional<ImuSample> mean;
   if (!imu.empty()) mean = meanSample(imu);
-  new_ = !showsTheSame(left, previous_[0]) && !showsTheSame(right, previous_[1]);
-  left.copyTo(previous_[0]);
-  right.copyTo(previous_[1]);
-  if (new_) {
-    contradicted_ = false;
-    reference_ = mean;
-    return false;
+  all_new_ = true;
+  const std::array<const cv::Mat*, 2> images{&left, &right};
+  for (size_t c = 0; c < 2; ++c) {
+    Camera& camera = cameras_[c];
+    const bool is_new = !showsTheSame(*images[c], camera.previous);
+    images[c]->copyTo(camera.previous);
+    if (is_new || !camera.reference) camera.reference = mean;
+    camera.contradicted = !is_new && (camera.contradicted || contradicts(mean, camera));
+    all_new_ = all_new_ && is_new;
   }
-  contradicted_ = contradicted_ || contradicts(mean);
-  if (!reference_) reference_ = mean;
-  return contradicted_;
+  return {cameras_[0].contradicted, cameras_[1].contradicted};
 }
 
 void RepeatedImages::tracked(const TrackedFrame& frame) {
@@ -73,7 +73,7 @@ void RepeatedImages::tracked(const TrackedFrame& frame) {
   }
   pixels_ = std::move(pixels);
   // What a repeated image shows says nothing of the motion.
-  if (!new_) return;
+  if (!all_new_) return;
   flow_px_ = flows.empty() ? 0.0 : median(std::move(flows));
 }
 

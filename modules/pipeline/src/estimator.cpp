@@ -17,7 +17,7 @@ constexpr double kBiasCaution = 2.0;
 
 std::string whyNotLocated(const std::optional<TrackedFrame>& tracked,
                           const OdometryOutput& output) {
-  if (!tracked) return "the camera repeats its image";
+  if (!tracked) return "the cameras repeat their images";
   if (output.observations == 0) return "the images show no landmark";
   return "of " + std::to_string(output.observations) + " landmarks only " +
          std::to_string(output.used) + " are where the motion has them";
@@ -34,6 +34,7 @@ Estimator::Estimator(const StereoInertialCalibration& calibration, const Pipelin
       starter_(std::move(initializers), options.auto_initializer, options.window, noise_,
                options.windowsGrow()),
       missing_(calibration),
+      no_image_s_(noImageS(calibration.cameras[0].rate_hz)),
       bias_(options.window.priors.mean),
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
@@ -57,7 +58,7 @@ void Estimator::add(const ClockJump& jump) {
 bool Estimator::add(const ImuSample& sample) {
   keepSample(sample, last_frame_, &imu_);
   missing_.sample(sample.t, sample.saturated != 0);
-  if (options_.live) noticeMissingImages(sample.t);
+  if (options_.live) noticeMissingImages(sample.t - durationNs(frame_lag_s_));
   return endDeadReckoning(sample.t);
 }
 
@@ -75,6 +76,8 @@ bool Estimator::add(const FrontFrame& frame) {
   const int not_located = frames_not_located_;
   const bool was_lost = state_ == PipelineState::kLost;
   last_frame_ = frame.t;
+  frame_lag_s_ =
+      imu_.empty() ? 0.0 : std::max(0.0, secondsBetween(frame.t, imu_.samples().back().t));
   // Not as the front end sees it: live, frames between may have been dropped.
   if (last_tracked_ && secondsBetween(*last_tracked_, frame.t) > options_.input.max_gap_s)
     window_.restart();
@@ -116,11 +119,11 @@ void Estimator::finish() {
 
 /** From the last frame to `until`: there, the IMU alone carried the pose. */
 void Estimator::noticeMissingImages(TimeNs until) {
-  if (!last_frame_ || clock_.hasJumped() || secondsBetween(*last_frame_, until) <= kNoImageS)
+  if (!last_frame_ || clock_.hasJumped() || secondsBetween(*last_frame_, until) <= no_image_s_)
     return;
   char text[80];
   std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
-  const TimeNs since = *last_frame_ + durationNs(kNoImageS);
+  const TimeNs since = *last_frame_ + durationNs(no_image_s_);
   if (state_ == PipelineState::kInertial) enter(PipelineState::kDeadReckoning, since, text);
   // In a state that rests on images alone it is said while they are missing, once.
   if (options_.live && state_ != PipelineState::kDeadReckoning && !no_image_said_)
@@ -213,7 +216,9 @@ bool Estimator::endDeadReckoning(TimeNs now) {
 
 /** What state the pipeline is in after a frame of an odometry that reads the IMU. */
 void Estimator::judge(const OdometryOutput& output, const std::optional<TrackedFrame>& tracked) {
-  if (output.unlocated_s == 0.0) {
+  // Images that repeat the ones before are missing like those that do not come.
+  const bool brief = !tracked && output.unlocated_s <= no_image_s_;
+  if (output.unlocated_s == 0.0 || (brief && state_ == PipelineState::kInertial)) {
     enter(PipelineState::kInertial, output.t, "images locate the platform again");
   } else if (output.imu_missing) {
     lose(output, "neither images nor the IMU tell where the platform is");

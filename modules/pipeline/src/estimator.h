@@ -107,7 +107,9 @@ class Estimator {
   ImuBuffer imu_;
   OdometryClock clock_;
   MissingInput missing_;
+  double no_image_s_;
   std::optional<TimeNs> last_frame_, last_tracked_;
+  double frame_lag_s_ = 0.0;    ///< by which the IMU was ahead of the last frame when that came
   double unlocated_s_ = 0.0;    ///< OdometryOutput::unlocated_s of the last frame
   bool no_image_said_ = false;  ///< since the last frame
 

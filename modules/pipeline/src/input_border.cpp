@@ -64,8 +64,12 @@ const std::vector<FaultText>& faultTexts() {
       {F::kFrameWithoutImu, "frame_without_imu", "stereo frame",
        "used without IMU: no sample reached the stamp in time", nullptr},
       {F::kFrameRepeatsImage, "frame_repeats_image", "stereo frame",
-       "with an image of the frame before, bit for bit, although the platform moved: the pose is a "
-       "prediction",
+       "with the images of the frame before, bit for bit, although the platform moved: the pose is "
+       "a prediction",
+       nullptr},
+      {F::kImageRepeated, "image_repeated", "stereo frame",
+       "of which one image is that of the frame before, bit for bit, although the platform moved: "
+       "the other one was used",
        nullptr},
       {F::kFrameLate, "frame_late", "stereo frame",
        "dropped: front end or estimator were still busy when the next one came", nullptr},

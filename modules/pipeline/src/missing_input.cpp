@@ -33,8 +33,8 @@ void MissingInput::sample(TimeNs t, bool saturated) {
     ++saturated_.count;
     new_saturated_ = true;
   }
-  const double step_s = secondsBetween(last_sample_, t);
-  if (last_sample_ > 0 && step_s > longest_imu_step_s_) {
+  const double step_s = secondsBetween(last_sample_.value_or(t), t);
+  if (step_s > longest_imu_step_s_) {
     gaps_.last = t;
     ++gaps_.count;
     gaps_.seconds += step_s;
@@ -44,7 +44,7 @@ void MissingInput::sample(TimeNs t, bool saturated) {
 }
 
 std::string MissingInput::clockJumped(TimeNs from, TimeNs to) {
-  last_sample_ = 0;
+  last_sample_.reset();
   clock_jumped_ = true;
   if (to < from)
     return text("the IMU's stamps step back by %.2f s: samples are refused until they catch up",
@@ -55,8 +55,8 @@ std::string MissingInput::clockJumped(TimeNs from, TimeNs to) {
 
 std::vector<std::string> MissingInput::frame(const Frame& frame) {
   Said said;
-  const double step_s = last_frame_ > 0 ? secondsBetween(last_frame_, frame.t) : 0.0;
-  watchImages(frame, step_s, &said);
+  const double step_s = secondsBetween(last_frame_.value_or(frame.t), frame.t);
+  if (frame.tracked) watchImages(frame, &said);
   watchImu(frame, &said);
   if (frame.tracked) watchCameras(*frame.tracked, step_s, &said);
   watchPose(frame, &said);
@@ -107,7 +107,9 @@ void MissingInput::watchPose(const Frame& frame, Said* said) {
   ++unlocated_.count;
 }
 
-void MissingInput::watchImages(const Frame& frame, double step_s, Said* said) {
+void MissingInput::watchImages(const Frame& frame, Said* said) {
+  const double step_s = secondsBetween(last_image_.value_or(frame.t), frame.t);
+  last_image_ = frame.t;
   if (step_s == 0.0) return;
   constexpr double kMost = 1e6;  // across a jump of the clock
   int away = static_cast<int>(std::lround(std::min(step_s * image_rate_hz_, kMost))) - 1;

@@ -1,18 +1,12 @@
 #include "etalon/pipeline/pipeline.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "estimator.h"
 #include "kept_samples.h"
 
 namespace etalon {
-
-Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates) {
-  Trajectory trajectory;
-  for (const FrameEstimate& estimate : estimates)
-    trajectory.push_back({estimate.t, estimate.nav.T_WB});
-  return trajectory;
-}
 
 Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineOptions& options,
                    PipelineInitializers initializers)
@@ -21,7 +15,8 @@ Pipeline::Pipeline(const StereoInertialCalibration& calibration, const PipelineO
       estimator_(std::make_unique<Estimator>(calibration, options, std::move(initializers))),
       propagator_(options.imu_noise.apply(calibration.imu.noise), options.window.gravity_mps2,
                   options.input.max_gap_s),
-      front_bias_(estimator_->bias()) {
+      front_bias_(estimator_->bias()),
+      no_image_s_(noImageS(calibration.cameras[0].rate_hz)) {
   if (options.live) startThreads();
 }
 
@@ -118,10 +113,9 @@ void Pipeline::runFrontEnd(AdmittedInput input) {
       in_flight = front_in_flight_;
     }
     FrontFrame frame = front_.process(std::get<StereoFrame>(input), front_imu_, bias, in_flight);
-    if (frame.tracked)
-      front_imu_.dropBefore(frame.t);
-    else
-      count(InputFault::kFrameRepeatsImage, frame.t);
+    if (frame.tracked) front_imu_.dropBefore(frame.t);
+    if (frame.repeated[0] || frame.repeated[1])
+      count(frame.tracked ? InputFault::kImageRepeated : InputFault::kFrameRepeatsImage, frame.t);
     deliver(std::move(frame));
   }
 }
@@ -234,6 +228,7 @@ void Pipeline::publish(const FrameEstimate& estimate) {
   {
     const std::lock_guard<std::mutex> lock(shared_mutex_);
     latest_ = estimate;
+    latest_lag_s_ = std::max(0.0, secondsBetween(estimate.t, propagator_.end()));
     front_bias_ = estimator_->bias();
     front_in_flight_ = !estimator_->isCollecting();
     if (estimate.state == PipelineState::kInertial ||
@@ -253,7 +248,7 @@ std::optional<FrameEstimate> Pipeline::latest() const {
 std::optional<ImuRateState> Pipeline::propagatedState(TimeNs t) const {
   const auto nav = propagator_.at(t);
   if (!nav) return std::nullopt;
-  const bool no_image = secondsBetween(latest_->t, t) > kNoImageS;
+  const bool no_image = secondsBetween(latest_->t, t) > no_image_s_ + latest_lag_s_;
   return ImuRateState{t, no_image ? PipelineState::kDeadReckoning : latest_->state, *nav};
 }
 

@@ -136,6 +136,13 @@ TEST(MissingInput, ImagesThatAreMissingAreSaidOnce) {
   EXPECT_THAT(
       fly([](int k, TrackedFrame*, MissingInput::Frame*) { return k % 2 == 0; }),
       ElementsAre("images are missing: 10 of the last 20", "149 of 298 images were missing"));
+  // So are those that repeat the one before.
+  EXPECT_THAT(
+      fly([](int k, TrackedFrame*, MissingInput::Frame* frame) {
+        if (k % 2 == 1) frame->tracked = nullptr;
+        return true;
+      }),
+      ElementsAre("images are missing: 10 of the last 20", "149 of 298 images were missing"));
   EXPECT_THAT(fly([](int k, TrackedFrame*, MissingInput::Frame*) { return k < 100 || k >= 104; }),
               ElementsAre("images are missing: 4 of the last 20",
                           "all images come again; 4 of 120 were missing"));

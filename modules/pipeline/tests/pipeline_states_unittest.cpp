@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -45,6 +46,21 @@ class PipelineStates : public ::testing::Test {
         frame.left = cv::Mat(frame.left.size(), CV_8UC1, grey);
         frame.right = cv::Mat(frame.right.size(), CV_8UC1, grey);
       }
+      pipeline->add(frame);
+    }
+    pipeline->finish();
+  }
+
+  /** All frames; from frame `first` to before `last`, these cameras repeat their images. */
+  static void flyHanging(std::array<bool, 2> cameras, size_t first, size_t last,
+                         Pipeline* pipeline) {
+    for (const ImuSample& sample : flight().imu) pipeline->add(sample);
+    for (size_t k = 0; k < flight().frames.size(); ++k) {
+      StereoFrame frame = flight().frames[k];
+      const StereoFrame& before = flight().frames[first - 1];
+      const bool hangs = k >= first && k < last;
+      if (hangs && cameras[0]) frame.left = before.left;
+      if (hangs && cameras[1]) frame.right = before.right;
       pipeline->add(frame);
     }
     pipeline->finish();
@@ -176,6 +192,33 @@ TEST_F(PipelineStates, TheImuCarriesThePoseWhileTheLensesAreCovered) {
   for (const size_t k : {4U, 5U})
     EXPECT_GT(pipeline.estimates()[k].sigma().segment<3>(3).norm(),
               pipeline.estimates()[k - 1].sigma().segment<3>(3).norm());
+}
+
+TEST_F(PipelineStates, CamerasThatHangBrieflyAreLikeImagesThatDoNotCome) {
+  Pipeline pipeline = this->pipeline();
+  flyHanging({true, true}, 4, 6, &pipeline);
+  EXPECT_EQ(pipeline.inputFaults().at(InputFault::kFrameRepeatsImage).count, 2);
+  for (const PipelineEvent& event : pipeline.events())
+    EXPECT_NE(event.state, PipelineState::kDeadReckoning) << event.reason;
+  EXPECT_GT(pipeline.estimates()[5].sigma().segment<3>(3).norm(),
+            pipeline.estimates()[3].sigma().segment<3>(3).norm());
+}
+
+TEST_F(PipelineStates, OneCameraThatHangsLeavesTheOther) {
+  for (const bool left : {true, false}) {
+    Pipeline pipeline = this->pipeline();
+    flyHanging({left, !left}, 4, kFrames, &pipeline);
+    const InputFaultCounts faults = pipeline.inputFaults();
+    EXPECT_EQ(faults.at(InputFault::kImageRepeated).count, static_cast<int>(kFrames - 4));
+    EXPECT_EQ(faults.count(InputFault::kFrameRepeatsImage), 0U);
+    EXPECT_EQ(pipeline.framesNotLocated(), 0);
+    EXPECT_EQ(pipeline.state(), PipelineState::kInertial);
+    ASSERT_EQ(pipeline.events().size(), 4U);
+    EXPECT_THAT(pipeline.events()[2].reason,
+                HasSubstr(left ? "left camera sees nothing" : "right camera sees nothing"));
+    for (const FrameEstimate& estimate : pipeline.estimates())
+      EXPECT_LT(positionError(estimate), 0.02);
+  }
 }
 
 TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {

@@ -76,7 +76,7 @@ std::string brokenIntoLines(std::string text) {
 }
 
 /** Such as "V1 at 12.5 s: velocity [0.031 m/s]; V1 at 15.0 s: no success"; seconds since the
- * recording's first image. In brackets: ImuWindowBound::velocity_step_mps. */
+ * recording's first image. In brackets: WindowTruthCheck::velocity_step_mps. */
 struct FalseAcceptList {
   std::string text;
   bool has_steps = false;  ///< something stands in brackets
@@ -103,7 +103,7 @@ FalseAcceptList listOfFalseAccepts(const BenchmarkRecord& record, const WindowSh
       if (sequence.name == result.sequence) first_image = sequence.first_image;
     windows.push_back(result.sequence +
                       format(" at %.1f s: ", secondsBetween(first_image, result.t0)) + reason);
-    const double step = result.imu_bound.velocity_step_mps;
+    const double step = result.truth_check.velocity_step_mps;
     if (std::isnan(step)) continue;
     windows.back() += format(" [%.3f m/s]", step);
     list.has_steps = true;
@@ -116,7 +116,7 @@ FalseAcceptList listOfFalseAccepts(const BenchmarkRecord& record, const WindowSh
  * without a median. */
 std::string explanationOfSteps(const BenchmarkRecord& record, const WindowShape& shape) {
   const FigureSummary steps =
-      imuBound(record, shape, kAllSequences, &ImuWindowBound::velocity_step_mps);
+      truthCheck(record, shape, kAllSequences, &WindowTruthCheck::velocity_step_mps);
   std::string text =
       "In brackets: largest step of the ground truth's velocity that the accelerometer did not "
       "feel";

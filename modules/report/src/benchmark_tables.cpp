@@ -247,14 +247,14 @@ TitledTable errorTable(const BenchmarkRecord& record, const std::vector<SummaryR
       record, summary, shape, layout,
       [&](const SummaryRow& row) { return valueOf(row.errors[index], statistic); },
       [&](Table* t, const SummaryRow& row) {
-        const auto boundOf = [&](double ImuWindowBound::*bound) {
-          return valueOf(imuBound(record, shape, row.sequence, bound), statistic);
+        const auto boundOf = [&](double WindowTruthCheck::*bound) {
+          return valueOf(truthCheck(record, shape, row.sequence, bound), statistic);
         };
         const BenchmarkSequence* sequence = sequenceOf(record, row.sequence);
         if (rotation)
-          t->setNumber("lower_bound", boundOf(&ImuWindowBound::rre_deg));
+          t->setNumber("lower_bound", boundOf(&WindowTruthCheck::rre_deg));
         else if (gyro_bias)
-          t->setNumber("lower_bound", boundOf(&ImuWindowBound::gyro_bias_rps));
+          t->setNumber("lower_bound", boundOf(&WindowTruthCheck::gyro_bias_rps));
         else if (gravity && sequence)
           t->setNumber("world_tilt_deg", sequence->ground_truth_check.world_tilt_deg);
       });

@@ -225,7 +225,8 @@ Json sequencesData(const BenchmarkRecord& record) {
   for (const BenchmarkSequence& s : record.sequences) {
     Json bounds = Json::array();  // a shape each, in the order of data.shapes
     for (const auto& shape : shapesOf(record))
-      bounds.push_back(rounded(imuBound(record, shape, s.name, &ImuWindowBound::rre_deg).median));
+      bounds.push_back(
+          rounded(truthCheck(record, shape, s.name, &WindowTruthCheck::rre_deg).median));
     sequences.push_back({{"name", s.name},
                          {"duration_s", rounded(s.duration_s)},
                          {"has_ground_truth", s.has_ground_truth},

@@ -86,7 +86,7 @@ TEST(BenchmarkOverview, SaysWhatTheGroundTruthsVelocityIsWorthInAFalseAccept) {
   BenchmarkRecord record = testing::exampleBenchmark();
   EXPECT_THAT(overviewOf(record), Not(HasSubstr("In brackets")));
   for (WindowResult& result : record.results)
-    result.imu_bound.velocity_step_mps = 0.004 + (result.window == 1 ? 0.05 : 0.0);
+    result.truth_check.velocity_step_mps = 0.004 + (result.window == 1 ? 0.05 : 0.0);
   EXPECT_THAT(overviewOf(record),
               HasSubstr("False accepts: 1 by bad: V1 at 2.5 s: no success [0.054 m/s].\n"
                         "In brackets: largest step of the ground truth's velocity that the "

@@ -95,6 +95,13 @@ TEST(FaultySource, FreezesTheLastImages) {
   }
   EXPECT_FALSE(same(result.frames[15].left, result.frames[14].left));
   EXPECT_EQ(delivered("frozen from=1 for=0.5").frames[12].left_path, "l9");
+
+  const Delivered right = delivered("frozen lens=right from=1 for=0.5");
+  for (int i = 10; i < 15; ++i) {
+    EXPECT_FALSE(same(right.frames[i].left, right.frames[9].left)) << i;
+    EXPECT_TRUE(same(right.frames[i].right, right.frames[9].right)) << i;
+  }
+  EXPECT_EQ(right.frames[12].left_path + right.frames[12].right_path, "l12r9");
 }
 
 TEST(FaultySource, DropsImages) {

@@ -29,7 +29,7 @@ WindowResult exampleResult(const std::string& sequence, int window, const std::s
   result.rate_hz = 4.0;
   result.initializer = initializer;
   const bool with_truth = sequence != "none";
-  if (with_truth) result.imu_bound = {0.01 * (window + 1), 0.001 * (window + 1)};
+  if (with_truth) result.truth_check = {0.01 * (window + 1), 0.001 * (window + 1)};
   for (int k = 0; k < 10 && with_truth; ++k) {
     StampedState state;
     state.t = result.t0 + 250'000'000LL * k;

@@ -24,7 +24,10 @@ void Covered::declare(ParameterSet& parameters) {
   declareLens(parameters, &lens);
 }
 
-void Frozen::declare(ParameterSet& parameters) { during.declare(parameters); }
+void Frozen::declare(ParameterSet& parameters) {
+  during.declare(parameters);
+  declareLens(parameters, &lens);
+}
 
 void Dropped::declare(ParameterSet& parameters) { during.declare(parameters); }
 

@@ -110,14 +110,25 @@ class FaultySource : public SensorSource {
     const std::optional<size_t> index = timeline_.indexOf(frame.t);
     if (!index || !timeline_.stampOf(*index)) return;
     const double s = timeline_.seconds(frame.t);
-    if (last_ && anyFaultAt<faults::Frozen>(faults_, s)) {
-      frame = *last_;
-    } else {
-      applyImageFaults(faults_, s, seed_, *index, &frame);
-      last_ = frame;
-    }
+    applyImageFaults(faults_, s, seed_, *index, &frame);
+    if (last_) freeze(s, &frame);
+    last_ = frame;
     frame.t = *timeline_.stampOf(*index);
     waiting_.emplace(std::make_pair(frame.t, true), std::move(frame));
+  }
+
+  /** Images of the pair before, of cameras that hang. */
+  void freeze(double s, StereoFrame* frame) const {
+    forEachFaultAt<faults::Frozen>(faults_, s, [&](const faults::Frozen& fault, size_t) {
+      if (fault.lens != Lens::kRight) {
+        frame->left = last_->left;
+        frame->left_path = last_->left_path;
+      }
+      if (fault.lens != Lens::kLeft) {
+        frame->right = last_->right;
+        frame->right_path = last_->right_path;
+      }
+    });
   }
 
   std::unique_ptr<SensorSource> source_;
@@ -136,7 +147,7 @@ class FaultySource : public SensorSource {
   std::multimap<std::pair<TimeNs, bool>, SensorEvent> waiting_;
   TimeNs reached_ = 0;  ///< no event that is still to come has an earlier stamp
   bool ended_ = false;
-  std::optional<StereoFrame> last_;  ///< that was not a frozen one
+  std::optional<StereoFrame> last_;  ///< as delivered, but for its stamp
 };
 
 }  // namespace

@@ -76,7 +76,7 @@ struct WindowResult {
   AttemptRecord attempt;
   /** Ground truth at the window's keyframes, where there is any. */
   std::vector<StampedState> truth;
-  ImuWindowBound imu_bound;
+  WindowTruthCheck truth_check;
   std::optional<NoiseCheck> noise;  ///< of the VI-BA
 
   /** From the window's first keyframe to the attempt's last, s; NaN without. */

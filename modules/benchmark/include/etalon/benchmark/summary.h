@@ -83,10 +83,10 @@ std::vector<std::optional<bool>> judgedSuccess(const BenchmarkRecord& record,
  * nested in this order. */
 std::vector<SummaryRow> summarize(const BenchmarkRecord& record);
 
-/** Statistics of a figure of WindowResult::imu_bound over the windows of a shape and sequence
+/** Statistics of a figure of WindowResult::truth_check over the windows of a shape and sequence
  * (or kAllSequences), every window once. Nothing where windows grow: each initializer has its own. */
-FigureSummary imuBound(const BenchmarkRecord& record, const WindowShape& shape,
-                       const std::string& sequence, double ImuWindowBound::*bound);
+FigureSummary truthCheck(const BenchmarkRecord& record, const WindowShape& shape,
+                         const std::string& sequence, double WindowTruthCheck::*figure);
 
 /** The text of summary.csv (docs/evaluation.md): header, numbers as %.9g, empty where there is
  * none; run times in the last columns. */

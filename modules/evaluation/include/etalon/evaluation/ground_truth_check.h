@@ -15,7 +15,7 @@ namespace etalon {
 /**
  * What a recording's ground truth is worth, told by the recording's own IMU. NaN where it cannot be
  * found. It describes the recording; a method that fits a bias to every window may come below
- * `rre_deg` (imuWindowBound() has the bound for those).
+ * `rre_deg` (checkWindowTruth() has the bound for those).
  */
 struct GroundTruthCheck {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -49,7 +49,7 @@ GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& imu, double interval_s = 0.25);
 
 /** What a window's ground truth is worth, told by the IMU. NaN where it cannot be found. */
-struct ImuWindowBound {
+struct WindowTruthCheck {
   /** The least RRE that integrating the gyro with one constant bias can have: RMSE over consecutive
    * keyframes of the angle between the ground truth's relative rotation and the gyro's, with the
    * bias that fits this window's ground truth best, deg. */
@@ -68,8 +68,8 @@ struct ImuWindowBound {
  * @param keyframes stamps, increasing; pairs that ground truth and IMU do not cover are left out
  * @param gravity_G m/s^2
  */
-ImuWindowBound imuWindowBound(const GroundTruth& ground_truth, const ImuBuffer& imu,
-                              const std::vector<TimeNs>& keyframes,
-                              const Eigen::Vector3d& gravity_G = {0.0, 0.0, -9.81});
+WindowTruthCheck checkWindowTruth(const GroundTruth& ground_truth, const ImuBuffer& imu,
+                                  const std::vector<TimeNs>& keyframes,
+                                  const Eigen::Vector3d& gravity_G = {0.0, 0.0, -9.81});
 
 }  // namespace etalon

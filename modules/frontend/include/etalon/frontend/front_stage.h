@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "etalon/datasets/sensor_source.h"
@@ -12,8 +13,10 @@ namespace etalon {
 /** What the front end makes of a frame. */
 struct FrontFrame {
   TimeNs t = 0;
-  std::optional<TrackedFrame> tracked;  ///< nothing: the frame shows the past
-  StereoFrame images;                   ///< pixels shared with whoever delivered them
+  std::optional<TrackedFrame> tracked;  ///< nothing: both images show the past
+  /** Pixels shared with whoever delivered them; black where a camera repeats its image. */
+  StereoFrame images;
+  std::array<bool, 2> repeated{};  ///< cameras whose image shows the past
   double ms = 0.0;
 };
 

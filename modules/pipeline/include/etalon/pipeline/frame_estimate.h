@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -42,13 +43,16 @@ struct FrameTiming {
 /** The poses of the estimates. */
 Trajectory trajectoryOf(const std::vector<FrameEstimate>& estimates);
 
-/** Without a frame for this long, the IMU alone carries the pose, s. */
-constexpr double kNoImageS = 0.5;
+/** Without a new image for this long, the IMU alone carries the pose, s. A camera may be slow. */
+inline double noImageS(double image_rate_hz) {
+  constexpr double kLeastS = 0.5, kImages = 2.5;
+  return image_rate_hz > 0.0 ? std::max(kLeastS, kImages / image_rate_hz) : kLeastS;
+}
 
 /** The state at any instant since the last estimate, carried by the IMU. */
 struct ImuRateState {
   TimeNs t = 0;
-  /** kDeadReckoning where no frame has come for kNoImageS. */
+  /** kDeadReckoning where no frame has come for noImageS(). */
   PipelineState state = PipelineState::kInertial;
   NavState nav;  ///< in W; biases are those of the last frame
 };

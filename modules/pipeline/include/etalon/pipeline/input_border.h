@@ -47,11 +47,12 @@ enum class InputFault {
   kFrameJump,           ///< a step of more than max_gap_s: the window of keyframes starts anew
   kFrameStepBack,       ///< as kImuStepBack
   kFrameWithoutImu,     ///< the IMU had not reached it in time: used without IMU
-  kFrameRepeatsImage,  ///< an image is that of the frame before, bit for bit, although the platform
-                       ///< moved: its pose is a prediction
-  kFrameLate,          ///< live, the stage ahead was still busy when the next one came: dropped
-  kImageUnpaired,      ///< of one camera, without the other's of the same stamp: dropped
-  kObservationBroken,  ///< an MRPT observation without what a measurement needs: dropped
+  kFrameRepeatsImage,   ///< its images are those of the frame before, bit for bit, although the
+                        ///< platform moved: its pose is a prediction
+  kImageRepeated,       ///< so is one image of a frame: used, as if that one's lens were covered
+  kFrameLate,           ///< live, the stage ahead was still busy when the next one came: dropped
+  kImageUnpaired,       ///< of one camera, without the other's of the same stamp: dropped
+  kObservationBroken,   ///< an MRPT observation without what a measurement needs: dropped
 };
 
 /** Lower-case name as it stands in files, e.g. "imu_not_finite". */

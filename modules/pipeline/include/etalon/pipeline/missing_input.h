@@ -2,6 +2,7 @@
 
 #include <array>
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,7 @@ class MissingInput {
   /** A frame, as front end and pipeline know it. */
   struct Frame {
     TimeNs t = 0;
-    const TrackedFrame* tracked = nullptr;  ///< null: it repeats the one before
+    const TrackedFrame* tracked = nullptr;  ///< null: it repeats the one before, as if it were none
     bool imu = true;                        ///< the IMU reaches from the frame before to this one
     bool located = true;  ///< images say where the platform is, or the state says that they do not
     bool said = false;    ///< so it was when the frame came
@@ -58,14 +59,15 @@ class MissingInput {
 
   void watchCameras(const TrackedFrame& tracked, double step_s, Said* said);
   void watchImu(const Frame& frame, Said* said);
-  void watchImages(const Frame& frame, double step_s, Said* said);
+  void watchImages(const Frame& frame, Said* said);
   void watchPose(const Frame& frame, Said* said);
   /** Ends what is over by `t`, or everything. */
   void endLacks(TimeNs t, bool all, Said* said);
 
   double image_rate_hz_, longest_imu_step_s_;
-  TimeNs last_frame_ = 0, last_sample_ = 0;  ///< 0: none yet
-  std::array<Lack, 2> blind_;                ///< by camera
+  std::optional<TimeNs> last_frame_, last_image_,
+      last_sample_;            ///< image: of a frame with a new one
+  std::array<Lack, 2> blind_;  ///< by camera
   Lack gaps_, saturated_, no_imu_, images_, unlocated_;
   bool clock_jumped_ = false;   ///< since the last frame
   bool new_saturated_ = false;  ///< since the last frame

@@ -168,6 +168,8 @@ class Pipeline {
   ImuBias front_bias_;            ///< what the front end believes of the gyro
   bool front_in_flight_ = false;  ///< no window for a start is being collected
   std::optional<FrameEstimate> latest_;
+  double latest_lag_s_ = 0.0;  ///< by which the IMU was ahead of it when it was known
+  double no_image_s_;
   std::function<void(const FrameEstimate&)> on_frame_;
   std::function<void(const FrontFrame&)> on_tracks_;
   std::function<void(const ImuRateState&)> on_imu_state_;

@@ -43,7 +43,7 @@ enum class SummaryStatistic { kMean, kMedian, kP90 };
 /**
  * One error in the layout of the papers' tables: a row for each sequence and one over all windows,
  * the initializers beside each other without and with VI-BA, the best of each in bold. A further
- * column has the lower bound of RRE or b_g (imuBound()), or the tilt of the ground truth's world,
+ * column has the lower bound of RRE or b_g (truthCheck()), or the tilt of the ground truth's world,
  * where there is one.
  * @param summary summarize(record)
  */

@@ -36,11 +36,12 @@ struct Covered {
   void declare(ParameterSet& parameters);
 };
 
-/** The camera repeats the last pair of images that it delivered before, bit for bit. */
+/** A camera repeats the last image that it delivered before, bit for bit. */
 struct Frozen {
   static constexpr const char* kName = "frozen";
   static Keys needs() { return {}; }
   FaultInterval during;
+  Lens lens = Lens::kBoth;
   void declare(ParameterSet& parameters);
 };
 
