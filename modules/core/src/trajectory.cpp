@@ -83,10 +83,11 @@ void writeTum(const std::string& path, const Trajectory& trajectory, const std::
   for (const StampedPose& pose : trajectory) {
     const Eigen::Quaterniond q = Eigen::Quaterniond(pose.T_WB.R).normalized();
     const Eigen::Vector3d& p = pose.T_WB.t;
-    std::snprintf(row.data(), row.size(), "%lld.%09lld %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
-                  static_cast<long long>(pose.t / kNanosecondsPerSecond),
-                  static_cast<long long>(pose.t % kNanosecondsPerSecond), p.x(), p.y(), p.z(),
-                  q.x(), q.y(), q.z(), q.w());
+    const char* const sign = pose.t < 0 ? "-" : "";
+    std::snprintf(row.data(), row.size(), "%s%lld.%09lld %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n",
+                  sign, std::llabs(pose.t / kNanosecondsPerSecond),
+                  std::llabs(pose.t % kNanosecondsPerSecond), p.x(), p.y(), p.z(), q.x(), q.y(),
+                  q.z(), q.w());
     file.stream() << row.data();
   }
   if (!file.stream()) file.fail();
@@ -137,8 +138,14 @@ Trajectory readTum(const std::string& path) {
     StampedPose pose;
     words >> stamp >> p.x() >> p.y() >> p.z() >> q.x() >> q.y() >> q.z() >> q.w();
     std::string rest;
-    if (words.fail() || (words >> rest) || !parseSeconds(stamp, &pose.t))
-      throw DataError(path, number, "expected 8 numbers: t[s] x y z qx qy qz qw");
+    if (words.fail() || (words >> rest))
+      throw DataError(path, number,
+                      std::string("expected 8 numbers: t[s] x y z qx qy qz qw") +
+                          (line.find(',') == std::string::npos ? "" : ", with blanks, not commas"));
+    if (!parseSeconds(stamp, &pose.t))
+      throw DataError(path, number,
+                      "expected a stamp in seconds, from 0 to 9e9, found '" + printable(stamp) +
+                          "'" + (stamp.size() >= 18 ? "; is it in nanoseconds?" : ""));
     if (!p.allFinite() || std::abs(q.norm() - 1.0) > 1e-2)
       throw DataError(path, number, "expected a finite position and a unit quaternion");
     if (!trajectory.empty() && pose.t <= trajectory.back().t)

@@ -203,6 +203,22 @@ TEST_F(Tum, NamesTheBrokenLine) {
   expectError("1403636579763555584 1 2 3 0 0 0 1\n", 1);  // nanoseconds in place of seconds
 }
 
+TEST_F(Tum, SaysWhatIsWrongWithFilesOfOtherPrograms) {
+  const auto error = [this](const std::string& text) {
+    write(text);
+    try {
+      readTum(path());
+    } catch (const DataError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(error("1403636579763555584 1 2 3 0 0 0 1\n"),
+              HasSubstr("found '1403636579763555584'; is it in nanoseconds?"));
+  EXPECT_THAT(error("1.5,1,2,3,0,0,0,1\n"), HasSubstr("with blanks, not commas"));
+  EXPECT_THAT(error("1.5 1 2 3 0 0 0\n"), HasSubstr("8 numbers: t[s] x y z qx qy qz qw"));
+}
+
 TEST_F(Tum, SaysWhichFileCannotBeUsed) {
   for (const std::string& file :
        {(folder_ / "missing.tum").string(), folder_.string()}) {  // absent, a folder

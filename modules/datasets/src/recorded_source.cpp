@@ -9,10 +9,12 @@
 #include <tuple>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/ground_truth_file.h"
 #include "etalon/imu/imu_limits.h"
 #include "image_file.h"
 #include "missing_images.h"
+#include "stamped_rows.h"
 
 namespace etalon {
 
@@ -62,15 +64,37 @@ RecordedSource::RecordedSource(std::string name, std::string kind,
   if (recording_.image_stamps.empty())
     throw DataError(name_, 0,
                     "no stereo pair was found; expected left and right images with equal stamps");
-  if (recording_.imu.empty()) throw DataError(name_, 0, "expected IMU samples");
+  if (recording_.imu.size() < 2)
+    throw DataError(name_, 0, "expected IMU samples with stamps of their own");
   if (std::isnan(options_.from_s) || std::isnan(options_.to_s) || options_.to_s < options_.from_s)
     throw ConfigError("expected a range --from <= --to in seconds");
   if (!options_.ground_truth.empty())
     recording_.ground_truth = readGroundTruth(options_.ground_truth);
+  checkImuRate();
   for (const std::string& sentence : recording_.warnings) warn(sentence);
   selectRange();
   countUnpaired();
   countOutsideImu();
+}
+
+/** What counts as a gap depends on the rate. */
+void RecordedSource::checkImuRate() {
+  constexpr double kFaster = 1.5;
+  const Steps steps = stepsOf(recording_.imu);
+  if (steps.inBatches())
+    recording_.warnings.push_back(
+        name_ + format(": IMU samples come in batches, one every %.4g ms on average; are they "
+                       "stamped when they arrive? That costs accuracy",
+                       1e3 * steps.mean_s));
+  double& rate_hz = recording_.calibration.imu.rate_hz;
+  const double measured_hz = measuredRate(recording_.imu);
+  if (rate_hz <= kFaster * measured_hz) return;
+  recording_.warnings.push_back(
+      name_ +
+      format(": the calibration says that the IMU has %.4g Hz, its stamps say %.4g Hz, which "
+             "is used",
+             rate_hz, measured_hz));
+  rate_hz = measured_hz;
 }
 
 void RecordedSource::selectRange() {

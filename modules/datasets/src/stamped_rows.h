@@ -10,13 +10,45 @@
 
 namespace etalon {
 
-/** One over the median step of rows with stamps `t`, Hz; 0 of a single row. */
+/** Steps between the stamps `t` of rows, s; 0 of a single row. */
+struct Steps {
+  double median_s = 0.0, mean_s = 0.0;
+
+  /** Most are short, some long: so are stamps of the arrival in batches. */
+  bool inBatches() const { return median_s < 0.5 * mean_s; }
+};
+
+template <typename Row>
+Steps stepsOf(const std::vector<Row>& rows) {
+  if (rows.size() < 2) return {};
+  std::vector<double> steps_s;
+  for (size_t i = 1; i < rows.size(); ++i)
+    steps_s.push_back(secondsBetween(rows[i - 1].t, rows[i].t));
+  const double mean_s = secondsBetween(rows.front().t, rows.back().t) / steps_s.size();
+  return {median(std::move(steps_s)), mean_s};
+}
+
+/** One over the median step, in batches over the mean one, Hz; 0 of a single row. */
 template <typename Row>
 double measuredRate(const std::vector<Row>& rows) {
-  std::vector<double> steps_ns;
-  for (size_t i = 1; i < rows.size(); ++i)
-    steps_ns.push_back(static_cast<double>(rows[i].t - rows[i - 1].t));
-  return steps_ns.empty() ? 0.0 : 1.0 / (median(std::move(steps_ns)) * 1e-9);
+  const Steps steps = stepsOf(rows);
+  const double step_s = steps.inBatches() ? steps.mean_s : steps.median_s;
+  return step_s > 0.0 ? 1.0 / step_s : 0.0;
+}
+
+/** Adds `shift` to the stamps of rows; those whose stamp becomes an impossible one are left out, with
+ * a warning. */
+template <typename Row>
+void shiftStamps(TimeNs shift, const std::string& name, std::vector<Row>* rows,
+                 std::vector<std::string>* warnings) {
+  const size_t before = rows->size();
+  for (Row& row : *rows) row.t += shift;
+  rows->erase(
+      std::remove_if(rows->begin(), rows->end(), [](const Row& row) { return !isStamp(row.t); }),
+      rows->end());
+  if (rows->size() != before)
+    warnings->push_back(name + ": " + std::to_string(before - rows->size()) +
+                        " images are left out: timeshift_cam_imu gives them a stamp before 0");
 }
 
 /** The stamps `t` of rows. */

@@ -45,9 +45,23 @@ std::string describeOffset(const StereoPairs& pairs) {
       1e3 * pairs.offset_s, 1e3 * pairs.spread_s);
 }
 
-std::string adviseTolerance(const std::vector<TimeNs>& left, const std::vector<TimeNs>& right) {
+std::string adviseOnAlone(const StereoPairs& found, const std::vector<TimeNs>& left,
+                          const std::vector<TimeNs>& right) {
+  const size_t alone = found.alone_left.size();
+  if (20 * alone <= left.size() || left.size() < 2) return "";
+  std::vector<double> steps;
+  for (size_t i = 1; i < left.size(); ++i) steps.push_back(secondsBetween(left[i - 1], left[i]));
+  const double within_s = 0.5 * median(std::move(steps));
+  if (2 * (pairByStamps(left, right, within_s).pairs.size() - found.pairs.size()) <= alone)
+    return "";
+  return format("%zu of %zu left images have no right one of the same stamp", alone, left.size()) +
+         adviseTolerance(left, right, within_s);
+}
+
+std::string adviseTolerance(const std::vector<TimeNs>& left, const std::vector<TimeNs>& right,
+                            double within_s) {
   if (left.empty() || right.empty()) return "";
-  const StereoPairs nearest = pairByStamps(left, right, 10.0);
+  const StereoPairs nearest = pairByStamps(left, right, within_s);
   if (nearest.pairs.empty()) return "; the cameras do not overlap in time";
   double needed_s = 0.0;
   for (const auto& [l, r] : nearest.pairs)

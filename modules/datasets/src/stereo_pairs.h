@@ -31,7 +31,14 @@ std::string describeOffset(const StereoPairs& pairs);
 /**
  * What to do where no stamps are equal, as the end of a message: by how much the nearest ones
  * differ, and the tolerance that would pair them. Empty if there is nothing to pair.
+ * @param within_s of each other, at most
  */
-std::string adviseTolerance(const std::vector<TimeNs>& left, const std::vector<TimeNs>& right);
+std::string adviseTolerance(const std::vector<TimeNs>& left, const std::vector<TimeNs>& right,
+                            double within_s = 10.0);
+
+/** The same, as a sentence, where more than a twentieth of the left images have no counterpart and
+ * most of these have one within half a step of the images. Else empty. */
+std::string adviseOnAlone(const StereoPairs& found, const std::vector<TimeNs>& left,
+                          const std::vector<TimeNs>& right);
 
 }  // namespace etalon

@@ -40,6 +40,27 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
   EXPECT_TRUE(source->statistics().warnings.empty());
 }
 
+TEST_F(EurocSource, AnImuThatIsSlowerThanItsCalibrationSaysHasTheRateOfItsStamps) {
+  replaceInFile(mav0("imu0/sensor.yaml"), "rate_hz: 200\n", "rate_hz: 1000\n");
+  const auto source = open();
+  EXPECT_NEAR(source->calibration().imu.rate_hz, 200, 1e-3);
+  EXPECT_THAT(source->statistics().warnings,
+              ElementsAre(AllOf(HasSubstr("the IMU has 1000 Hz"), HasSubstr("200 Hz, which"))));
+}
+
+TEST_F(EurocSource, AnImuStampedInBatchesIsTold) {
+  std::string rows = "#timestamp [ns],w,w,w,a,a,a\n";
+  for (int k = 0; k < 100; ++k)  // five every 25 ms
+    rows += std::to_string(kFirstStamp + k / 5 * 25'000'000 + k % 5 * 100'000) +
+            ",0.1,0.2,0.3,0,0,9.8\n";
+  writeText(mav0("imu0/data.csv"), rows);
+  replaceInFile(mav0("imu0/sensor.yaml"), "rate_hz: 200\n", "");
+  const auto source = open();
+  EXPECT_NEAR(source->calibration().imu.rate_hz, 200, 15);
+  EXPECT_THAT(source->statistics().warnings,
+              ::testing::Contains(HasSubstr("IMU samples come in batches, one every 4.8")));
+}
+
 TEST_F(EurocSource, OpensMav0Itself) {
   EXPECT_EQ(openRecording(mav0("").string())->imageStamps().size(), kFrames);
 }

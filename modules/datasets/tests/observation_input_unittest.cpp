@@ -17,9 +17,11 @@
 namespace etalon {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using Kind = UnusableObservation::Kind;
-using Measurement = std::variant<SensorEvent, UnusableObservation>;
+using Measurements = std::vector<ObservationInput::Measurement>;
 
 constexpr TimeNs kStep = 50'000'000;
 
@@ -32,13 +34,35 @@ mrpt::obs::CObservationImage imageOf(const std::string& label, TimeNs t, int gra
   return image;
 }
 
-const StereoFrame* frameOf(const Measurement& measurement) {
-  const auto* event = std::get_if<SensorEvent>(&measurement);
+/** The only measurement, if it is a frame. */
+const StereoFrame* frameOf(const Measurements& measurements) {
+  if (measurements.size() != 1) return nullptr;
+  const auto* event = std::get_if<SensorEvent>(&measurements[0]);
   return event ? std::get_if<StereoFrame>(event) : nullptr;
 }
 
-Kind kindOf(const Measurement& measurement) {
-  return std::get<UnusableObservation>(measurement).kind;
+/** The only measurement, which is none. */
+UnusableObservation unusable(const Measurements& measurements) {
+  EXPECT_EQ(measurements.size(), 1U);
+  return std::get<UnusableObservation>(measurements.at(0));
+}
+
+Kind kindOf(const Measurements& measurements) { return unusable(measurements).kind; }
+
+/** "pair 3", "left 3", "right 3", "unpaired 3": the stamp in steps. */
+std::vector<std::string> words(const Measurements& measurements) {
+  std::vector<std::string> all;
+  for (const auto& measurement : measurements) {
+    const auto* event = std::get_if<SensorEvent>(&measurement);
+    const StereoFrame* frame = event ? std::get_if<StereoFrame>(event) : nullptr;
+    const TimeNs t = frame ? frame->t : std::get<UnusableObservation>(measurement).t;
+    const char* const what = !frame                 ? "unpaired "
+                             : frame->left.empty()  ? "right "
+                             : frame->right.empty() ? "left "
+                                                    : "pair ";
+    all.push_back(what + std::to_string(t / kStep));
+  }
+  return all;
 }
 
 int grayOf(const cv::Mat& image) { return image.at<uchar>(3, 3); }
@@ -47,8 +71,8 @@ TEST(ObservationInput, TwoImagesOfOneStampAreAPairWhicheverComesFirst) {
   for (const bool left_first : {true, false}) {
     ObservationInput input;
     const auto left = imageOf("cam0", kStep, 10), right = imageOf("cam1", kStep, 20);
-    EXPECT_EQ(kindOf(input.convert(left_first ? left : right)), Kind::kWaiting);
-    const Measurement pair = input.convert(left_first ? right : left);
+    EXPECT_THAT(input.convert(left_first ? left : right), IsEmpty());
+    const Measurements pair = input.convert(left_first ? right : left);
     const StereoFrame* frame = frameOf(pair);
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->t, kStep);
@@ -63,46 +87,72 @@ TEST(ObservationInput, ADriverMayUseItsImageAgainWhileThePartnerIsAwaited) {
   cv::Mat buffer(6, 8, CV_8UC1, cv::Scalar(10));
   mrpt::obs::CObservationImage image = imageOf("cam0", kStep, 0);
   image.image = mrpt::img::CImage(buffer, mrpt::img::SHALLOW_COPY);
-  EXPECT_EQ(kindOf(input.convert(image)), Kind::kWaiting);
+  EXPECT_THAT(input.convert(image), IsEmpty());
   buffer.setTo(99);
-  const Measurement pair = input.convert(imageOf("cam1", kStep, 20));
+  const Measurements pair = input.convert(imageOf("cam1", kStep, 20));
   ASSERT_TRUE(frameOf(pair));
   EXPECT_EQ(grayOf(frameOf(pair)->left), 10);
 }
 
 TEST(ObservationInput, AnImageWhosePartnerNeverComesIsToldWithItsStamp) {
   ObservationInput input;
-  input.convert(imageOf("cam0", kStep, 1));
-  // The same camera again, then the other one of the later stamp.
-  const Measurement second = input.convert(imageOf("cam0", 2 * kStep, 2));
-  EXPECT_EQ(kindOf(second), Kind::kUnpaired);
-  EXPECT_EQ(std::get<UnusableObservation>(second).t, kStep);
-  ASSERT_TRUE(frameOf(input.convert(imageOf("cam1", 2 * kStep, 3))));
-  // After a pair nothing waits.
-  EXPECT_EQ(kindOf(input.convert(imageOf("cam1", 3 * kStep, 4))), Kind::kWaiting);
-  const Measurement other = input.convert(imageOf("cam0", 4 * kStep, 5));
-  EXPECT_EQ(kindOf(other), Kind::kUnpaired);
-  EXPECT_EQ(std::get<UnusableObservation>(other).t, 3 * kStep);
+  const auto give = [&input](const char* camera, int k) {
+    return words(input.convert(imageOf(camera, k * kStep, k)));
+  };
+  EXPECT_THAT(give("cam0", 1), IsEmpty());
+  EXPECT_THAT(give("cam0", 2), IsEmpty());
+  EXPECT_THAT(give("cam1", 2), ElementsAre("unpaired 1", "pair 2"));
+  EXPECT_THAT(give("cam1", 1), ElementsAre("unpaired 1"));  // too late
+  // Cameras that never show the same instant.
+  std::vector<std::string> all;
+  for (int k = 3; k < 40; ++k)
+    for (const std::string& word : give(k % 2 == 0 ? "cam0" : "cam1", k)) all.push_back(word);
+  ASSERT_EQ(all.size(), 37U - 2U * ObservationInput::kMostWaiting);
+  EXPECT_EQ(all.front(), "unpaired 3");
+}
+
+TEST(ObservationInput, ACameraMayLagOrComeInBursts) {
+  ObservationInput lag, bursts;
+  std::vector<std::string> lagging, bursting;
+  const auto give = [](ObservationInput* input, const char* camera, int k,
+                       std::vector<std::string>* all) {
+    for (const std::string& word : words(input->convert(imageOf(camera, k * kStep, k))))
+      all->push_back(word);
+  };
+  for (int k = 1; k <= 20; ++k) {
+    give(&lag, "cam0", k, &lagging);
+    if (k > 1) give(&lag, "cam1", k - 1, &lagging);
+    if (k % 4 != 0) continue;
+    for (const char* camera : {"cam1", "cam0"})
+      for (int i = k - 3; i <= k; ++i) give(&bursts, camera, i, &bursting);
+  }
+  ASSERT_EQ(lagging.size(), 19U);
+  ASSERT_EQ(bursting.size(), 20U);
+  for (int k = 1; k <= 20; ++k) {
+    if (k < 20) EXPECT_EQ(lagging[k - 1], "pair " + std::to_string(k));
+    EXPECT_EQ(bursting[k - 1], "pair " + std::to_string(k));
+  }
 }
 
 TEST(ObservationInput, WhereOneCameraIsSilentTheOtherGoesOnAlone) {
   ObservationInput input;
-  input.convert(imageOf("cam1", kStep, 1));
-  for (int k = 2; k <= 5; ++k)
-    EXPECT_EQ(kindOf(input.convert(imageOf("cam1", k * kStep, k))), Kind::kUnpaired);
-  for (int k = 6; k <= 8; ++k) {
-    const Measurement alone = input.convert(imageOf("cam1", k * kStep, k));
-    ASSERT_TRUE(frameOf(alone));
-    EXPECT_EQ(frameOf(alone)->t, (k - 1) * kStep);
-    EXPECT_TRUE(frameOf(alone)->left.empty());
-    EXPECT_EQ(grayOf(frameOf(alone)->right), k - 1);
-  }
+  const auto give = [&input](const char* camera, int k) {
+    return words(input.convert(imageOf(camera, k * kStep, k)));
+  };
+  EXPECT_THAT(give("cam0", 1), IsEmpty());
+  for (int k = 2; k <= 6; ++k) EXPECT_THAT(give("cam1", k), IsEmpty());
+  EXPECT_THAT(give("cam1", 7),
+              ElementsAre("right 2", "right 3", "right 4", "right 5", "right 6", "unpaired 1"));
+  const Measurements alone = input.convert(imageOf("cam1", 8 * kStep, 8));
+  ASSERT_TRUE(frameOf(alone));
+  EXPECT_TRUE(frameOf(alone)->left.empty());
+  EXPECT_EQ(grayOf(frameOf(alone)->right), 7);
   // The other one is back.
-  const Measurement pair = input.convert(imageOf("cam0", 8 * kStep, 9));
+  const Measurements pair = input.convert(imageOf("cam0", 8 * kStep, 9));
   ASSERT_TRUE(frameOf(pair));
   EXPECT_EQ(grayOf(frameOf(pair)->left), 9);
-  input.convert(imageOf("cam1", 9 * kStep, 1));
-  EXPECT_EQ(kindOf(input.convert(imageOf("cam1", 10 * kStep, 1))), Kind::kUnpaired);
+  EXPECT_THAT(give("cam1", 9), IsEmpty());
+  EXPECT_THAT(give("cam1", 10), IsEmpty());
 }
 
 TEST(ObservationInput, OneCameraTwiceIsNoPair) {
@@ -114,8 +164,8 @@ TEST(ObservationInput, OneCameraTwiceIsNoPair) {
 TEST(ObservationInput, CamerasAreToldApartByTheirLabels) {
   ObservationInput input("port", "starboard");
   EXPECT_EQ(kindOf(input.convert(imageOf("cam0", kStep, 1))), Kind::kOther);
-  EXPECT_EQ(kindOf(input.convert(imageOf("starboard", kStep, 7))), Kind::kWaiting);
-  const Measurement pair = input.convert(imageOf("port", kStep, 9));
+  EXPECT_THAT(input.convert(imageOf("starboard", kStep, 7)), IsEmpty());
+  const Measurements pair = input.convert(imageOf("port", kStep, 9));
   ASSERT_TRUE(frameOf(pair));
   EXPECT_EQ(grayOf(frameOf(pair)->left), 9);
 }
@@ -125,15 +175,15 @@ TEST(ObservationInput, WhatIsBrokenSaysWhyAndWhatIsForeignDoesNot) {
   mrpt::obs::CObservationIMU imu;
   imu.timestamp = toMrptTime(kStep);
   imu.set(mrpt::obs::IMU_WX, 0.1);
-  const Measurement rates = input.convert(imu);
+  const Measurements rates = input.convert(imu);
   EXPECT_EQ(kindOf(rates), Kind::kBroken);
-  EXPECT_EQ(std::get<UnusableObservation>(rates).t, kStep);
-  EXPECT_THAT(std::get<UnusableObservation>(rates).reason, HasSubstr("three rates"));
+  EXPECT_EQ(unusable(rates).t, kStep);
+  EXPECT_THAT(unusable(rates).reason, HasSubstr("three rates"));
   mrpt::obs::CObservationImage empty;
   empty.sensorLabel = "cam1";
-  const Measurement image = input.convert(empty);
+  const Measurements image = input.convert(empty);
   EXPECT_EQ(kindOf(image), Kind::kBroken);
-  EXPECT_THAT(std::get<UnusableObservation>(image).reason,
+  EXPECT_THAT(unusable(image).reason,
               HasSubstr("image observation 'cam1': expected images, found an empty one"));
   mrpt::obs::CObservationStereoImages one_eyed;
   one_eyed.hasImageRight = false;
@@ -146,16 +196,16 @@ TEST(ObservationInput, ABrokenImageDoesNotWaitForItsPartner) {
   auto broken = imageOf("cam0", kStep, 1);
   broken.image = mrpt::img::CImage();
   EXPECT_EQ(kindOf(input.convert(broken)), Kind::kBroken);
-  EXPECT_EQ(kindOf(input.convert(imageOf("cam1", kStep, 2))), Kind::kWaiting);
+  EXPECT_THAT(input.convert(imageOf("cam1", kStep, 2)), IsEmpty());
 }
 
 TEST(ObservationInput, ExternalImagesWithRelativePathsLieInTheBaseFolder) {
   ObservationInput input("cam0", "cam1", "/no/such/folder");
   auto image = imageOf("cam0", kStep, 1);
   image.image.setExternalStorage("left.png");
-  const Measurement missing = input.convert(image);
+  const Measurements missing = input.convert(image);
   EXPECT_EQ(kindOf(missing), Kind::kBroken);
-  EXPECT_THAT(std::get<UnusableObservation>(missing).reason, HasSubstr("/no/such/folder/left.png"));
+  EXPECT_THAT(unusable(missing).reason, HasSubstr("/no/such/folder/left.png"));
 }
 
 TEST(ObservationInput, WithoutABaseFolderExternalImagesLieWhereMrptLooksForThem) {
@@ -163,16 +213,16 @@ TEST(ObservationInput, WithoutABaseFolderExternalImagesLieWhereMrptLooksForThem)
   mrpt::img::CImage::setImagesPathBase("/no/such/base");
   auto image = imageOf("cam0", kStep, 1);
   image.image.setExternalStorage("left.png");
-  const Measurement missing = ObservationInput().convert(image);
+  const Measurements missing = ObservationInput().convert(image);
   mrpt::img::CImage::setImagesPathBase(before);
-  EXPECT_THAT(std::get<UnusableObservation>(missing).reason, HasSubstr("/no/such/base/left.png"));
+  EXPECT_THAT(unusable(missing).reason, HasSubstr("/no/such/base/left.png"));
 }
 
 TEST(ObservationInput, SamplesPassAsTheyAre) {
   ObservationInput input;
   ImuSample sample{1403636584763555500, {0.1, -0.2, 0.3}, {9.7, 0.2, -3.5}};
-  const Measurement measurement = input.convert(toObservation(sample));
-  const auto& back = std::get<ImuSample>(std::get<SensorEvent>(measurement));
+  const Measurements measurement = input.convert(toObservation(sample));
+  const auto& back = std::get<ImuSample>(std::get<SensorEvent>(measurement.at(0)));
   EXPECT_EQ(back.t, sample.t);
   EXPECT_EQ(back.gyro, sample.gyro);
   EXPECT_EQ(back.accel, sample.accel);

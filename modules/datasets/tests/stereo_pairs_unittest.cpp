@@ -8,6 +8,7 @@
 namespace etalon::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -55,6 +56,23 @@ TEST(StereoPairs, TheAdvisedToleranceIsEnough) {
   const std::vector<TimeNs> right = {3 * kMs + 123'456, 52 * kMs, 104 * kMs + 1};
   EXPECT_THAT(adviseTolerance(left, right), HasSubstr("--pair-tolerance 4.001 (ms) would pair 3"));
   EXPECT_EQ(pairByStamps(left, right, 4.001e-3).pairs.size(), 3u);
+}
+
+TEST(StereoPairs, WhereManyAreAloneTheToleranceIsAdvisedThatPairsThem) {
+  std::vector<TimeNs> left, right;
+  for (TimeNs k = 0; k < 40; ++k) {
+    left.push_back(50 * kMs * k);
+    right.push_back(left.back() + (k % 4 == 0 ? 0 : 238));  // through a double and back
+  }
+  EXPECT_THAT(adviseOnAlone(pairByStamps(left, right, 0.0), left, right),
+              AllOf(HasSubstr("30 of 40 left images have no right one of the same stamp"),
+                    HasSubstr("--pair-tolerance 0.001 (ms) would pair 40")));
+  // Nothing is near those that are really missing.
+  std::vector<TimeNs> lost;
+  for (size_t k = 0; k < right.size(); k += 4) lost.push_back(right[k]);
+  EXPECT_EQ(adviseOnAlone(pairByStamps(left, lost, 0.0), left, lost), "");
+  right.resize(1);
+  EXPECT_EQ(adviseOnAlone(pairByStamps(left, left, 0.0), left, left), "");
 }
 
 /** A EuRoC folder whose right images are 3 ms late. */

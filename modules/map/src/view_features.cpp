@@ -15,7 +15,8 @@ constexpr double kFeaturePx = 2.0;   // standard deviation of a feature's pixel
 constexpr double kEpipolarPx = 3.0;  // of a stereo match
 constexpr double kInlierPx = 6.0;    // of RANSAC
 constexpr size_t kMinInliers = 15;
-constexpr double kNearest = 0.3, kFarthest = 40.0;  // m
+constexpr double kNearest = 3.0;   // baselines
+constexpr double kDistance = 1.6;  // standard deviation of a distance, as a share of it
 
 Eigen::Vector2d pixelOf(const cv::KeyPoint& keypoint) { return {keypoint.pt.x, keypoint.pt.y}; }
 
@@ -63,12 +64,13 @@ ViewFeatures triangulateFeatures(const StereoInertialCalibration& calibration,
       continue;
     const Eigen::Vector3d a = f1.cross(T_C1C0.t), b = f1.cross(f0);
     const double inverse_depth = -a.dot(b) / a.squaredNorm();
-    if (!(inverse_depth > 1.0 / kFarthest && inverse_depth < 1.0 / kNearest)) continue;
-    const double sigma = kFeaturePx / focal;  // rad
+    const double baseline = calibration.baseline(), sigma = kFeaturePx / focal;  // rad
+    if (!(inverse_depth * baseline * kDistance > sigma &&
+          inverse_depth * baseline * kNearest < 1.0))
+      continue;
     const Eigen::Vector3d p_B = c0.T_BC * (*ray / inverse_depth);
     view.landmarks.push_back(seenLandmark(c0.T_BC, match.queryIdx, pixel, p_B,
-                                          sigma * (p_B - c0.T_BC.t).norm() / calibration.baseline(),
-                                          sigma));
+                                          sigma * (p_B - c0.T_BC.t).norm() / baseline, sigma));
     view.descriptors.push_back(left.descriptors.row(match.queryIdx));
   }
   return view;

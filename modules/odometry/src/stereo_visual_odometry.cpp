@@ -1,19 +1,23 @@
 #include "etalon/odometry/stereo_visual_odometry.h"
 
 #include "etalon/imu/preintegration.h"
+#include "fixed_lag/bridged_imu.h"
 
 namespace etalon {
 
 StereoVisualOdometry::StereoVisualOdometry(const StereoInertialCalibration& calibration,
                                            const StereoOdometryOptions& options,
                                            const KeyframeSelectorOptions& keyframes)
-    : odometry_(calibration, options), keyframe_options_(keyframes), selector_(keyframes) {}
+    : odometry_(calibration, options),
+      imu_rate_hz_(calibration.imu.rate_hz),
+      keyframe_options_(keyframes),
+      selector_(keyframes) {}
 
 OdometryOutput StereoVisualOdometry::start(const OdometryStart& start, const TrackedFrame& frame) {
   selector_ = KeyframeSelector(keyframe_options_);
   bias_ = start.state.bias;
   turned_.setIdentity();
-  located_at_ = frame.t;
+  last_frame_ = located_at_ = frame.t;
   odometry_.begin(frame, start.state.T_WB, start.state.v_WB, start.landmarks);
   OdometryOutput out;
   out.t = frame.t;
@@ -30,7 +34,8 @@ OdometryOutput StereoVisualOdometry::process(const TrackedFrame& frame,
   out.t = frame.t;
   out.inertial = false;
   out.observations = frame.observations.size();
-  out.imu_missing = imu.empty();
+  out.imu_missing = !isComplete(imu, last_frame_, frame.t, imu_rate_hz_);
+  last_frame_ = frame.t;
   if (!imu.empty())  // whatever the noise
     turned_ = turned_ * Preintegration(imu, bias_, ImuNoiseDensities()).deltas().dR;
   if (frame.observations.empty()) {

@@ -89,6 +89,13 @@ TEST_F(StereoVisual, WithoutObservationsTheGyroTurnsAndTheVelocityMovesThePose) 
   again.t = flight().frames[31].t;
   const OdometryOutput out = odometry_.process(again, {});
   EXPECT_TRUE(out.imu_missing);
+  // So is a gap within the interval.
+  TrackedFrame next = flight().frames[20];
+  next.t = flight().frames[32].t;
+  std::vector<ImuSample> gap = flight().between(31, 32);
+  EXPECT_FALSE(gap.empty());
+  gap.erase(gap.begin() + 1, gap.end() - 1);
+  EXPECT_TRUE(odometry_.process(next, gap).imu_missing);
   EXPECT_EQ(out.unlocated_s, 0.0);
   EXPECT_LT((out.state.T_WB.t - flight().truth[20].T_WB.t).norm(), 1e-3);
 }

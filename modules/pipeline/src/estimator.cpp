@@ -12,6 +12,9 @@ namespace etalon {
 
 namespace {
 
+/** In the dark without IMU for this long, the velocity is known no better than after a loss, s. */
+constexpr double kMostBridgedS = 0.15;
+
 /** Standard deviations of the biases across a loss, in those that the odometry had. */
 constexpr double kBiasCaution = 2.0;
 
@@ -90,9 +93,9 @@ bool Estimator::add(const FrontFrame& frame) {
   if (state_ == PipelineState::kLost)
     estimates_.back().pose_covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
   clock_.frameDone();
-  const bool located = state_ != PipelineState::kVisual || not_located == frames_not_located_;
-  remark(frame.t,
-         missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located, said}));
+  const bool located = not_located == frames_not_located_;
+  remark(frame.t, missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located,
+                                  located || state_ != PipelineState::kVisual, said}));
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (frame.tracked && isCollecting()) {
@@ -220,7 +223,7 @@ void Estimator::judge(const OdometryOutput& output, const std::optional<TrackedF
   const bool brief = !tracked && output.unlocated_s <= no_image_s_;
   if (output.unlocated_s == 0.0 || (brief && state_ == PipelineState::kInertial)) {
     enter(PipelineState::kInertial, output.t, "images locate the platform again");
-  } else if (output.imu_missing) {
+  } else if (output.imu_missing && (clock_.hasJumped() || output.bridged_s > kMostBridgedS)) {
     lose(output, "neither images nor the IMU tell where the platform is");
   } else if (output.unlocated_s > options_.max_dead_reckoning_s) {
     char text[120];

@@ -83,7 +83,9 @@ void MissingInput::watchCameras(const TrackedFrame& tracked, double step_s, Said
 
 void MissingInput::watchImu(const Frame& frame, Said* said) {
   if (new_gap_s_ > 0.0 && !gaps_.on) {
-    said->push_back(text("no IMU sample for %.2f s: images bridge the gap", new_gap_s_));
+    said->push_back(text(frame.located ? "no IMU sample for %.2f s: images bridge the gap"
+                                       : "no IMU sample for %.2f s, and no image bridges the gap",
+                         new_gap_s_));
     gaps_.on = true;
   }
   new_gap_s_ = 0.0;
@@ -100,7 +102,7 @@ void MissingInput::watchImu(const Frame& frame, Said* said) {
 }
 
 void MissingInput::watchPose(const Frame& frame, Said* said) {
-  if (frame.located) return;
+  if (frame.known) return;
   if (!unlocated_.on) said->push_back("no image locates the platform: the pose is a guess");
   unlocated_.on = true;
   unlocated_.last = frame.t;

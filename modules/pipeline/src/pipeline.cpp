@@ -26,20 +26,21 @@ void Pipeline::process(const mrpt::obs::CObservation& observation) {
   throwFailure();
   const std::lock_guard<std::mutex> lock(border_mutex_);
   if (finished_) return;
-  auto measurement = observation_input_.convert(observation);
-  if (const auto* unusable = std::get_if<UnusableObservation>(&measurement)) {
-    if (unusable->kind == UnusableObservation::Kind::kBroken)
-      border_.count(InputFault::kObservationBroken, unusable->t);
-    else if (unusable->kind == UnusableObservation::Kind::kUnpaired)
-      border_.count(InputFault::kImageUnpaired, unusable->t);
-    return;
+  for (ObservationInput::Measurement& measurement : observation_input_.convert(observation)) {
+    if (const auto* unusable = std::get_if<UnusableObservation>(&measurement)) {
+      if (unusable->kind == UnusableObservation::Kind::kBroken)
+        border_.count(InputFault::kObservationBroken, unusable->t);
+      else if (unusable->kind == UnusableObservation::Kind::kUnpaired)
+        border_.count(InputFault::kImageUnpaired, unusable->t);
+      continue;
+    }
+    SensorEvent& event = std::get<SensorEvent>(measurement);
+    if (const auto* sample = std::get_if<ImuSample>(&event))
+      border_.add(*sample);
+    else
+      admit(std::move(std::get<StereoFrame>(event)));
+    processAdmitted();
   }
-  SensorEvent& event = std::get<SensorEvent>(measurement);
-  if (const auto* sample = std::get_if<ImuSample>(&event))
-    border_.add(*sample);
-  else
-    admit(std::move(std::get<StereoFrame>(event)));
-  processAdmitted();
 }
 
 void Pipeline::add(const ImuSample& sample) {

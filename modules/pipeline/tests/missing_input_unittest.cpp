@@ -156,7 +156,7 @@ TEST(MissingInput, ImagesThatAreMissingAreSaidOnce) {
 
 TEST(MissingInput, BeforeTheStartAPoseThatIsAGuessIsSaid) {
   EXPECT_THAT(fly([](int k, TrackedFrame*, MissingInput::Frame* frame) {
-                frame->located = k < 100 || k >= 110;
+                frame->located = frame->known = k < 100 || k >= 110;
                 return true;
               }),
               ElementsAre("no image locates the platform: the pose is a guess",

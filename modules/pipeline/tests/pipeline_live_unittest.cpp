@@ -86,18 +86,23 @@ TEST_F(PipelineLive, WhatIsBrokenIsCountedAndWhatIsUnknownIgnored) {
   image.sensorLabel = "cam0";
   pipeline.process(image);  // empty
   image.image = mrpt::img::CImage(cv::Mat(480, 752, CV_8UC1, cv::Scalar(7)), mrpt::img::DEEP_COPY);
-  for (int k = 0; k < 3; ++k) {  // the right camera is missing
+  for (int k = 0; k < 3; ++k) {
     image.timestamp = toMrptTime(flight().frames[k].t);
     pipeline.process(image);
   }
+  // The right camera has the last one alone, and of another size.
+  image.sensorLabel = "cam1";
+  image.image = mrpt::img::CImage(cv::Mat(48, 64, CV_8UC1, cv::Scalar(7)), mrpt::img::DEEP_COPY);
+  pipeline.process(image);
   image.sensorLabel = "thermal";
   pipeline.process(image);
   pipeline.process(mrpt::obs::CObservationComment());
   pipeline.finish();
   const InputFaultCounts faults = pipeline.inputFaults();
-  EXPECT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults.size(), 3U);
   EXPECT_EQ(faults.at(InputFault::kObservationBroken).count, 2);
   EXPECT_EQ(faults.at(InputFault::kImageUnpaired).count, 2);
+  EXPECT_EQ(faults.at(InputFault::kFrameUnusable).count, 1);
   EXPECT_TRUE(pipeline.trajectory().empty());
 }
 

@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
+#include <utility>
 
 #include "etalon/pipeline/pipeline.h"
 #include "scripted_flight.h"
@@ -248,8 +251,10 @@ TEST_F(PipelineStates, LostItStartsAgainInTheSameWorld) {
 }
 
 /** The flight in the order of its stamps without the samples between `first` and `last`, which is
- * longer than anything is integrated across, and with the lenses covered in one frame. */
-std::unique_ptr<Pipeline> flownWithoutImu(TimeNs first, TimeNs last, size_t covered) {
+ * longer than anything is integrated across, and with the lenses covered in frames [first, last) of
+ * `covered`. */
+std::unique_ptr<Pipeline> flownWithoutImu(TimeNs first, TimeNs last,
+                                          std::pair<size_t, size_t> covered) {
   const Flight& flight = Flight::instance();
   PipelineOptions options;
   options.keyframes = kStateWindow;
@@ -265,7 +270,7 @@ std::unique_ptr<Pipeline> flownWithoutImu(TimeNs first, TimeNs last, size_t cove
     StereoFrame frame = flight.frames[k];
     for (; sample != flight.imu.end() && sample->t <= frame.t; ++sample)
       if (sample->t <= first || sample->t >= last) pipeline->add(*sample);
-    if (k == covered) {
+    if (k >= covered.first && k < covered.second) {
       frame.left = cv::Mat(frame.left.size(), CV_8UC1, cv::Scalar(1.0));
       frame.right = cv::Mat(frame.right.size(), CV_8UC1, cv::Scalar(1.0));
     }
@@ -293,9 +298,23 @@ const PipelineEvent* lossOf(const Pipeline& pipeline) {
   return nullptr;
 }
 
+TEST_F(PipelineStates, AShortGapOfTheImuInTheDarkIsBridged) {
+  const TimeNs from = flight().frames[3].t;
+  const auto flown = flownWithoutImu(from, from + durationNs(0.06), {4, 5});
+  EXPECT_EQ(lossOf(*flown), nullptr);
+  const auto dark = std::find_if(
+      flown->events().begin(), flown->events().end(),
+      [](const PipelineEvent& event) { return event.state == PipelineState::kDeadReckoning; });
+  ASSERT_NE(dark, flown->events().end());
+  EXPECT_EQ(flown->state(), PipelineState::kInertial);
+  EXPECT_LT(positionError(flown->estimates().back()), 0.1);
+  EXPECT_THAT(std::next(dark)->reason, HasSubstr("and no image bridges the gap"));
+}
+
 TEST_F(PipelineStates, WithoutImagesAndImuItIsLostAndMayHaveTurned) {
   // Lost in frame 4; frame 5 is not located either, and no gyro says how it turned until then.
-  const auto flown = flownWithoutImu(flight().frames[3].t, flight().frames[5].t - 5'000'000, 4);
+  const auto flown =
+      flownWithoutImu(flight().frames[2].t, flight().frames[5].t - 5'000'000, {3, 5});
   const PipelineEvent* loss = lossOf(*flown);
   ASSERT_NE(loss, nullptr);
   EXPECT_EQ(loss->t, flight().frames[4].t);
@@ -309,13 +328,14 @@ TEST_F(PipelineStates, WithoutImagesAndImuItIsLostAndMayHaveTurned) {
     sigma = now;
   }
   EXPECT_GT(sigma, 0.01);
-  // 0.5 rad/s for the 0.1 s before the loss and the 0.195 s of the jump after it.
-  EXPECT_NEAR(sigmaYawOfJump(*flown), 0.5 * std::hypot(0.1, 0.195), 1e-3);
+  // 0.5 rad/s for twice the 0.1 s of a frame before the loss and the 0.295 s of the jump after it.
+  EXPECT_NEAR(sigmaYawOfJump(*flown), 0.5 * std::hypot(0.1, 0.1, 0.295), 1e-3);
 }
 
 TEST_F(PipelineStates, LostInAJumpOfTheClockItMayHaveTurnedForAsLong) {
   // Frame 4 is located without IMU; frame 5, the first one after the jump, is not.
-  const auto flown = flownWithoutImu(flight().frames[3].t, flight().frames[5].t - 5'000'000, 5);
+  const auto flown =
+      flownWithoutImu(flight().frames[3].t, flight().frames[5].t - 5'000'000, {5, 6});
   const PipelineEvent* loss = lossOf(*flown);
   ASSERT_NE(loss, nullptr);
   EXPECT_EQ(loss->t, flight().frames[5].t);

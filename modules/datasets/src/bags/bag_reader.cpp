@@ -92,8 +92,8 @@ void BagReader::readImages(TimeNs shift, Recording* recording) {
   std::vector<BagImageEntry> right = bag_->images(streams_.right);
   putInOrder(nameOf(streams_.left), "messages", &left, &recording->warnings);
   putInOrder(nameOf(streams_.right), "messages", &right, &recording->warnings);
-  for (auto* side : {&left, &right})
-    for (BagImageEntry& entry : *side) entry.t += shift;
+  shiftStamps(shift, nameOf(streams_.left), &left, &recording->warnings);
+  shiftStamps(shift, nameOf(streams_.right), &right, &recording->warnings);
   const std::vector<TimeNs> left_stamps = stampsOf(left), right_stamps = stampsOf(right);
   const StereoPairs found = pairByStamps(left_stamps, right_stamps, options_.pair_tolerance_s);
   if (found.pairs.empty())
@@ -106,6 +106,8 @@ void BagReader::readImages(TimeNs shift, Recording* recording) {
   }
   if (const std::string offset = describeOffset(found); !offset.empty())
     recording->warnings.push_back(path_ + ": " + offset);
+  if (const std::string advice = adviseOnAlone(found, left_stamps, right_stamps); !advice.empty())
+    recording->warnings.push_back(path_ + ": " + advice);
   noteAlone(nameOf(streams_.left), found.alone_left, left_stamps, &recording->unpaired_left,
             &recording->warnings);
   noteAlone(nameOf(streams_.right), found.alone_right, right_stamps, &recording->unpaired_right,

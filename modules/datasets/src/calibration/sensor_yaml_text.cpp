@@ -23,10 +23,20 @@ std::string shortestNumbers(const std::vector<double>& numbers, const char* sepa
   return text;
 }
 
+/** A double-quoted scalar: a path may hold what YAML reads otherwise. */
+static std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + '"';
+}
+
 std::string poseYaml(const std::string& type, const std::string& comment, const SE3& T_BS) {
   const Eigen::Matrix4d T = T_BS.matrix();
   std::string text =
-      "# General sensor definitions.\nsensor_type: " + type + "\ncomment: " + comment +
+      "# General sensor definitions.\nsensor_type: " + type + "\ncomment: " + quoted(comment) +
       "\n\n# Sensor extrinsics wrt. the body-frame.\nT_BS:\n  cols: 4\n  rows: 4\n  data: [";
   for (int i = 0; i < 4; ++i) {
     text += shortestNumbers({T(i, 0), T(i, 1), T(i, 2), T(i, 3)}, ", ") +

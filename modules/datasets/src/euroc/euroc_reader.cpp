@@ -123,6 +123,9 @@ void EurocReader::pairImages(const std::vector<ImageRow>& left, const std::vecto
   }
   if (const std::string offset = describeOffset(found); !offset.empty())
     recording->warnings.push_back(root_.string() + ": " + offset);
+  if (const std::string advice = adviseOnAlone(found, stampsOf(left), stampsOf(right));
+      !advice.empty())
+    recording->warnings.push_back(root_.string() + ": " + advice);
   noteUnpaired((root_ / "cam0/data.csv").string(), left, found.alone_left, "cam1",
                &recording->unpaired_left, &recording->warnings);
   noteUnpaired((root_ / "cam1/data.csv").string(), right, found.alone_right, "cam0",
@@ -139,7 +142,8 @@ void EurocReader::useCamchain(Recording* recording,
   for (size_t c = 0; c < 2; ++c) {
     recording->calibration.cameras[c] = {chain.models[c], chain.T_CI[c].inverse(),
                                          measuredRate((*images)[c])};
-    for (ImageRow& row : (*images)[c]) row.t += durationNs(shift_s);
+    shiftStamps(durationNs(shift_s), (root_ / ("cam" + std::to_string(c))).string(), &(*images)[c],
+                &recording->warnings);
   }
 }
 

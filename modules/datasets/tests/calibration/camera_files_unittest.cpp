@@ -76,7 +76,7 @@ TEST_F(CameraFiles, FiveCoefficientsAreAPinholeWithK3) {
   const auto observation = toObservation(StereoFrame{}, read());
   EXPECT_EQ(observation.leftCamera.distortion, mrpt::img::DistortionModel::plumb_bob);
   EXPECT_TRUE(calibrationOf(observation, SE3(), "test").cameras[0].model == model);
-  writeFile(file("cam0/sensor.yaml"), cameraYaml(read().cameras[0], "as it is written"));
+  writeFile(file("cam0/sensor.yaml"), cameraYaml(read().cameras[0], "as \"it\": is # written"));
   EXPECT_TRUE(read().cameras[0].model == model);
 }
 
@@ -184,6 +184,22 @@ TEST_F(Camchain, TimeshiftMovesTheImagesToTheClockOfTheImu) {
   EXPECT_EQ(framesOf(readAll(*source)).front().t, frameStamp(0) - 2'500'000);
   EXPECT_THAT(warnings(),
               ::testing::ElementsAre(AllOf(HasSubstr("camchain.yaml"), HasSubstr("-2.5 ms"))));
+}
+
+TEST_F(Camchain, ImagesThatATimeshiftTakesBeforeTheBeginningOfTimeAreLeftOut) {
+  for (const char* camera : {"cam0", "cam1"}) {
+    std::string rows = "#timestamp [ns],filename\n";
+    for (int i = 0; i < kFrames; ++i)
+      rows += std::to_string(i * 50'000'000) + "," + std::to_string(frameStamp(i)) + ".png\n";
+    writeFile(file(std::string(camera) + "/data.csv"), rows);
+  }
+  change("timeshift_cam_imu: 0.0", "timeshift_cam_imu: -0.0025");
+  write();
+  const auto source = openSource(path());
+  ASSERT_EQ(source->imageStamps().size(), static_cast<size_t>(kFrames - 1));
+  EXPECT_EQ(source->imageStamps()[0], 47'500'000);
+  EXPECT_THAT(source->statistics().warnings,
+              ::testing::Contains(HasSubstr("1 images are left out: timeshift_cam_imu")));
 }
 
 TEST_F(Camchain, PosesThatDisagreeAreTold) {

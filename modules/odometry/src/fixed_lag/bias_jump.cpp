@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace etalon::fixed_lag {
@@ -33,10 +34,14 @@ void openBiases(Window* window) {
 
 }  // namespace
 
+bool BiasJumpDetector::isRun(std::deque<Jump>::const_iterator first) const {
+  return jumps_.end() - first >= kInARow && secondsBetween(first->t, jumps_.back().t) >= kRunS;
+}
+
 bool BiasJumpDetector::agreed() const {
-  if (jumps_.size() < kInARow) return false;
+  if (!isRun(jumps_.begin())) return false;
   Vector6d mean = Vector6d::Zero();
-  for (const Jump& jump : jumps_) mean += jump.size / static_cast<double>(kInARow);
+  for (const Jump& jump : jumps_) mean += jump.size / static_cast<double>(jumps_.size());
   return std::all_of(jumps_.begin(), jumps_.end(),
                      [&](const Jump& jump) { return jump.chi2(jump.size - mean) <= kSameChi2; });
 }
@@ -51,6 +56,7 @@ std::optional<BiasJumpDetector::Jump> BiasJumpDetector::find(int iterations, Win
   const ImuBias& before = open->states[open->firstFull()].now.bias;
   const ImuBias& after = open->states.back().now.bias;
   Jump jump;
+  jump.t = window.states.back().t;
   jump.size << after.gyro - before.gyro, after.accel - before.accel;
   jump.covariance = solved->covariance.block<6, 6>(9, 9);
   if (jump.chi2(jump.size) < chi2_) return std::nullopt;
@@ -61,17 +67,20 @@ bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* wind
                               SolverResult* solved) {
   Window open;
   SolverResult with_jump;
+  const TimeNs t = window->states.back().t;
+  if (!calm_since_) calm_since_ = t;
   const std::optional<Jump> jump = find(iterations, solver, *window, &open, &with_jump);
   if (!jump) {
-    calm_ = jumps_.empty() ? calm_ + 1 : 0;
+    if (!jumps_.empty()) calm_since_ = t;
     jumps_.clear();
     return false;
   }
+  if (jumps_.empty()) was_calm_ = secondsBetween(*calm_since_, t) >= kCalmS;
   jumps_.push_back(*jump);
-  if (jumps_.size() > kInARow) jumps_.pop_front();
-  if (calm_ < kCalm || !agreed()) return false;
+  while (jumps_.size() > 1 && isRun(std::next(jumps_.begin()))) jumps_.pop_front();
+  if (!was_calm_ || !agreed()) return false;
   jumps_.clear();
-  calm_ = 0;
+  calm_since_ = t;
   *window = std::move(open);
   *solved = with_jump;
   return true;

@@ -18,14 +18,14 @@ constexpr double kAccelJump = 0.3;  ///< m/s^2
  * is solved once more with biases that may have changed by kGyroJump and kAccelJump in its oldest
  * interval (the jump as an unknown of its own: Willsky and Jones, A generalized likelihood ratio
  * approach to the detection and estimation of jumps in linear systems, IEEE TAC 1976). They have
- * jumped where kInARow frames running find a jump, all of them the same one, after kCalm frames
- * that found none: a knock, stamps that jitter or a delay show another jump, or its opposite, a
+ * jumped where kInARow frames running, of kRunS at least, find a jump, all of them the same one, after
+ * kCalmS in which none found any: a knock, stamps that jitter or a delay show another jump, or its opposite, a
  * frame later, and a wrong calibration shows its own all the time.
  */
 class BiasJumpDetector {
  public:
-  static constexpr size_t kInARow = 6;
-  static constexpr int kCalm = 20;
+  static constexpr int kInARow = 6;
+  static constexpr double kRunS = 0.24, kCalmS = 1.04;  // s
   /** Of a frame's jump about the mean, at most: the 95 % quantile of 6 degrees of freedom. */
   static constexpr double kSameChi2 = 12.6;
 
@@ -46,6 +46,7 @@ class BiasJumpDetector {
 
   /** Of the biases in one frame: gyro (rad/s), accelerometer (m/s^2). */
   struct Jump {
+    TimeNs t;
     Vector6d size;
     Eigen::Matrix<double, 6, 6> covariance;
 
@@ -55,12 +56,15 @@ class BiasJumpDetector {
   /** The jump that the newest frame shows, if any; `open` and `solved` with biases that may have. */
   std::optional<Jump> find(int iterations, WindowSolver* solver, const Window& window, Window* open,
                            SolverResult* solved) const;
-  /** Whether the newest kInARow frames agree on a jump. */
+  /** Whether the newest frames from `first` on are as many, and of such a time, as are asked. */
+  bool isRun(std::deque<Jump>::const_iterator first) const;
+  /** Whether the newest frames agree on a jump. */
   bool agreed() const;
 
   double chi2_;
-  std::deque<Jump> jumps_;  ///< of the newest frames, without a gap
-  int calm_ = 0;            ///< frames before these that found none
+  std::deque<Jump> jumps_;            ///< of the newest frames, without a gap
+  std::optional<TimeNs> calm_since_;  ///< since this frame none but these found any
+  bool was_calm_ = false;             ///< for kCalmS before these
 };
 
 }  // namespace etalon::fixed_lag

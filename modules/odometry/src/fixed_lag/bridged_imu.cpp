@@ -7,20 +7,30 @@
 
 namespace etalon {
 
-bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1, double rate_hz) {
-  if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) return false;
+namespace {
+
+bool reach(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
+  return imu.size() >= 2 && imu.front().t == t0 && imu.back().t == t1;
+}
+
+}  // namespace
+
+double longestGap(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1) {
+  if (!reach(imu, t0, t1)) return secondsBetween(t0, t1);
+  double gap = 0.0;
   for (size_t k = 1; k < imu.size(); ++k)
-    if (secondsBetween(imu[k - 1].t, imu[k].t) > longestImuStep(rate_hz)) return false;
-  return true;
+    gap = std::max(gap, secondsBetween(imu[k - 1].t, imu[k].t));
+  return gap;
+}
+
+bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1, double rate_hz) {
+  return reach(imu, t0, t1) && longestGap(imu, t0, t1) <= longestImuStep(rate_hz);
 }
 
 Preintegration bridgedImu(const NavState& from, TimeNs t0, TimeNs t1, std::vector<ImuSample> imu,
                           ImuNoiseDensities noise, const Eigen::Vector3d& g_W) {
-  double gap = 0.0;
-  for (size_t k = 1; k < imu.size(); ++k)
-    gap = std::max(gap, secondsBetween(imu[k - 1].t, imu[k].t));
-  if (imu.size() < 2 || imu.front().t != t0 || imu.back().t != t1) {
-    gap = secondsBetween(t0, t1);
+  const double gap = longestGap(imu, t0, t1);
+  if (!reach(imu, t0, t1)) {
     ImuSample still;
     still.gyro = from.bias.gyro;
     still.accel = from.bias.accel - from.T_WB.R.transpose() * g_W;

@@ -12,6 +12,10 @@ namespace etalon {
  * gap. */
 bool isComplete(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1, double rate_hz);
 
+/** The longest time between t0 and t1 without a sample, s; all of it where they do not reach that far.
+ */
+double longestGap(const std::vector<ImuSample>& imu, TimeNs t0, TimeNs t1);
+
 /**
  * Takes the place of an IMU that is missing or has gaps: the samples that there are, and elsewhere
  * a body that keeps its velocity and attitude, with noise as large as the rates (0.5 rad/s) and

@@ -87,6 +87,7 @@ class FixedLagOdometry::Impl {
     relative_views_ = fixed_lag::RelativeViews();
     old_views_.begin(&window_);
     located_at_ = frame.t;
+    bridged_s_ = 0.0;
     OdometryOutput out;
     out.t = frame.t;
     out.state = start.state;
@@ -106,6 +107,7 @@ class FixedLagOdometry::Impl {
                       "frames out of order: stamp " + std::to_string(frame.t) + " ns follows " +
                           std::to_string(last.t) + " ns");
     out.imu_missing = !isComplete(imu, last.t, frame.t, calibration_.imu.rate_hz);
+    if (out.imu_missing) bridged_s_ += longestGap(imu, last.t, frame.t);
     const bool last_was_located = last.t == located_at_;
     const bool sees_nothing = frame.observations.empty() && frame.right_only.empty();
     const bool is_blind = sees_nothing || !last_was_located;
@@ -152,11 +154,13 @@ class FixedLagOdometry::Impl {
     fixed_lag::Tracks::Fit fit = tracks_.dropOutliers(relative_views_, &window_);
     if (options_.least_sigma_px < options_.sigma_px)
       tracks_.followNoise(std::move(fit.squares), &window_);
-    covariance_ = solved.covariance;
+    // Zero of equations that cannot be solved: the last one is nearer to the truth.
+    if (!solved.covariance.isZero(0.0)) covariance_ = solved.covariance;
 
     if (fit.used >= fixed_lag::kLocatedBy) {
       old_views_.located(located_at_, frame.t);
       located_at_ = frame.t;
+      bridged_s_ = 0.0;
     } else {
       out.previous_keyframe = keepLastLocated();
     }
@@ -169,6 +173,7 @@ class FixedLagOdometry::Impl {
     out.used = fit.used;
     out.gated = counts.gated;
     out.unlocated_s = secondsBetween(located_at_, frame.t);
+    out.bridged_s = bridged_s_;
     old_views_.keepNewest(&window_);
     fixed_lag::slide({options_.recent_frames, options_.keyframes, old_views_.options()}, &window_);
     if (out.keyframe) old_views_.dropGone(window_);
@@ -291,6 +296,7 @@ class FixedLagOdometry::Impl {
   fixed_lag::Window window_;
   fixed_lag::RelativeViews relative_views_;  ///< at the estimates of the last optimisation
   TimeNs located_at_ = 0;
+  double bridged_s_ = 0.0;  ///< since then, without IMU
   Matrix15d covariance_ = Matrix15d::Zero();
 };
 

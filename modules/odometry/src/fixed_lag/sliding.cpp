@@ -23,10 +23,15 @@ std::vector<Eigen::Index> columnsOf(const WindowState& state, Eigen::Index first
 std::vector<Landmark> takeEndedLandmarks(size_t oldest_full, Window* window) {
   const int newest = window->states[oldest_full].serial;
   std::vector<LandmarkId> ids;
-  for (const auto& [id, landmark] : window->landmarks)
-    if (landmark.observations.back().serial <= newest) ids.push_back(id);
+  size_t ended_count = 0;
+  for (const auto& [id, landmark] : window->landmarks) {
+    if (landmark.observations.back().serial > newest) continue;
+    ++ended_count;
+    // One that became a landmark later waits for its host, whose pose is not in these equations.
+    if (static_cast<size_t>(landmark.host) <= oldest_full) ids.push_back(id);
+  }
   std::vector<Landmark> ended;
-  if (ids.size() == window->landmarks.size()) return ended;
+  if (ended_count == window->landmarks.size()) return ended;
   for (const LandmarkId id : ids)
     ended.push_back(std::move(window->landmarks.extract(id).mapped()));
   return ended;

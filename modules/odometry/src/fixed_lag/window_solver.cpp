@@ -174,6 +174,7 @@ void WindowSolver::eliminateUntouched(const Window& window) {
 
 /** Factorizes the equations that remain when the untouched unknowns are eliminated. */
 bool WindowSolver::factorize(const NormalEquations& equations, double damping) {
+  if (!untouched_.empty() && untouched_factor_.info() != Eigen::Success) return false;
   Eigen::MatrixXd H;
   const bool all = static_cast<Eigen::Index>(rest_.size()) == equations.H.cols();
   if (!all) H = equations.H(rest_, rest_);

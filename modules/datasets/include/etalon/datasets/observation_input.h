@@ -3,9 +3,12 @@
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/obs/CObservationImage.h>
 
+#include <array>
+#include <deque>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "etalon/datasets/sensor_source.h"
 
@@ -15,8 +18,7 @@ namespace etalon {
 struct UnusableObservation {
   enum class Kind {
     kOther,     ///< of another class or camera than ours: nothing is wrong
-    kWaiting,   ///< an image whose partner may come next: nothing is wrong
-    kUnpaired,  ///< an image came, but the partner of the one before it never did
+    kUnpaired,  ///< an image whose partner did not come
     kBroken,    ///< it lacks what a measurement needs
   };
   Kind kind = Kind::kOther;
@@ -29,12 +31,18 @@ struct UnusableObservation {
  *  - CObservationIMU with rates and accelerations
  *  - CObservationStereoImages
  *  - CObservationImage from two cameras, told apart by the sensor label, as EuRoC recordings
- *    converted by others have them: two images of the same stamp are a pair; where one camera has
- *    been silent for several images of the other, these are frames of one image
+ *    converted by others have them: two images of the same stamp are a pair, in whatever order they
+ *    come, up to kMostWaiting late; where one camera has been silent for kSilent images of the other,
+ *    these are frames of one image
  * IMU and calibration are in the body's frame; poses of sensors in the observations are not read.
  */
 class ObservationInput {
  public:
+  using Measurement = std::variant<SensorEvent, UnusableObservation>;
+
+  static constexpr size_t kMostWaiting = 10;  ///< images of a camera that wait for their partners
+  static constexpr int kSilent = 5;
+
   /** @param left_label and right_label of the images that come one by one
    *  @param base_folder of external images with relative paths; empty: as in toGrayImage() */
   explicit ObservationInput(std::string left_label = "cam0", std::string right_label = "cam1",
@@ -42,24 +50,27 @@ class ObservationInput {
       : labels_{std::move(left_label), std::move(right_label)},
         base_folder_(std::move(base_folder)) {}
 
-  /** Throws nothing. */
-  std::variant<SensorEvent, UnusableObservation> convert(
-      const mrpt::obs::CObservation& observation);
+  /** What can be said now, in order: nothing of an image that waits for its partner. Throws nothing.
+   */
+  std::vector<Measurement> convert(const mrpt::obs::CObservation& observation);
 
  private:
-  std::variant<SensorEvent, UnusableObservation> pair(const mrpt::obs::CObservationImage& image);
-
-  std::array<std::string, 2> labels_;
-  std::string base_folder_;
-  /** The last image that has no partner yet, and whose it is. */
   struct Waiting {
-    size_t camera = 0;
     TimeNs t = 0;
     cv::Mat gray;
     std::string path;
   };
-  std::optional<Waiting> waiting_;
-  int alone_ = 0;  ///< images in a row of its camera that had no partner
+
+  std::vector<Measurement> pair(const mrpt::obs::CObservationImage& image);
+  /** Images that wait and are earlier than `t`. */
+  void giveUpBefore(TimeNs t, std::vector<Measurement>* all);
+
+  std::array<std::string, 2> labels_;
+  std::string base_folder_;
+  std::array<std::deque<Waiting>, 2> waiting_;  ///< by camera, as they came
+  std::optional<TimeNs> last_;                  ///< stamp of the last frame
+  size_t camera_ = 0;                           ///< of the last image
+  int in_a_row_ = 0;                            ///< images of it alone
 };
 
 }  // namespace etalon

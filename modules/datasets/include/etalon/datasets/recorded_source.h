@@ -60,6 +60,7 @@ class RecordedSource : public SensorSource {
   }
 
  private:
+  void checkImuRate();
   void selectRange();
   void countUnpaired();
   void countOutsideImu();

@@ -63,6 +63,7 @@ struct OdometryOutput {
   int gated = 0;             ///< of these, far from where the state predicted them, and left out
   double unlocated_s = 0.0;  ///< since the last frame that images located; 0: this one is
   bool imu_missing = false;  ///< no IMU, or a gap in it, since the frame before
+  double bridged_s = 0.0;    ///< of unlocated_s, without IMU
   std::vector<RecalledObservation> recalled;  ///< landmarks of the frame in old keyframes
   std::optional<Recognition> recognition;
   std::vector<std::string> remarks;  ///< what it has changed: calibration, biases

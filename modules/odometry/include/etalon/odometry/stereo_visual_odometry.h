@@ -25,12 +25,13 @@ class StereoVisualOdometry : public Odometry {
 
  private:
   StereoOdometry odometry_;
+  double imu_rate_hz_;
   KeyframeSelectorOptions keyframe_options_;
   KeyframeSelector selector_;
   ImuBias bias_;
   /** Of the body since the last frame with observations, as the gyro saw it. */
   Eigen::Matrix3d turned_ = Eigen::Matrix3d::Identity();
-  TimeNs located_at_ = 0;
+  TimeNs last_frame_ = 0, located_at_ = 0;
 };
 
 }  // namespace etalon

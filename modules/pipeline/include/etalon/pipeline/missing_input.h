@@ -29,8 +29,9 @@ class MissingInput {
     TimeNs t = 0;
     const TrackedFrame* tracked = nullptr;  ///< null: it repeats the one before, as if it were none
     bool imu = true;                        ///< the IMU reaches from the frame before to this one
-    bool located = true;  ///< images say where the platform is, or the state says that they do not
-    bool said = false;    ///< so it was when the frame came
+    bool located = true;                    ///< images say where the platform is
+    bool known = true;                      ///< or the state says that they do not
+    bool said = false;                      ///< so it was when the frame came
   };
 
   /** @param calibration with the rates of cam0 and of the IMU (longestImuStep()) */
