@@ -122,6 +122,8 @@ struct BothIntervals {
 void setNoise(const NoiseCalibration& shorter, const NoiseCalibration& longer,
               const WindowShape& shape, double density, const RunConfiguration& configuration,
               size_t recordings, DeviceFile* file) {
+  for (const char* key : {"gyro_noise_factor", "accel_noise_factor"}) file->unset("imu_noise", key);
+  for (const char* key : {"slow_accel_mps2", "slow_accel_s"}) file->unset("priors", key);
   const double interval_s = 1.0 / shape.rate_hz;
   std::string from = format("%zu of %d windows of %s; factors at %.2g and %.2g s",
                             shorter.checks.size(), shorter.windows,

@@ -1,5 +1,7 @@
 #include "window_trial.h"
 
+#include <algorithm>
+
 #include "etalon/benchmark/windows.h"
 #include "etalon/pipeline/starter.h"
 #include "etalon/runlog/attempt_record.h"
@@ -48,6 +50,19 @@ WindowResult WindowTrial::tryWith(const ConfiguredInitializer& initializer) cons
   return result;
 }
 
+namespace {
+
+void addTo(const StageTiming& timing, std::vector<StageTiming>* all) {
+  const auto same = std::find_if(all->begin(), all->end(),
+                                 [&](const StageTiming& t) { return t.stage == timing.stage; });
+  if (same == all->end())
+    all->push_back(timing);
+  else
+    same->milliseconds += timing.milliseconds;
+}
+
+}  // namespace
+
 /** The last attempt, with the times of all. */
 InitializationAttempt WindowTrial::grow(const ConfiguredInitializer& initializer) const {
   Starter starter({initializer.plugin.name, initializer.initializer, nullptr, ""}, {}, options_,
@@ -68,7 +83,9 @@ InitializationAttempt WindowTrial::grow(const ConfiguredInitializer& initializer
     const InitializationAttempt& earlier = starter.attempts()[i];
     last.initialize_ms += earlier.initialize_ms;
     last.stereo_odometry_ms += earlier.stereo_odometry_ms;
+    last.used_stereo_odometry = last.used_stereo_odometry || earlier.used_stereo_odometry;
     last.vi_ba_ms += earlier.vi_ba_ms;
+    for (const StageTiming& timing : earlier.init_timings) addTo(timing, &last.init_timings);
   }
   return last;
 }

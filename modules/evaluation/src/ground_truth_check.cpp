@@ -9,14 +9,14 @@
 
 #include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/statistics.h"
 #include "etalon/imu/imu_buffer.h"
+#include "etalon/imu/imu_limits.h"
 #include "etalon/imu/preintegration.h"
 
 namespace etalon {
 namespace {
 
-/** An interval with a longer step between IMU samples is left out, s. */
-constexpr double kMaxImuGapS = 0.03;
 /** An interval's length may differ from the one asked for by this share of it. */
 constexpr double kMaxLengthDeviation = 0.2;
 /** Gauss-Newton on the gyro's bias: quadratic, from zero to rounding in three or four. */
@@ -36,6 +36,21 @@ struct Interval {
   Eigen::Matrix3d rotation() const { return begin.T_WB.R.transpose() * end.T_WB.R; }
 };
 
+/** What counts as a gap, by the median step between the samples, s. */
+double longestStepOf(const ImuBuffer& imu) {
+  std::vector<double> steps_s;
+  for (size_t i = 1; i < imu.samples().size(); ++i)
+    steps_s.push_back(secondsBetween(imu.samples()[i - 1].t, imu.samples()[i].t));
+  return longestImuStep(steps_s.empty() ? 0.0 : 1.0 / median(std::move(steps_s)));
+}
+
+/** The IMU from t0 to t1; nothing where it has a gap there. */
+std::optional<Preintegration> withoutGap(const ImuBuffer& imu, double longest_step_s, TimeNs t0,
+                                         TimeNs t1) {
+  if (!imu.covers(t0, t1) || imu.longestGap(t0, t1) > longest_step_s) return std::nullopt;
+  return Preintegration(imu.between(t0, t1), ImuBias(), {});
+}
+
 /** The state nearest to t. @param states not empty */
 const StampedState& nearest(const std::vector<StampedState>& states, TimeNs t) {
   auto after = std::lower_bound(states.begin(), states.end(), t,
@@ -50,6 +65,7 @@ const StampedState& nearest(const std::vector<StampedState>& states, TimeNs t) {
 std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
                                   const std::vector<ImuSample>& samples, double interval_s) {
   const ImuBuffer imu(samples);
+  const double longest_step_s = longestStepOf(imu);
   std::vector<Interval> intervals;
   const TimeNs step = durationNs(interval_s);
   const std::vector<StampedState>& states = ground_truth.states;
@@ -58,10 +74,9 @@ std::vector<Interval> intervalsOf(const GroundTruth& ground_truth,
        begin != &states.back() && t <= states.back().t + step / 2; t += step) {
     const StampedState& end = nearest(states, t);
     const double length_s = secondsBetween(begin->t, end.t);
-    if (std::abs(length_s - interval_s) <= kMaxLengthDeviation * interval_s &&
-        imu.covers(begin->t, end.t) && imu.longestGap(begin->t, end.t) <= kMaxImuGapS)
-      intervals.push_back(
-          {*begin, end, Preintegration(imu.between(begin->t, end.t), ImuBias(), {})});
+    if (std::abs(length_s - interval_s) <= kMaxLengthDeviation * interval_s)
+      if (auto between = withoutGap(imu, longest_step_s, begin->t, end.t))
+        intervals.push_back({*begin, end, *std::move(between)});
     // Until the next state is the nearest one, no step finds an interval, and a damaged stamp can be
     // years away: these steps are passed at once.
     if (begin == &end) t += (begin->t + ((begin + 1)->t - begin->t) / 2 - 1 - t) / step * step;
@@ -228,6 +243,7 @@ GroundTruthCheck checkGroundTruth(const GroundTruth& ground_truth,
 WindowTruthCheck checkWindowTruth(const GroundTruth& ground_truth, const ImuBuffer& imu,
                                   const std::vector<TimeNs>& keyframes,
                                   const Eigen::Vector3d& gravity_G) {
+  const double longest_step_s = longestStepOf(imu);
   std::vector<Interval> intervals;
   Eigen::Vector3d stated = Eigen::Vector3d::Zero();  // sum of the ground truth's b_g
   int states = 0;
@@ -238,9 +254,9 @@ WindowTruthCheck checkWindowTruth(const GroundTruth& ground_truth, const ImuBuff
     ++states;
     if (k == 0) continue;
     const auto begin = ground_truth.at(keyframes[k - 1]);
-    if (begin && imu.covers(begin->t, end->t))
-      intervals.push_back(
-          {*begin, *end, Preintegration(imu.between(begin->t, end->t), ImuBias(), {})});
+    if (!begin) continue;
+    if (auto between = withoutGap(imu, longest_step_s, begin->t, end->t))
+      intervals.push_back({*begin, *end, *std::move(between)});
   }
   WindowTruthCheck bound;
   if (intervals.empty()) return bound;

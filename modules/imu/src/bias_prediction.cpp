@@ -153,7 +153,10 @@ BiasPrediction predictBias(const std::vector<SensorBias>& flights, double wide) 
   ScaleMixture mixture(kLeast * wide, 100.0 * kMost * wide);
   for (int i = 0; i <= kScales; ++i)
     addT(scales[i], given[i].mean_variance + mean_variance + wander, posterior[i], &mixture);
-  prediction.sigma = std::min(wide, mixture.coveringSigma());
+  // Few flights tell little of the tails; what two or more do tell may be more than `wide`.
+  constexpr double kTails = 2.0;
+  const double most = flights.size() > 1 ? std::max(wide, kTails * prediction.spread) : wide;
+  prediction.sigma = std::min(most, mixture.coveringSigma());
   return prediction;
 }
 

@@ -53,6 +53,15 @@ TEST(BiasPrediction, OneFlightTellsTheMeanAndNoSpread) {
   EXPECT_EQ(one.sigma, kWide);
 }
 
+TEST(BiasPrediction, FlightsThatDifferByMoreThanIsBelievedWithoutThemAreBelieved) {
+  for (const int count : {2, 5, 10}) {
+    std::mt19937_64 generator(3);
+    const BiasPrediction cheap = predictBias(flights(count, 0.3, 0.005, 0, &generator), kWide);
+    EXPECT_GT(cheap.sigma, 0.3) << count;
+    EXPECT_LT(cheap.sigma, 2.0) << count;
+  }
+}
+
 TEST(BiasPrediction, ManyFlightsGiveTheirMeanAndSpread) {
   std::mt19937_64 generator(3);
   const BiasPrediction many = predictBias(flights(400, 0.01, 0.005, 4, &generator), kWide);

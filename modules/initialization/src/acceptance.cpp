@@ -126,15 +126,19 @@ Expected<void> judgeResiduals(const NoiseCheck& noise, double false_alarm_rate, 
 
 Expected<void> judgeBiases(const VisualInertialBaResult& refined, double false_alarm_rate) {
   const double farthest = std::sqrt(chiSquareQuantile(3.0, false_alarm_rate));
+  const auto advice = [](const char* key) {
+    return std::string("if every attempt says so, is [priors] ") + key +
+           " too small for this IMU, or the device file another one's?";
+  };
   if (!(refined.gyro_bias_sigmas <= farthest))
     return refuse(Status::kImplausible, "the gyro bias is ", Value(refined.gyro_bias_sigmas, 2),
                   " standard deviations of its prior from the prior's mean, at most ",
-                  Bound(farthest, 2), " is plausible");
+                  Bound(farthest, 2), " is plausible; ", advice("gyro_bias_sigma_rps"));
   if (!(refined.accel_bias_sigmas <= farthest))
     return refuse(Status::kImplausible, "the accelerometer bias is ",
                   Value(refined.accel_bias_sigmas, 2),
                   " standard deviations of its prior from the prior's mean, at most ",
-                  Bound(farthest, 2), " is plausible");
+                  Bound(farthest, 2), " is plausible; ", advice("accel_bias_sigma_mps2"));
   return {};
 }
 

@@ -201,7 +201,8 @@ void PluginLoader::failNotFound(const std::string& name) const {
   throw PluginError("no initializer is called '" + name + "'" +
                     (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)") +
                     "; available: " + joinedOrNone(names) +
-                    "; searched: " + joinedOrNone(search_path_));
+                    "; searched: " + joinedOrNone(search_path_) +
+                    "; add the folder of another plugin by --plugin-path or [plugins] path");
 }
 
 PluginInfo PluginLoader::info(const std::string& name) { return find(name).info; }

@@ -96,7 +96,7 @@ std::string predictionLine(const char* symbol, const BiasPrediction& p, const ch
     text += format("between flights %.2g (known to +- %.0f %%; t of 4 degrees of freedom), ",
                    p.spread, 100.0 * p.spread_sigma / p.spread);
   else
-    text += "between flights unknown, ";
+    return text + "between flights unknown: as wide as without this file\n";
   return text + format("so the next one +- %.2g\n", p.sigma);
 }
 
@@ -193,6 +193,14 @@ void DeviceFile::remove(const std::string& recording) {
       (nearest.empty() ? "; it has " + joined(known) : "; did you mean '" + nearest + "'?"));
 }
 
+void DeviceFile::unset(const std::string& section, const std::string& key) {
+  IniFile rest;
+  for (const std::string& name : others_.sections())
+    for (const auto& [other, value] : others_.section(name))
+      if (name != section || other != key) rest.set(name, other, value.text, value.origin);
+  others_ = std::move(rest);
+}
+
 void DeviceFile::set(const std::string& section, const std::string& key, const std::string& value) {
   others_.set(section, key, value, "device file");
 }
@@ -226,10 +234,11 @@ std::string DeviceFile::priorsText() const {
     text += predictionLine("b_a", accel, "m/s^2", flights_.size()) + driftText();
     for (int a = 0; a < 3; ++a)
       text += keyOfMean("gyro", a, "rps") + format(" = %.4g\n", gyro.mean[a]);
-    text += format("gyro_bias_sigma_rps = %.3g\n", gyro.sigma);
+    const bool spread_known = flights_.size() > 1;
+    if (spread_known) text += format("gyro_bias_sigma_rps = %.3g\n", gyro.sigma);
     for (int a = 0; a < 3; ++a)
       text += keyOfMean("accel", a, "mps2") + format(" = %.4g\n", accel.mean[a]);
-    text += format("accel_bias_sigma_mps2 = %.3g\n", accel.sigma);
+    if (spread_known) text += format("accel_bias_sigma_mps2 = %.3g\n", accel.sigma);
   }
   for (const auto& [key, value] : others_.section("priors"))
     text += key + " = " + value.text + "\n";

@@ -188,7 +188,10 @@ TEST_F(DeviceFileTest, KeepsWhatIsNotItsOwn) {
   EXPECT_EQ(ini.section("frontend").at("max_features").text, "300");
   EXPECT_EQ(ini.section("eta").at("rounds").text, "3");
   EXPECT_EQ(ini.section("priors").at("slow_accel_s").text, "2");
-  EXPECT_EQ(ini.section("priors").at("accel_bias_sigma_mps2").text, "0.1");  // of one flight
+  // One flight does not tell how far the next one is: the run's own prior stays.
+  EXPECT_EQ(ini.section("priors").count("accel_bias_sigma_mps2"), 0U);
+  updateDeviceFile(path_, "b", flight(kDate + 86'400'000'000'000));
+  EXPECT_EQ(IniFile::fromFile(path_).section("priors").count("accel_bias_sigma_mps2"), 1U);
 }
 
 }  // namespace

@@ -82,7 +82,9 @@ void Table::mark(const std::vector<Cell*>& cells, const std::vector<size_t>& col
   for (const size_t i : filled) {
     const Column& column = columns_[columns[i]];
     const double difference = column.factor * std::abs(cells[i]->value - cells[best]->value);
-    const double alike = column.decimals > 0 ? std::pow(10.0, 1 - column.decimals) : 0.5;
+    const double one_percent = 0.01 * column.factor * std::abs(cells[best]->value);
+    const double alike =
+        column.decimals > 0 ? std::max(std::pow(10.0, -column.decimals), one_percent) : 0.5;
     cells[i]->bold = i == best || difference < alike;
   }
 }

@@ -115,21 +115,21 @@ TEST(TableLimits, TheBestIsTheLeastOrTheGreatestOfThoseThatAreThere) {
   EXPECT_EQ(marked({3.0, none, 2.0}, true), "|3.0|-|**2.0**|");
   EXPECT_EQ(marked({3.0, none, none}, true), "|3.0|-|-|");  // nothing to compare with
   EXPECT_EQ(marked({none, none, none}, true), "|-|-|-|");
-  // Less than one apart in the last digit but one: a tie. Whole numbers are counts: each one counts.
-  EXPECT_EQ(marked({1.4, 0.6, 1.7}, true), "|**1.4**|**0.6**|1.7|");
-  EXPECT_EQ(marked({1.04, 0.96, 1.06}, true, 2), "|**1.04**|**0.96**|1.06|");
+  // Less than one apart in the last digit, or 1 %: a tie. Whole numbers are counts: each one counts.
+  EXPECT_EQ(marked({0.65, 0.6, 0.75}, true), "|**0.7**|**0.6**|0.8|");
+  EXPECT_EQ(marked({9.69, 9.6, 9.7}, true, 2), "|**9.69**|**9.60**|9.70|");
   EXPECT_EQ(marked({1.0, 2.0, 1.0}, true, 0), "|**1**|2|**1**|");
 }
 
 TEST(TableLimits, TheBestOfAColumnIsMarkedInItsRows) {
   Table table({{"a", "a", true, 2}});
-  for (const double value : {3.0, 1.0, 1.05}) {
+  for (const double value : {3.0, 1.0, 1.009}) {
     table.addRow();
     table.setNumber("a", value);
   }
   table.markBestOfColumn("a", {0, 1, 2});
   EXPECT_EQ(table.toString(TableFormat::kMarkdown),
-            "|        a |\n| -------: |\n|     3.00 |\n| **1.00** |\n| **1.05** |\n");
+            "|        a |\n| -------: |\n|     3.00 |\n| **1.00** |\n| **1.01** |\n");
   table.markBestOfColumn("a", {0, 2}, false);
   EXPECT_THAT(table.toString(TableFormat::kMarkdown), HasSubstr("**3.00**"));
 }

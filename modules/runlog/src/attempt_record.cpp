@@ -54,7 +54,9 @@ AttemptRecord makeAttemptRecord(const InitializationAttempt& attempt, double gra
   if (attempt.used_stereo_odometry)
     record.timings.push_back({kTimingStereoOdometry, attempt.stereo_odometry_ms});
   record.timings.push_back({kTimingInitialize, attempt.initialize_ms});
-  if (attempt.has_vi_ba) record.timings.push_back({kTimingViBa, attempt.vi_ba_ms});
+  // Of attempts that grew, an earlier one may have had it.
+  if (attempt.has_vi_ba || attempt.vi_ba_ms > 0.0)
+    record.timings.push_back({kTimingViBa, attempt.vi_ba_ms});
   for (const StageTiming& timing : attempt.init_timings) record.timings.push_back(timing);
 
   record.extrinsics = attempt.extrinsics;

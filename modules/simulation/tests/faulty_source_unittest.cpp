@@ -303,8 +303,8 @@ TEST(FaultySource, SaysWhatWasDone) {
   EXPECT_TRUE(faulted("")->statistics().warnings.empty());
   const auto source = faulted("lost percent=20", 1.5, 7);
   const std::string said =
-      "memory: faults were made: lost percent=20 (1.50 s after the first image "
-      "is their zero, the seed 7)";
+      "memory: faults were made: lost percent=20 (times count from 1.50 s after the first image; "
+      "random seed 7)";
   EXPECT_EQ(source->statistics().warnings, std::vector<std::string>{said});
   deliveredBy(*source);
   EXPECT_EQ(source->statistics().warnings, std::vector<std::string>{said});

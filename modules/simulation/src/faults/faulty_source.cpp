@@ -49,7 +49,7 @@ class FaultySource : public SensorSource {
     if (timeline_.imageStamps().empty())
       throw ConfigError(source_->name() + ": expected faults that leave an image, found '" +
                         scenario.text + "'");
-    zero_and_seed_ = format(" (%.2f s after the first image is their zero, the seed %llu)",
+    zero_and_seed_ = format(" (times count from %.2f s after the first image; random seed %llu)",
                             secondsBetween(source_->imageStamps().front(), zero),
                             static_cast<unsigned long long>(seed));
   }

@@ -45,6 +45,7 @@ class DeviceFile {
   void remove(const std::string& recording);
   /** Any other key. */
   void set(const std::string& section, const std::string& key, const std::string& value);
+  void unset(const std::string& section, const std::string& key);
 
   BiasPrediction gyro() const;
   BiasPrediction accel() const;

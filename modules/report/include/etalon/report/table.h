@@ -57,8 +57,8 @@ class Table {
   /** NaN leaves the cell empty. */
   void setNumber(const std::string& key, double value);
   /** Marks the least (or the greatest) number among these columns of the last row, and all that
-   * differ from it by less than one in the last digit but one (whole numbers: not at all): `**` in Markdown, `\textbf`
-   * in LaTeX, `<b>` in HTML. Marks nothing where fewer than two cells have a number. */
+   * differ from it by less than one in the last digit, or than 1 % (whole numbers: not at all): `**`
+   * in Markdown, `\textbf` in LaTeX, `<b>` in HTML. Marks nothing where fewer than two cells have a number. */
   void markBest(const std::vector<std::string>& keys, bool least_is_best = true);
   /** The same among these rows of a column. */
   void markBestOfColumn(const std::string& key, const std::vector<std::size_t>& rows,
