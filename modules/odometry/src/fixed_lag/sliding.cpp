@@ -18,25 +18,6 @@ std::vector<Eigen::Index> columnsOf(const WindowState& state, Eigen::Index first
   return columns;
 }
 
-/** Takes out the landmarks that none of the newest full states sees; none where these see nothing at
- * all: their tracks may go on when there are images again. */
-std::vector<Landmark> takeEndedLandmarks(size_t oldest_full, Window* window) {
-  const int newest = window->states[oldest_full].serial;
-  std::vector<LandmarkId> ids;
-  size_t ended_count = 0;
-  for (const auto& [id, landmark] : window->landmarks) {
-    if (landmark.observations.back().serial > newest) continue;
-    ++ended_count;
-    // One that became a landmark later waits for its host, whose pose is not in these equations.
-    if (static_cast<size_t>(landmark.host) <= oldest_full) ids.push_back(id);
-  }
-  std::vector<Landmark> ended;
-  if (ended_count == window->landmarks.size()) return ended;
-  for (const LandmarkId id : ids)
-    ended.push_back(std::move(window->landmarks.extract(id).mapped()));
-  return ended;
-}
-
 /** Makes the next keyframe that sees the landmark its host, because the present host leaves; false
  * if there is none. */
 bool moveHost(const Window& window, Landmark* landmark) {
@@ -52,6 +33,24 @@ bool moveHost(const Window& window, Landmark* landmark) {
     return true;
   }
   return false;
+}
+
+/** Takes out the landmarks that none of the newest full states sees; none where these see nothing at
+ * all: their tracks may go on when there are images again. */
+std::vector<Landmark> takeEndedLandmarks(size_t oldest_full, Window* window) {
+  const int newest = window->states[oldest_full].serial;
+  std::vector<LandmarkId> ids;
+  for (const auto& [id, landmark] : window->landmarks)
+    if (landmark.observations.back().serial <= newest) ids.push_back(id);
+  std::vector<Landmark> ended;
+  if (ids.size() == window->landmarks.size()) return ended;
+  for (const LandmarkId id : ids) {
+    // The pose of a later host, in which it has turned out to be an outlier, does not leave yet.
+    Landmark& landmark = window->landmarks.at(id);
+    if (static_cast<size_t>(landmark.host) > oldest_full && !moveHost(*window, &landmark)) continue;
+    ended.push_back(std::move(window->landmarks.extract(id).mapped()));
+  }
+  return ended;
 }
 
 /** Takes every second observation in keyframes out of a landmark that is still followed, with that in
