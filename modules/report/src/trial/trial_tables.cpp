@@ -99,8 +99,9 @@ TitledTable variantTable(const TrialRecord& record, const Variants& variants) {
       "variants",
       counted(recordings, "recording") + ", " + counted(starts, "start") + length + ", " +
           counted(record.faults.size() - 1, "fault"),
-      format("survived: poses since the fault, ATE <= %g m, not lost; errors: medians without a "
-             "fault",
+      format("survived: poses since the fault, ATE <= %g m, not lost; silent: off by more than 5 "
+             "predicted\nstandard deviations and 0.1 m without an event; cover: poses of frames; "
+             "err/pred: position's error\nover the predicted one; errors: medians without a fault",
              record.protocol.ate_limit_m),
       table};
   titled.headline = true;
