@@ -161,13 +161,14 @@ TEST(DropMisfittingImage, ARepeatedImageLeavesLandmarksAndTracksAsTheyWere) {
     pair.window.states.back().keyframe = true;
     const MeasuredFrame frame = pair.measured(repeated);
     EXPECT_EQ(pair.tracks.associate(frame, wide, &pair.window).used, 40);
-    EXPECT_TRUE(pair.tracks.dropMisfittingImage(RelativeViews(pair.window), &pair.window));
+    EXPECT_TRUE(pair.tracks.dropMisfittingImage(frame, RelativeViews(pair.window), &pair.window));
     EXPECT_FALSE(pair.window.states.back().keyframe);
     EXPECT_EQ(pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window).used, 0);
   }
   pair.append(movedTo(0.0, 0.5, 0.0));
-  pair.tracks.associate(pair.measured(pair.seeFromNewest()), wide, &pair.window);
-  EXPECT_FALSE(pair.tracks.dropMisfittingImage(RelativeViews(pair.window), &pair.window));
+  const MeasuredFrame next = pair.measured(pair.seeFromNewest());
+  pair.tracks.associate(next, wide, &pair.window);
+  EXPECT_FALSE(pair.tracks.dropMisfittingImage(next, RelativeViews(pair.window), &pair.window));
   EXPECT_EQ(pair.tracks.dropOutliers(RelativeViews(pair.window), &pair.window).used, 40);
 }
 
@@ -177,9 +178,28 @@ TEST(DropMisfittingImage, AQuarterThatFitsIsBelieved) {
     pair.append(movedTo(0.0, 0.1, 0.0));
     TrackedFrame frame = pair.seeFromNewest();
     for (size_t i = right; i < 40; ++i) frame.observations[i].left.y() += 7.0;
-    pair.tracks.associate(pair.measured(frame), 1e-2 * Matrix6d::Identity(), &pair.window);
-    EXPECT_EQ(pair.tracks.dropMisfittingImage(RelativeViews(pair.window), &pair.window),
+    const MeasuredFrame measured = pair.measured(frame);
+    pair.tracks.associate(measured, 1e-2 * Matrix6d::Identity(), &pair.window);
+    EXPECT_EQ(pair.tracks.dropMisfittingImage(measured, RelativeViews(pair.window), &pair.window),
               right == 9);
+  }
+}
+
+/** After seconds without images a track or two may go on in the wrong place. */
+TEST(DropMisfittingImage, AFewWrongTracksSayNothingOfAnImageOfNewOnes) {
+  for (const size_t old : {9, 10}) {
+    Pair pair(movedTo(0.0, 0.1, 0.0));
+    pair.append(movedTo(0.0, 0.1, 0.0));
+    TrackedFrame frame = pair.seeFromNewest();
+    for (size_t i = 0; i < 40; ++i)
+      if (i < old)
+        frame.observations[i].left.y() += 7.0;
+      else
+        frame.observations[i].id += 1000;
+    const MeasuredFrame measured = pair.measured(frame);
+    pair.tracks.associate(measured, 1e-2 * Matrix6d::Identity(), &pair.window);
+    EXPECT_EQ(pair.tracks.dropMisfittingImage(measured, RelativeViews(pair.window), &pair.window),
+              old == 10);
   }
 }
 

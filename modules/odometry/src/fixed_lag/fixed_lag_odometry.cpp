@@ -146,7 +146,7 @@ class FixedLagOdometry::Impl {
           "anew");
     updateImageTimes(&window_);
     relative_views_.place(window_);
-    if (tracks_.dropMisfittingImage(relative_views_, &window_)) {
+    if (tracks_.dropMisfittingImage(measured, relative_views_, &window_)) {
       solved = solver_.solve(&window_, options_.iterations, true);
       updateImageTimes(&window_);
       relative_views_.place(window_);

@@ -217,18 +217,19 @@ void Tracks::createLandmarks(const MeasuredFrame& frame, Window* window) {
   pending_ = std::move(pending);
 }
 
-bool Tracks::dropMisfittingImage(const RelativeViews& views, Window* window) {
+bool Tracks::dropMisfittingImage(const MeasuredFrame& frame, const RelativeViews& views,
+                                 Window* window) {
   const WindowState& newest = window->states.back();
   const auto known = [&](const Landmark& landmark) {
     return landmark.seenIn(newest.serial) && landmark.host_serial != newest.serial;
   };
-  int seen = 0, fitting = 0;
+  size_t seen = 0, fitting = 0;
   for (const auto& [id, landmark] : window->landmarks) {
     if (!known(landmark)) continue;
     ++seen;
     fitting += fits(views, views.ray(landmark), landmark.host, landmark.observations.back());
   }
-  if (4 * fitting >= seen) return false;
+  if (4 * seen < frame.tracks.size() || 4 * fitting >= seen) return false;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     Landmark& landmark = it->second;
     if (known(landmark)) landmark.observations.pop_back();

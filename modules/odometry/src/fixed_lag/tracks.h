@@ -63,12 +63,14 @@ class Tracks {
   void createLandmarks(const MeasuredFrame& frame, Window* window);
 
   /**
-   * Drops all that the newest image shows if after the optimisation less than a quarter of it fits:
-   * the image is wrong, as one that a camera repeats, and its tracks may be right again in the next.
-   * Returns whether it did.
+   * Drops all that the newest image shows if after the optimisation less than a quarter of what it
+   * shows of earlier landmarks fits: the image is wrong, as one that a camera repeats, and its tracks
+   * may be right again in the next. Where these are less than a quarter of its tracks, as after a
+   * while without images, they tell nothing of the others. Returns whether it did.
+   * @param frame the newest
    * @param views at the estimates of the window
    */
-  bool dropMisfittingImage(const RelativeViews& views, Window* window);
+  bool dropMisfittingImage(const MeasuredFrame& frame, const RelativeViews& views, Window* window);
 
   struct Fit {
     int used = 0;  ///< landmarks of earlier states that the newest one sees where they are
