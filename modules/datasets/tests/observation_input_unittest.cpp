@@ -129,7 +129,9 @@ TEST(ObservationInput, ACameraMayLagOrComeInBursts) {
   ASSERT_EQ(lagging.size(), 19U);
   ASSERT_EQ(bursting.size(), 20U);
   for (int k = 1; k <= 20; ++k) {
-    if (k < 20) EXPECT_EQ(lagging[k - 1], "pair " + std::to_string(k));
+    if (k < 20) {
+      EXPECT_EQ(lagging[k - 1], "pair " + std::to_string(k));
+    }
     EXPECT_EQ(bursting[k - 1], "pair " + std::to_string(k));
   }
 }

@@ -110,7 +110,8 @@ TEST_F(RecordingInfoOfFolder, GapsRatesAndMissingFilesAreNoticed) {
   EXPECT_THAT(warnings(), AllOf(Contains(AllOf(HasSubstr("IMU: 1 gap"), HasSubstr("0.0150 s"))),
                                 Contains(HasSubstr("1 of 6 pairs do not exist"))));
   writeImu(1.0, 9.81, 100);
-  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("the IMU has 200 Hz"), HasSubstr("say 100 Hz"))));
+  EXPECT_THAT(warnings(),
+              Contains(AllOf(HasSubstr("the IMU has 200 Hz"), HasSubstr("say 100 Hz"))));
 }
 
 TEST_F(RecordingInfoOfFolder, ImagesThatReplayCannotUseAreNoticed) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace etalon::fixed_lag {
@@ -34,12 +33,13 @@ void openBiases(Window* window) {
 
 }  // namespace
 
-bool BiasJumpDetector::isRun(std::deque<Jump>::const_iterator first) const {
-  return jumps_.end() - first >= kInARow && secondsBetween(first->t, jumps_.back().t) >= kRunS;
+bool BiasJumpDetector::isRun(size_t first) const {
+  return jumps_.size() >= first + kInARow &&
+         secondsBetween(jumps_[first].t, jumps_.back().t) >= kRunS;
 }
 
 bool BiasJumpDetector::agreed() const {
-  if (!isRun(jumps_.begin())) return false;
+  if (!isRun(0)) return false;
   Vector6d mean = Vector6d::Zero();
   for (const Jump& jump : jumps_) mean += jump.size / static_cast<double>(jumps_.size());
   return std::all_of(jumps_.begin(), jumps_.end(),
@@ -77,7 +77,7 @@ bool BiasJumpDetector::follow(int iterations, WindowSolver* solver, Window* wind
   }
   if (jumps_.empty()) was_calm_ = secondsBetween(*calm_since_, t) >= kCalmS;
   jumps_.push_back(*jump);
-  while (jumps_.size() > 1 && isRun(std::next(jumps_.begin()))) jumps_.pop_front();
+  while (isRun(1)) jumps_.pop_front();
   if (!was_calm_ || !agreed()) return false;
   jumps_.clear();
   calm_since_ = t;

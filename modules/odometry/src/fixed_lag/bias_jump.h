@@ -18,13 +18,13 @@ constexpr double kAccelJump = 0.3;  ///< m/s^2
  * is solved once more with biases that may have changed by kGyroJump and kAccelJump in its oldest
  * interval (the jump as an unknown of its own: Willsky and Jones, A generalized likelihood ratio
  * approach to the detection and estimation of jumps in linear systems, IEEE TAC 1976). They have
- * jumped where kInARow frames running, of kRunS at least, find a jump, all of them the same one, after
- * kCalmS in which none found any: a knock, stamps that jitter or a delay show another jump, or its opposite, a
- * frame later, and a wrong calibration shows its own all the time.
+ * jumped where kInARow frames running, of kRunS at least, find a jump, all of them the same one,
+ * after kCalmS in which none found any: a knock, stamps that jitter or a delay show another jump, or
+ * its opposite, a frame later, and a wrong calibration shows its own all the time.
  */
 class BiasJumpDetector {
  public:
-  static constexpr int kInARow = 6;
+  static constexpr size_t kInARow = 6;
   static constexpr double kRunS = 0.24, kCalmS = 1.04;  // s
   /** Of a frame's jump about the mean, at most: the 95 % quantile of 6 degrees of freedom. */
   static constexpr double kSameChi2 = 12.6;
@@ -57,7 +57,7 @@ class BiasJumpDetector {
   std::optional<Jump> find(int iterations, WindowSolver* solver, const Window& window, Window* open,
                            SolverResult* solved) const;
   /** Whether the newest frames from `first` on are as many, and of such a time, as are asked. */
-  bool isRun(std::deque<Jump>::const_iterator first) const;
+  bool isRun(size_t first) const;
   /** Whether the newest frames agree on a jump. */
   bool agreed() const;
 
