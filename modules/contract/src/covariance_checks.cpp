@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <random>
 
 #include "check_tools.h"
@@ -124,11 +125,12 @@ class Nees {
   }
   int windows() const { return errors_.size(); }
 
-  /** Average over its expectation, 1 is consistent. */
-  double ratio(const std::vector<int>& indices) const {
+  /** Average over its expectation, 1 is consistent; nothing if a covariance is singular. */
+  std::optional<double> ratio(const std::vector<int>& indices) const {
     double sum = 0.0;
     for (size_t i = 0; i < errors_.size(); ++i) {
       const MatrixXd P = covariances_[i](indices, indices);
+      if (smallestCorrelationEigenvalue(P) < kSingular) return std::nullopt;
       const VectorXd e = errors_[i](indices);
       sum += e.dot(P.ldlt().solve(e));
     }
@@ -183,13 +185,14 @@ ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
   std::vector<int> all;
   std::string blocks, complaints;
   const auto add = [&](const char* name, const std::vector<int>& indices) {
-    const double ratio = nees.ratio(indices);
+    const std::optional<double> ratio = nees.ratio(indices);
+    if (!ratio) return std::string("singular");
     const Judgement judgement =
-        judge(ratio, static_cast<double>(indices.size()) * nees.windows(), allowed);
+        judge(*ratio, static_cast<double>(indices.size()) * nees.windows(), allowed);
     if (*judgement.verdict() != '\0')
       complaints += format("; %s: %s, %.2f is not in %.2f to %.2f", name, judgement.verdict(),
-                           ratio, judgement.low, judgement.high);
-    return format("%.2f", ratio);
+                           *ratio, judgement.low, judgement.high);
+    return format("%.2f", *ratio);
   };
   for (const Block& block : kBlocks) {
     std::vector<int> indices(block.size);
@@ -210,7 +213,7 @@ ContractCheck judgeNees(const Nees& nees, const char* motion, double allowed) {
       blocks += std::string(", ") + name + " " + add(name, indices);
   }
   const std::string whole = all.empty() ? "never errs" : add("all", all);
-  const double value = all.empty() ? 0.0 : nees.ratio(all);
+  const double value = nees.ratio(all).value_or(0.0);
   const std::string text = format("%d windows, %s: average NEES over its expectation %s",
                                   nees.windows(), motion, whole.c_str()) +
                            blocks;

@@ -102,6 +102,11 @@ TEST(Contract, ComparesErrorsWithTheCovarianceByMonteCarlo) {
               AllOf(HasSubstr("b_g: too optimistic"), HasSubstr("velocity: too pessimistic")));
   options.allowed_nees_factor = 4.0;
   EXPECT_EQ(check("covariance.consistent", Drawn(1.0 / 3.0), options).verdict, Verdict::kPassed);
+  // Where a part is singular, the other blocks alone.
+  Drawn singular(1.0);
+  singular.singular_ = true;
+  EXPECT_THAT(check("covariance.consistent", singular, options).detail,
+              HasSubstr("velocity singular"));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "etalon/initialization/initializer.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -86,14 +85,6 @@ bool isRotation(const Eigen::Matrix3d& R) {
          R.determinant() > 0.0;
 }
 
-/** Of a finite matrix; its elements may be as far apart in size as their units make them. */
-bool isPositiveDefinite(const Eigen::MatrixXd& P) {
-  if (!(P.diagonal().minCoeff() > 0.0)) return false;
-  const Eigen::VectorXd scale = P.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(scale.asDiagonal() * P * scale.asDiagonal());
-  return factor.info() == Eigen::Success;
-}
-
 /** What is wrong with a reported success, in words; empty if nothing. */
 std::string brokenPromise(const InitializationProblem& problem, const Initialization& result) {
   if (static_cast<int>(result.states.size()) != problem.keyframeCount()) {
@@ -119,8 +110,6 @@ std::string brokenPromise(const InitializationProblem& problem, const Initializa
     return "a covariance that is neither 11 x 11 nor, with the poses, " +
            std::to_string(11 + poses) + " square";
   if (!result.covariance.allFinite()) return "a covariance not finite";
-  if (rows > 0 && !isPositiveDefinite(result.covariance))
-    return "a covariance that is not positive definite";
   if (result.T_BC && !(result.T_BC->t.allFinite() && isRotation(result.T_BC->R)))
     return "a T_BC that is no rigid transform";
   return "";

@@ -89,22 +89,6 @@ TEST(InitializerPromises, AGoodAnswerComesThroughWithItsBiasInEveryState) {
   }));
 }
 
-TEST(InitializerPromises, TheCovarianceIsPositiveDefinite) {
-  const auto is_refused = HasSubstr("a covariance that is not positive definite");
-  EXPECT_THAT(reasonOf([](auto* r) { r->covariance(4, 4) = 0.0; }), is_refused);
-  EXPECT_THAT(reasonOf([](auto* r) {
-                r->covariance(1, 0) = r->covariance(0, 1) = -1.1 * r->covariance(0, 0);
-              }),
-              is_refused);
-  // Variances of units far apart are none.
-  EXPECT_TRUE(answered([](Initialization* r) {
-    for (int i = 0; i < 3; ++i) {
-      r->covariance.row(i) *= 1e-9;
-      r->covariance.col(i) *= 1e-9;
-    }
-  }));
-}
-
 TEST(InitializerPromises, EveryNumberIsFinite) {
   EXPECT_THAT(reasonOf([](auto* r) { r->states[1].T_WB.R(0, 2) = kNaN; }),
               HasSubstr("reports success with a T_WB not finite at keyframe 1"));
