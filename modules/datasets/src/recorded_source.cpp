@@ -87,7 +87,7 @@ void RecordedSource::checkImuRate() {
                        "stamped when they arrive? That costs accuracy",
                        1e3 * steps.mean_s));
   double& rate_hz = recording_.calibration.imu.rate_hz;
-  const double measured_hz = measuredRate(recording_.imu);
+  const double measured_hz = steps.rateHz();
   if (rate_hz <= kFaster * measured_hz) return;
   recording_.warnings.push_back(
       name_ +

@@ -16,6 +16,11 @@ struct Steps {
 
   /** Most are short, some long: so are stamps of the arrival in batches. */
   bool inBatches() const { return median_s < 0.5 * mean_s; }
+  /** One over the median step, in batches over the mean one; 0 of a single row. */
+  double rateHz() const {
+    const double step_s = inBatches() ? mean_s : median_s;
+    return step_s > 0.0 ? 1.0 / step_s : 0.0;
+  }
 };
 
 template <typename Row>
@@ -28,12 +33,9 @@ Steps stepsOf(const std::vector<Row>& rows) {
   return {median(std::move(steps_s)), mean_s};
 }
 
-/** One over the median step, in batches over the mean one, Hz; 0 of a single row. */
 template <typename Row>
 double measuredRate(const std::vector<Row>& rows) {
-  const Steps steps = stepsOf(rows);
-  const double step_s = steps.inBatches() ? steps.mean_s : steps.median_s;
-  return step_s > 0.0 ? 1.0 / step_s : 0.0;
+  return stepsOf(rows).rateHz();
 }
 
 /** Adds `shift` to the stamps of rows; those whose stamp becomes an impossible one are left out, with
