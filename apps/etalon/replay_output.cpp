@@ -28,10 +28,7 @@ std::string describeProgress(const Pipeline& pipeline, const PipelineOptions& op
                 ? "collecting keyframes " + std::to_string(pipeline.keyframesCollected()) + "/" +
                       std::to_string(firstWindow(options))
                 : "not yet (" + std::to_string(pipeline.attemptCount()) + " attempts)";
-  char text[120];
-  std::snprintf(text, sizeof text, "replay: %7.2f s  %5.1f frames/s  %s", seconds, rate,
-                state.c_str());
-  return text;
+  return format("replay: %7.2f s  %5.1f frames/s  %s", seconds, rate, state.c_str());
 }
 
 void printAttempt(const InitializationAttempt& attempt, const Pipeline& pipeline,
@@ -85,9 +82,8 @@ void printAutoSummary(const RunRecord& record) {
   for (size_t i = 0; i < record.attempts.size(); ++i) {
     const AttemptRecord& attempt = record.attempts[i];
     if (!attempt.accepted()) continue;
-    char when[64];
-    std::snprintf(when, sizeof when, " at %.2f s (attempt %zu)",
-                  secondsBetween(record.first_image, attempt.t), i + 1);
+    const std::string when =
+        format(" at %.2f s (attempt %zu)", secondsBetween(record.first_image, attempt.t), i + 1);
     text += (accepted.empty() ? "" : "; ") + attempt.initializer +
             (accepted.empty() ? " initialized" : " took over") + when;
     accepted.push_back(&attempt);
@@ -239,9 +235,9 @@ void printSummary(const RunRecord& record, const FinishedRun& run,
 }
 
 std::string describe(const RunEnd& end, const std::string& source) {
-  char when[64] = "";
+  std::string when;
   if (end.first_image)
-    std::snprintf(when, sizeof when, " at %.2f s",
+    when = format(" at %.2f s",
                   secondsBetween(*end.first_image, !end.initializer.empty() ? end.attempt_t
                                                    : end.processed          ? *end.processed
                                                                             : *end.first_image));

@@ -230,10 +230,7 @@ void run(const Arguments& arguments) {
   const GroundTruthCheck check = checkGroundTruth(tracks.ground_truth, tracks.imu.samples());
   const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
                                                          : fromInitializer(tracks, suite);
-  FixedLagOptions options = suite.pipeline.fixed_lag;
-  options.sigma_px = suite.pipeline.window.odometry.sigma_px;
-  options.gravity_mps2 = suite.pipeline.window.gravity_mps2;
-  options.imu_noise = suite.pipeline.imu_noise.apply(tracks.calibration.imu.noise);
+  const FixedLagOptions options = suite.pipeline.fixedLag(tracks.calibration.imu.noise);
   injectFault(arguments.fault, &tracks);
   std::printf("%s, %.1f s from frame %zu\n", recordingName(arguments.source).c_str(),
               secondsBetween(tracks.frames[beginning.frame].t, tracks.frames.back().t),

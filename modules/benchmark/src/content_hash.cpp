@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/recorded_source.h"
 
 namespace etalon {
@@ -73,10 +73,8 @@ void ContentHash::addFile(const std::string& path) {
 
 std::string ContentHash::hex() const {
   const XXH128_hash_t digest = XXH3_128bits_digest(state_->xxh3);
-  char text[33];
-  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(digest.high64),
+  return format("%016llx%016llx", static_cast<unsigned long long>(digest.high64),
                 static_cast<unsigned long long>(digest.low64));
-  return text;
 }
 
 std::string recordingHash(const RecordedSource& recording) {

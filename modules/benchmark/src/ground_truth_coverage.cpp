@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
+
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -12,11 +13,7 @@ namespace {
 constexpr TimeNs kMostBetween = kNanosecondsPerSecond;
 
 /** Rounds down, because 99.9 % is not all. Rounding errors next to a whole number do not count. */
-std::string percent(double share) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.0f %%", std::floor(100.0 * share + 1e-9));
-  return text;
-}
+std::string percent(double share) { return format("%.0f %%", std::floor(100.0 * share + 1e-9)); }
 
 double shareOf(size_t covered, size_t total) {
   return total == 0 ? 0.0 : static_cast<double>(covered) / static_cast<double>(total);

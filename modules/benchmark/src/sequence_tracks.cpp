@@ -1,7 +1,6 @@
 #include "etalon/benchmark/sequence_tracks.h"
 
 #include <cctype>
-#include <cstdio>
 #include <filesystem>
 #include <future>
 #include <opencv2/core/utility.hpp>
@@ -11,6 +10,7 @@
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 #include "etalon/frontend/front_stage.h"
 #include "etalon/imu/saturation.h"
 
@@ -117,9 +117,8 @@ std::string tracksKey(const std::string& recording_hash, const TrackingOptions& 
   StereoTrackerOptions frontend = options.frontend;
   ParameterSet parameters("frontend");
   frontend.declare(parameters);
-  char bias[120];
-  std::snprintf(bias, sizeof bias, "%.17g %.17g %.17g", options.gyro_bias.x(),
-                options.gyro_bias.y(), options.gyro_bias.z());
+  const std::string bias = format("%.17g %.17g %.17g", options.gyro_bias.x(), options.gyro_bias.y(),
+                                  options.gyro_bias.z());
   ContentHash hash;
   hash.add(recording_hash);
   hash.add(parameters.toIni());

@@ -11,6 +11,7 @@
 #include "etalon/benchmark/windows.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/output_file.h"
+#include "etalon/core/text.h"
 #include "record_json.h"
 #include "suite/suite_files.h"
 
@@ -88,8 +89,7 @@ void discardBenchmark(const std::string& folder) {
 }
 
 std::string resultKey(const WindowResult& result) {
-  char rate[40];
-  std::snprintf(rate, sizeof rate, "%.9g", result.rate_hz);
+  const std::string rate = format("%.9g", result.rate_hz);
   return result.sequence + ", " + std::to_string(result.keyframes) + " keyframes at " + rate +
          " Hz, window " + std::to_string(result.window) + ", " + result.initializer;
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "etalon/benchmark/summary.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/text.h"
 #include "etalon/frontend/keyframe_selector.h"
 
 namespace etalon {
@@ -41,11 +41,10 @@ std::vector<std::string> tooShort(const BenchmarkRecord& record, const WindowSha
     if (has_windows || !sequence.error.empty() ||
         windowCount(sequence.first_image, sequence.last_image, record.protocol.every_s, shape) > 0)
       continue;
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  ": too short for %d keyframes at %g Hz (needs %.2f s, has %.2f s): 0 windows",
-                  shape.keyframes, shape.rate_hz, shortestRecording(shape),
-                  secondsBetween(sequence.first_image, sequence.last_image));
+    const std::string text =
+        format(": too short for %d keyframes at %g Hz (needs %.2f s, has %.2f s): 0 windows",
+               shape.keyframes, shape.rate_hz, shortestRecording(shape),
+               secondsBetween(sequence.first_image, sequence.last_image));
     sentences.push_back(sequence.name + text);
   }
   return sentences;
@@ -79,12 +78,8 @@ void checkKeyframeRates(const std::vector<double>& rates_hz, double camera_hz,
   constexpr double kJitter = 1.05;  // 30 Hz may be asked of a camera of 29.97 Hz
   for (const double rate_hz : rates_hz) {
     if (camera_hz <= 0.0 || rate_hz <= kJitter * camera_hz) continue;
-    char text[120];
-    std::snprintf(text, sizeof text, "%g keyframes a second: the camera of '", rate_hz);
-    std::string message = text + recording;
-    std::snprintf(text, sizeof text, "' has %.1f images a second; expected a rate up to that",
-                  camera_hz);
-    throw ConfigError(message + text);
+    throw ConfigError(format("%g keyframes a second: the camera of '", rate_hz) + recording +
+                      format("' has %.1f images a second; expected a rate up to that", camera_hz));
   }
 }
 

@@ -1,12 +1,12 @@
 #include "etalon/contract/contract.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <string>
 
 #include "check_tools.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -69,9 +69,8 @@ ContractCheck runHere(const CheckEntry& entry, const Initializer& initializer,
 // A check on its way through the pipe: verdict, value, number of failures, then each text (detail,
 // failures, by_motion) after its length.
 std::string packed(const ContractCheck& check) {
-  char head[64];
-  std::snprintf(head, sizeof(head), "%d %a %zu", static_cast<int>(check.verdict), check.value,
-                check.failures.size());
+  const std::string head =
+      format("%d %a %zu", static_cast<int>(check.verdict), check.value, check.failures.size());
   std::string text = head;
   const auto append = [&text](const std::string& more) {
     text += " " + std::to_string(more.size()) + " " + more;

@@ -1,18 +1,12 @@
 #include "etalon/core/printable.h"
 
-#include <cstdio>
+#include "etalon/core/text.h"
 
 namespace etalon {
 
 namespace {
 
 constexpr char kByteOrderMark[] = "\xEF\xBB\xBF";
-
-std::string escape(const char* format, unsigned value) {
-  char text[16];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 /** The code point of the two or three bytes of UTF-8 at `i`; 0 where there are none. */
 unsigned codePoint(const std::string& text, size_t i, size_t* length) {
@@ -49,9 +43,9 @@ std::string printable(const std::string& text, bool lines) {
     } else if (c == '\t') {
       shown += lines ? "\t" : "\\t";
     } else if (c < 0x20 || c == 0x7F) {
-      shown += escape("\\x%02x", c);
+      shown += format("\\x%02x", c);
     } else if (const unsigned code = codePoint(text, i, &length); code != 0 && actsUnseen(code)) {
-      shown += escape("\\u%04x", code);
+      shown += format("\\u%04x", code);
       i += length - 1;
     } else {
       shown += text[i];

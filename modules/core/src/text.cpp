@@ -8,12 +8,14 @@
 namespace etalon {
 
 std::string format(const char* text, ...) {
-  char buffer[600];
-  va_list arguments;
+  va_list arguments, again;
   va_start(arguments, text);
-  std::vsnprintf(buffer, sizeof buffer, text, arguments);
+  va_copy(again, arguments);
+  std::string formatted(std::max(0, std::vsnprintf(nullptr, 0, text, arguments)), '\0');
+  std::vsnprintf(formatted.data(), formatted.size() + 1, text, again);
+  va_end(again);
   va_end(arguments);
-  return buffer;
+  return formatted;
 }
 
 std::string csvField(const std::string& text) {
@@ -25,9 +27,7 @@ std::string csvField(const std::string& text) {
 
 std::string csvNumber(double value) {
   if (std::isnan(value)) return "";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
+  return format("%.9g", value);
 }
 
 std::string markdownText(const std::string& text) {

@@ -7,9 +7,9 @@
 namespace etalon {
 namespace {
 
-TEST(Text, FormatsAndCutsLongTexts) {
+TEST(Text, FormatsTextsOfAnyLength) {
   EXPECT_EQ(format("%d of %s, %.2f", 3, "five", 0.125), "3 of five, 0.12");
-  EXPECT_EQ(format("%s", std::string(1000, 'x').c_str()).size(), 599U);
+  EXPECT_EQ(format("%s", std::string(1000, 'x').c_str()).size(), 1000U);
 }
 
 TEST(Text, CsvFieldsAreQuotedWhereTheyMustBe) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <limits>
@@ -136,12 +135,11 @@ void RecordedSource::countOutsideImu() {
   for (size_t i = frame_; i < frame_end_; ++i)
     if (stamps[i] < first || stamps[i] > last) ++statistics_.outside_imu;
   if (statistics_.outside_imu == 0) return;
-  char text[200];
-  std::snprintf(text, sizeof text,
-                ": %d of %zu stereo frames lie outside the IMU's time, %.2f to %.2f s after the "
-                "first image: they are used without IMU; are the clocks the same?",
-                statistics_.outside_imu, frame_end_ - frame_, secondsBetween(stamps.front(), first),
-                secondsBetween(stamps.front(), last));
+  const std::string text = format(
+      ": %d of %zu stereo frames lie outside the IMU's time, %.2f to %.2f s after the "
+      "first image: they are used without IMU; are the clocks the same?",
+      statistics_.outside_imu, frame_end_ - frame_, secondsBetween(stamps.front(), first),
+      secondsBetween(stamps.front(), last));
   warn(name_ + text);
 }
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 namespace {
@@ -129,8 +129,7 @@ TrajectoryErrors relativeErrors(const AssociatedTrajectories& trajectories,
   const bool frames = delta.unit == DeltaUnit::kFrames;
   if (!(delta.length > 0.0 && std::isfinite(delta.length)) ||
       (frames && (delta.length != std::floor(delta.length) || delta.length > 1e9))) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%g", delta.length);
+    const std::string text = format("%g", delta.length);
     throw ConfigError(std::string("delta ") + text + ": expected " +
                       (frames ? "a whole number of frames, 1 or more" : "more than 0 m"));
   }

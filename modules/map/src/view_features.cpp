@@ -22,6 +22,7 @@ Eigen::Vector2d pixelOf(const cv::KeyPoint& keypoint) { return {keypoint.pt.x, k
 
 /** Matches whose descriptor is much nearer than any other; query and train are the rows. */
 std::vector<cv::DMatch> clearMatches(const cv::Mat& query, const cv::Mat& train) {
+  if (query.empty() || train.empty()) return {};  // the matcher throws without rows to look in
   std::vector<std::vector<cv::DMatch>> nearest;
   cv::BFMatcher(cv::NORM_HAMMING).knnMatch(query, train, nearest, 2);
   std::vector<cv::DMatch> clear;

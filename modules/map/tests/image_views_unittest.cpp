@@ -102,6 +102,16 @@ TEST_F(ImageViewsTest, FindsHardlyAnythingBeyondItsReachNorInAnotherPlace) {
   EXPECT_LE(found(views_.find(7, queries({0.0, 0.0}, 3.0))), 2);
 }
 
+TEST(ImageViews, AViewOfWhichOneImageIsBlackHasNoFeatures) {
+  const cv::Mat black = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+  for (const bool left_is_black : {true, false}) {
+    ImageViews views(eurocCalibration());
+    views.show(left_is_black ? black : texture(1), left_is_black ? texture(1) : black);
+    views.keep(7);
+    EXPECT_NO_THROW(views.prepare(7));
+  }
+}
+
 TEST_F(ImageViewsTest, AViewThatWasDroppedShowsNothing) {
   views_.keep(8);
   views_.dropAllBut({8});

@@ -102,11 +102,7 @@ std::string predictionLine(const char* symbol, const BiasPrediction& p, const ch
 
 std::string vectorText(const Vector3d& v, const char* number) {
   std::string text;
-  for (int a = 0; a < 3; ++a) {
-    char buffer[40];
-    std::snprintf(buffer, sizeof buffer, number, v[a]);
-    text += (a > 0 ? " " : "") + std::string(buffer);
-  }
+  for (int a = 0; a < 3; ++a) text += (a > 0 ? " " : "") + format(number, v[a]);
   return text;
 }
 

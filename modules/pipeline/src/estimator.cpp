@@ -2,18 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "etalon/core/stopwatch.h"
+#include "etalon/core/text.h"
 #include "kept_samples.h"
 #include "odometry_kinds.h"
 
 namespace etalon {
 
 namespace {
-
-/** In the dark without IMU for this long, the velocity is known no better than after a loss, s. */
-constexpr double kMostBridgedS = 0.15;
 
 /** Standard deviations of the biases across a loss, in those that the odometry had. */
 constexpr double kBiasCaution = 2.0;
@@ -42,9 +39,7 @@ Estimator::Estimator(const StereoInertialCalibration& calibration, const Pipelin
       record_(calibration,
               {noise_, options.window.gravity_mps2, options.window.odometry.sigma_px,
                options.final_ba ? static_cast<size_t>(options.final_ba_keyframes) : 0}) {
-  options_.fixed_lag.gravity_mps2 = options.window.gravity_mps2;
-  options_.fixed_lag.sigma_px = options.window.odometry.sigma_px;
-  options_.fixed_lag.imu_noise = noise_;
+  options_.fixed_lag = options.fixedLag(calibration.imu.noise);
   if (options.map.enabled && options.odometry_kind != kStereoVisual)
     views_ = std::make_shared<ImageViews>(calibration);
   if (views_ && options.map.relocalize)
@@ -73,11 +68,10 @@ bool Estimator::add(const FrontFrame& frame) {
   Stopwatch watch;
   noticeMissingImages(frame.t);
   no_image_said_ = false;
-  const bool said = state_ == PipelineState::kDeadReckoning;
   const TimeNs before = last_frame_.value_or(frame.t);
   const bool imu = before == frame.t || imu_.covers(before, frame.t);
   const int not_located = frames_not_located_;
-  const bool was_lost = state_ == PipelineState::kLost;
+  const PipelineState state_before = state_;
   last_frame_ = frame.t;
   frame_lag_s_ =
       imu_.empty() ? 0.0 : std::max(0.0, secondsBetween(frame.t, imu_.samples().back().t));
@@ -88,14 +82,14 @@ bool Estimator::add(const FrontFrame& frame) {
   if (views_ && frame.tracked) views_->show(frame.images.left, frame.images.right);
   follow(frame.t, before, frame.tracked);  // a loss begins a new window
   const bool keyframe = frame.tracked && window_.isKeyframe(frame.t);
-  if (was_lost && frames_not_located_ > not_located)
+  const bool located = not_located == frames_not_located_;
+  if (state_before == PipelineState::kLost && !located)
     lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_.jumpedSeconds()), imu);
   if (state_ == PipelineState::kLost)
     estimates_.back().pose_covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
   clock_.frameDone();
-  const bool located = not_located == frames_not_located_;
   remark(frame.t, missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located,
-                                  located || state_ != PipelineState::kVisual, said}));
+                                  state_before, state_}));
   timing.odometry_ms = watch.lapMilliseconds();
 
   if (frame.tracked && isCollecting()) {
@@ -124,8 +118,7 @@ void Estimator::finish() {
 void Estimator::noticeMissingImages(TimeNs until) {
   if (!last_frame_ || clock_.hasJumped() || secondsBetween(*last_frame_, until) <= no_image_s_)
     return;
-  char text[80];
-  std::snprintf(text, sizeof text, "no image came for %.1f s", secondsBetween(*last_frame_, until));
+  const std::string text = format("no image came for %.1f s", secondsBetween(*last_frame_, until));
   const TimeNs since = *last_frame_ + durationNs(no_image_s_);
   if (state_ == PipelineState::kInertial) enter(PipelineState::kDeadReckoning, since, text);
   // In a state that rests on images alone it is said while they are missing, once.
@@ -223,13 +216,10 @@ void Estimator::judge(const OdometryOutput& output, const std::optional<TrackedF
   const bool brief = !tracked && output.unlocated_s <= no_image_s_;
   if (output.unlocated_s == 0.0 || (brief && state_ == PipelineState::kInertial)) {
     enter(PipelineState::kInertial, output.t, "images locate the platform again");
-  } else if (output.imu_missing && (clock_.hasJumped() || output.bridged_s > kMostBridgedS)) {
-    lose(output, "neither images nor the IMU tell where the platform is");
-  } else if (output.unlocated_s > options_.max_dead_reckoning_s) {
-    char text[120];
-    std::snprintf(text, sizeof text, "no image has located the platform for %.1f s",
-                  output.unlocated_s);
-    lose(output, text);
+  } else if (const std::string why =
+                 whyLost(output, options_.max_dead_reckoning_s, clock_.hasJumped());
+             !why.empty()) {
+    lose(output, why);
   } else {
     enter(PipelineState::kDeadReckoning, output.t, whyNotLocated(tracked, output));
   }
@@ -291,11 +281,11 @@ void Estimator::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
 }
 
 void Estimator::noteRecognition(TimeNs t, double seconds_ago, const PoseJump& jump) {
-  char text[120];
-  std::snprintf(text, sizeof text,
-                "a place from %.1f s ago is recognized, and the pose is corrected by it",
-                seconds_ago);
-  events_.push_back({t, state_, text, true, jump});
+  events_.push_back(
+      {t, state_,
+       format("a place from %.1f s ago is recognized, and the pose is corrected by it",
+              seconds_ago),
+       true, jump});
 }
 
 FinalFlight Estimator::finalBa(const std::function<bool(int iterations)>& go_on) const {

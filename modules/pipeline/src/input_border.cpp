@@ -1,9 +1,9 @@
 #include "etalon/pipeline/input_border.h"
 
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "etalon/core/text.h"
 #include "etalon/imu/imu_limits.h"
 
 namespace etalon {
@@ -126,8 +126,8 @@ const std::vector<InputFault>& inputFaults() {
 
 std::string describe(InputFault fault, const InputFaultCount& count) {
   const FaultText& text = textOf(fault);
-  char value[40] = "";
-  if (text.value_unit) std::snprintf(value, sizeof value, ": %.4g%s", count.value, text.value_unit);
+  const std::string value =
+      text.value_unit ? format(": %.4g%s", count.value, text.value_unit) : std::string();
   return "input: " + std::to_string(count.count) + " " + text.noun + (count.count == 1 ? "" : "s") +
          " " + text.what + " (the first at stamp " + std::to_string(count.first) + value + ")";
 }

@@ -3,14 +3,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "etalon/core/text.h"
+
 namespace etalon {
 
 namespace {
 namespace ix = state_index;
 
+/** In the dark without IMU for this long, the velocity is known no better than after a loss, s. */
+constexpr double kMostBridgedS = 0.15;
+
 constexpr double kTurnRps = 0.5;  // of a flight
 constexpr double kAnyYaw = 1.8;   // rad; standard deviation of a yaw of which nothing is known
 }  // namespace
+
+std::string whyLost(const OdometryOutput& output, double max_dead_reckoning_s, bool clock_jumped) {
+  if (output.imu_missing && (clock_jumped || output.bridged_s > kMostBridgedS))
+    return "neither images nor the IMU tell where the platform is";
+  if (output.unlocated_s > max_dead_reckoning_s)
+    return format("no image has located the platform for %.1f s", output.unlocated_s);
+  return "";
+}
 
 LostPose::LostPose(const NavState& state, const Eigen::Matrix<double, 15, 15>& covariance)
     : at_loss_(covariance.topLeftCorner<6, 6>()),

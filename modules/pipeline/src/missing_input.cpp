@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
+
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -17,13 +18,6 @@ constexpr int kTracks = 20;
 constexpr double kShare = 0.1;
 
 const char* const kCameras[] = {"left", "right"};
-
-template <typename... Values>
-std::string text(const char* format, Values... values) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, values...);
-  return buffer;
-}
 
 }  // namespace
 
@@ -47,10 +41,10 @@ std::string MissingInput::clockJumped(TimeNs from, TimeNs to) {
   last_sample_.reset();
   clock_jumped_ = true;
   if (to < from)
-    return text("the IMU's stamps step back by %.2f s: samples are refused until they catch up",
-                secondsBetween(to, from));
-  return text("the IMU's stamps jump by %.2f s: nothing is integrated across it",
-              secondsBetween(from, to));
+    return format("the IMU's stamps step back by %.2f s: samples are refused until they catch up",
+                  secondsBetween(to, from));
+  return format("the IMU's stamps jump by %.2f s: nothing is integrated across it",
+                secondsBetween(from, to));
 }
 
 std::vector<std::string> MissingInput::frame(const Frame& frame) {
@@ -74,7 +68,7 @@ void MissingInput::watchCameras(const TrackedFrame& tracked, double step_s, Said
     if (seen[1 - c] < kTracks || seen[c] > kShare * seen[1 - c]) continue;
     Lack& blind = blind_[c];
     if (!blind.on)
-      said->push_back(text("the %s camera sees nothing: the other one carries on", kCameras[c]));
+      said->push_back(format("the %s camera sees nothing: the other one carries on", kCameras[c]));
     blind.on = true;
     blind.last = tracked.t;
     blind.seconds += step_s;
@@ -83,9 +77,9 @@ void MissingInput::watchCameras(const TrackedFrame& tracked, double step_s, Said
 
 void MissingInput::watchImu(const Frame& frame, Said* said) {
   if (new_gap_s_ > 0.0 && !gaps_.on) {
-    said->push_back(text(frame.located ? "no IMU sample for %.2f s: images bridge the gap"
-                                       : "no IMU sample for %.2f s, and no image bridges the gap",
-                         new_gap_s_));
+    said->push_back(
+        format("no IMU sample for %.2f s%s", new_gap_s_,
+               frame.located ? ": images bridge the gap" : ", and no image bridges the gap"));
     gaps_.on = true;
   }
   new_gap_s_ = 0.0;
@@ -102,7 +96,8 @@ void MissingInput::watchImu(const Frame& frame, Said* said) {
 }
 
 void MissingInput::watchPose(const Frame& frame, Said* said) {
-  if (frame.known) return;
+  // The other states that images locate nothing in say so themselves.
+  if (frame.located || frame.state != PipelineState::kVisual) return;
   if (!unlocated_.on) said->push_back("no image locates the platform: the pose is a guess");
   unlocated_.on = true;
   unlocated_.last = frame.t;
@@ -115,7 +110,8 @@ void MissingInput::watchImages(const Frame& frame, Said* said) {
   if (step_s == 0.0) return;
   constexpr double kMost = 1e6;  // across a jump of the clock
   int away = static_cast<int>(std::lround(std::min(step_s * image_rate_hz_, kMost))) - 1;
-  if (away < 0 || frame.said || clock_jumped_) away = 0;
+  const bool said_by_state = frame.before == PipelineState::kDeadReckoning;
+  if (away < 0 || said_by_state || clock_jumped_) away = 0;
   away_.push_back(away);
   const auto slots = [this] {
     return std::accumulate(away_.begin(), away_.end(), static_cast<int>(away_.size()));
@@ -129,7 +125,7 @@ void MissingInput::watchImages(const Frame& frame, Said* said) {
   }
   const int expected = slots(), missing = expected - static_cast<int>(away_.size());
   if (expected < kImages || missing < kImagesMissing) return;
-  said->push_back(text("images are missing: %d of the last %d", missing, expected));
+  said->push_back(format("images are missing: %d of the last %d", missing, expected));
   images_ = {true, frame.t, missing, 0.0};
   images_since_ = expected;
 }
@@ -140,33 +136,33 @@ void MissingInput::endLacks(TimeNs t, bool all, Said* said) {
   };
   for (size_t c = 0; c < 2; ++c)
     if (isOver(blind_[c], kAgainS)) {
-      said->push_back(text(all ? "the %s camera saw nothing for %.2f s"
-                               : "the %s camera sees again; it saw nothing for %.2f s",
-                           kCameras[c], blind_[c].seconds));
+      said->push_back(format(all ? "the %s camera saw nothing for %.2f s"
+                                 : "the %s camera sees again; it saw nothing for %.2f s",
+                             kCameras[c], blind_[c].seconds));
       blind_[c] = Lack();
     }
   if (isOver(gaps_, kAgainS)) {
     if (gaps_.count > 1)
-      said->push_back(text("the IMU had %d gaps, %.2f s in all", gaps_.count, gaps_.seconds));
+      said->push_back(format("the IMU had %d gaps, %.2f s in all", gaps_.count, gaps_.seconds));
     gaps_ = Lack();
   }
   if (isOver(saturated_, kAgainS)) {
-    said->push_back(text("%d IMU samples were at the end of the range", saturated_.count));
+    said->push_back(format("%d IMU samples were at the end of the range", saturated_.count));
     saturated_ = Lack();
   }
   if (isOver(no_imu_, kAgainS)) {
-    said->push_back(text(all ? "%d images were without IMU" : "the IMU is back after %d images",
-                         no_imu_.count));
+    said->push_back(format(all ? "%d images were without IMU" : "the IMU is back after %d images",
+                           no_imu_.count));
     no_imu_ = Lack();
   }
   if (isOver(unlocated_, kAgainS)) {
-    said->push_back(text("%d images did not locate the platform", unlocated_.count));
+    said->push_back(format("%d images did not locate the platform", unlocated_.count));
     unlocated_ = Lack();
   }
   if (isOver(images_, kImagesAgainS)) {
-    said->push_back(
-        text(all ? "%d of %d images were missing" : "all images come again; %d of %d were missing",
-             images_.count, images_since_));
+    said->push_back(format(
+        all ? "%d of %d images were missing" : "all images come again; %d of %d were missing",
+        images_.count, images_since_));
     images_ = Lack();
     away_.clear();
   }

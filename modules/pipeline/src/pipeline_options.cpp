@@ -30,6 +30,14 @@ ParameterSet pipelineSection(PipelineOptions* options) {
 
 }  // namespace
 
+FixedLagOptions PipelineOptions::fixedLag(const ImuNoiseDensities& data_sheet) const {
+  FixedLagOptions options = fixed_lag;
+  options.gravity_mps2 = window.gravity_mps2;
+  options.sigma_px = window.odometry.sigma_px;
+  options.imu_noise = imu_noise.apply(data_sheet);
+  return options;
+}
+
 std::vector<ParameterSet> PipelineOptions::sections() {
   std::vector<ParameterSet> sets;
   sets.push_back(pipelineSection(this));

@@ -148,7 +148,7 @@ TEST(MissingInput, ImagesThatAreMissingAreSaidOnce) {
                           "all images come again; 4 of 120 were missing"));
   // Where the state says it, or the clock jumped, it is not said twice.
   EXPECT_THAT(fly([](int k, TrackedFrame*, MissingInput::Frame* frame) {
-                frame->said = k == 120;
+                if (k == 120) frame->before = PipelineState::kDeadReckoning;
                 return k < 100 || k >= 120;
               }),
               IsEmpty());
@@ -156,7 +156,8 @@ TEST(MissingInput, ImagesThatAreMissingAreSaidOnce) {
 
 TEST(MissingInput, BeforeTheStartAPoseThatIsAGuessIsSaid) {
   EXPECT_THAT(fly([](int k, TrackedFrame*, MissingInput::Frame* frame) {
-                frame->located = frame->known = k < 100 || k >= 110;
+                frame->state = PipelineState::kVisual;
+                frame->located = k < 100 || k >= 110;
                 return true;
               }),
               ElementsAre("no image locates the platform: the pose is a guess",

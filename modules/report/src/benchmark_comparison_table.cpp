@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "benchmark_side_tables.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_comparison.h"
 
 namespace etalon {
@@ -12,19 +12,14 @@ namespace {
 std::string shownValue(const std::string& figure, double value) {
   if (!std::isfinite(value)) return "-";
   const bool rate = figure == kSuccessRate;
-  char text[352];
-  std::snprintf(text, sizeof text, "%.*f", rate ? kSuccessDecimals : windowMetric(figure).decimals,
+  return format("%.*f", rate ? kSuccessDecimals : windowMetric(figure).decimals,
                 value * (rate ? 100.0 : windowMetric(figure).factor));
-  return text;
 }
 
 /** The same for a difference, which may be too small for those decimals. */
 std::string shownDifference(const std::string& figure, double value) {
   if (!std::isfinite(value)) return "-";
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3g",
-                value * (figure == kSuccessRate ? 100.0 : windowMetric(figure).factor));
-  return text;
+  return format("%.3g", value * (figure == kSuccessRate ? 100.0 : windowMetric(figure).factor));
 }
 
 /** Recordings of the comparisons, in the order of the first that has each. */
@@ -124,9 +119,7 @@ TitledTable comparisonTable(const std::vector<PairedComparison>& comparisons,
                             const BootstrapOptions& options, bool group_in_title) {
   Table table(columnsFor(comparisons, group_in_title));
   for (const PairedComparison& comparison : comparisons) addRow(comparison, group_in_title, &table);
-  char note[900];
-  std::snprintf(
-      note, sizeof note,
+  const std::string note = format(
       "On the windows that both have. Errors: medians over the windows where both give a "
       "value, and the median of the differences; success: rates over all windows that can "
       "be judged, refused ones included. Interval: %g %%, paired percentile bootstrap of "

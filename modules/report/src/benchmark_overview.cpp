@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "benchmark_side_tables.h"
 #include "etalon/benchmark/windows.h"
@@ -179,8 +178,7 @@ std::string noteOn(const BenchmarkRecord& record, const WindowShape& shape,
       "the "
       "stereo odometry that is asked for";
   if (vi_ba_ms.empty()) return note + ". ";
-  char text[60];
-  std::snprintf(text, sizeof text, ";\nVI-BA itself takes %.0f ms.\n", quantile(vi_ba_ms, 0.5));
+  const std::string text = format(";\nVI-BA itself takes %.0f ms.\n", quantile(vi_ba_ms, 0.5));
   return note + text;
 }
 
@@ -270,9 +268,7 @@ TitledTable comparisonOverview(const std::vector<PairedComparison>& comparisons,
     table.setText(keyOf(c.figure, c.stage), shownVerdict(c));
     few += c.apart < kMinPairs;
   }
-  char note[400];
-  std::snprintf(
-      note, sizeof note,
+  const std::string note = format(
       "better, worse: significant at %g %% (paired bootstrap, %d resamples of recordings and "
       "windows) and\nrelevant; =: neither.",
       100.0 * options.confidence, options.resamples);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "etalon/benchmark/calibration/noise_calibration.h"
@@ -11,11 +10,7 @@
 namespace etalon {
 namespace {
 
-std::string inShort(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string inShort(double value) { return format("%g", value); }
 
 /** The attempt's times by part, each with its name for the reader. */
 std::vector<std::pair<std::string, double>> partsOf(const AttemptRecord& attempt) {
@@ -73,12 +68,11 @@ std::string copiesNote(const BenchmarkRecord& record) {
     most = std::max(most, sequence.gyro_agreement.median);
   }
   if (names.empty()) return "";
-  char text[200];
-  std::snprintf(text, sizeof text,
-                " the ground truth's rotations are the smoothed gyro (from state to state they "
-                "agree with it to %.2g of its white noise): RRE there flatters whoever copies the "
-                "gyro.",
-                most);
+  const std::string text = format(
+      " the ground truth's rotations are the smoothed gyro (from state to state they "
+      "agree with it to %.2g of its white noise): RRE there flatters whoever copies the "
+      "gyro.",
+      most);
   return " In " + joined(names) + text;
 }
 

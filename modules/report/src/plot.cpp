@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
+#include "etalon/core/text.h"
 #include "plot_canvas.h"
 
 namespace etalon {
@@ -152,8 +152,7 @@ class TrajectoryPlot {
     const double t_s = secondsAt(*options_.initialized_at);
     const double x = area.at(t_s, 0.0).x;
     canvas_.dashedLine({x, box.y}, {x, box.y + box.height}, kInitialized, 1.4);
-    char label[64];
-    std::snprintf(label, sizeof label, "initialized, %.2f s", t_s);
+    const std::string label = format("initialized, %.2f s", t_s);
     const bool left = x + 160 > box.x + box.width;
     canvas_.text({x + (left ? -7 : 7), box.y + 17}, label, 9.0, kInitialized,
                  left ? TextAlign::kRight : TextAlign::kLeft);
@@ -162,10 +161,8 @@ class TrajectoryPlot {
   static std::string headingOf(const std::string& name, const std::string& unit,
                                const std::vector<double>& values) {
     const ErrorStatistics s = statisticsOf(values);
-    char text[160];
-    std::snprintf(text, sizeof text, "%s: RMSE %.3g %s, median %.3g, max %.3g", name.c_str(),
-                  s.rmse, unit.c_str(), s.median, s.max);
-    return text;
+    return format("%s: RMSE %.3g %s, median %.3g, max %.3g", name.c_str(), s.rmse, unit.c_str(),
+                  s.median, s.max);
   }
 
   /** The alignment before the errors, as a part of a heading. */

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -43,17 +41,12 @@ int strokeWidth(double size) { return toThickness(0.11 * size); }
 
 /** A colour of SVG, e.g. "#1469b4". */
 std::string hex(const Color& color) {
-  char text[32];
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", static_cast<int>(color[2]),
-                static_cast<int>(color[1]), static_cast<int>(color[0]));
-  return text;
+  return format("#%02x%02x%02x", static_cast<int>(color[2]), static_cast<int>(color[1]),
+                static_cast<int>(color[0]));
 }
 
 std::string stroke(const Color& color, double width) {
-  char text[80];
-  std::snprintf(text, sizeof text, "fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\"",
-                hex(color).c_str(), width);
-  return text;
+  return format("fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\"", hex(color).c_str(), width);
 }
 
 constexpr double kDash = 6.0, kGap = 4.0;  // px
@@ -86,27 +79,18 @@ std::vector<cv::Point2d> cornersOf(const cv::Rect2d& box) {
 
 }  // namespace
 
-void PlotCanvas::element(const char* format, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  svg_ += text;
-}
-
 void PlotCanvas::shape(const char* kind, const std::vector<cv::Point2d>& points,
                        const std::string& style) {
   svg_ += std::string("<") + kind + " points=\"";
-  for (const cv::Point2d& p : points) element("%.1f,%.1f ", p.x, p.y);
+  for (const cv::Point2d& p : points) svg_ += format("%.1f,%.1f ", p.x, p.y);
   svg_ += "\" " + style + "/>\n";
 }
 
 void PlotCanvas::letters(cv::Point2d at, const std::string& text, double size, const Color& color,
-                         const char* anchor, const char* turn) {
+                         const char* anchor, const std::string& turn) {
   constexpr double kCapitalHeight = 0.72;  // of a sans-serif font's size
-  element("<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"%s\"%s ", at.x, at.y,
-          size / kCapitalHeight, anchor, turn);
+  svg_ += format("<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"%s\"%s ", at.x, at.y,
+                 size / kCapitalHeight, anchor, turn.c_str());
   svg_ += filled(color) + ">" + htmlText(text) + "</text>\n";
 }
 
@@ -139,8 +123,8 @@ void PlotCanvas::polyline(const std::vector<cv::Point2d>& points, const Color& c
 void PlotCanvas::disc(cv::Point2d centre, double radius, const Color& color) {
   const int r = static_cast<int>(std::lround(radius * kOversampling * (1 << kShift)));
   cv::circle(image_, toFixed(centre), r, color, cv::FILLED, cv::LINE_AA, kShift);
-  element("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" %s/>\n", centre.x, centre.y, radius,
-          filled(color).c_str());
+  svg_ += format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" %s/>\n", centre.x, centre.y, radius,
+                 filled(color).c_str());
 }
 
 void PlotCanvas::diamond(cv::Point2d c, double r, const Color& color) {
@@ -184,8 +168,7 @@ void PlotCanvas::text(cv::Point2d at, const std::string& text, double size, cons
 
 void PlotCanvas::verticalText(cv::Point2d at, const std::string& text, double size,
                               const Color& color) {
-  char turn[80];
-  std::snprintf(turn, sizeof turn, " transform=\"rotate(-90 %.1f %.1f)\"", at.x, at.y);
+  const std::string turn = format(" transform=\"rotate(-90 %.1f %.1f)\"", at.x, at.y);
   letters({at.x, at.y + 0.5 * size}, text, size, color, "middle", turn);
   int below = 0;
   const cv::Size extent = cv::getTextSize(text, kFont, fontScale(size), strokeWidth(size), &below);
@@ -211,12 +194,11 @@ void PlotCanvas::write(const std::string& path) const {
 
 std::string PlotCanvas::svg() const {
   const cv::Size size = image_.size() / kOversampling;
-  char head[240];
-  std::snprintf(head, sizeof head,
-                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" "
-                "viewBox=\"0 0 %d %d\" font-family=\"sans-serif\">\n"
-                "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
-                size.width, size.height, size.width, size.height);
+  const std::string head = format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" "
+      "viewBox=\"0 0 %d %d\" font-family=\"sans-serif\">\n"
+      "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
+      size.width, size.height, size.width, size.height);
   return head + svg_ + "</svg>\n";
 }
 

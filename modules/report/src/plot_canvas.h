@@ -43,11 +43,9 @@ class PlotCanvas {
 
  private:
   void writePng(const std::string& path) const;
-  /** Appends an element to the SVG. */
-  void element(const char* format, ...) __attribute__((format(printf, 2, 3)));
   void shape(const char* kind, const std::vector<cv::Point2d>& points, const std::string& style);
   void letters(cv::Point2d at, const std::string& text, double size, const Color& color,
-               const char* anchor, const char* turn);
+               const char* anchor, const std::string& turn);
 
   cv::Mat image_;
   std::string svg_;  ///< the elements

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 
 #include "etalon/core/printable.h"
@@ -58,16 +57,11 @@ std::string escaped(const std::string& text) { return htmlText(pageText(text)); 
 
 nlohmann::json rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return std::strtod(text, nullptr);  // stod throws where a number is smaller than 2e-308
+  const std::string text = format("%.6g", value);
+  return std::strtod(text.c_str(), nullptr);  // stod throws where a number is smaller than 2e-308
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string number(double value) { return format("%g", value); }
 
 std::string term(const std::string& name, const std::string& html) {
   return html.empty() ? "" : "<dt>" + name + "</dt><dd>" + html + "</dd>\n";

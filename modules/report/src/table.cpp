@@ -2,22 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "etalon/core/errors.h"
 #include "etalon/core/text.h"
 
 namespace etalon {
-namespace {
-
-std::string formatted(const char* format, int precision, double value) {
-  char text[352];  // "%.*f" of the largest double has 309 digits before the point
-  std::snprintf(text, sizeof text, format, precision, value);
-  return text;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::vector<std::string> tableFormatNames() { return {"text", "markdown", "csv", "latex"}; }
 
@@ -46,7 +37,7 @@ void Table::setText(const std::string& key, const std::string& text) {
 void Table::setNumber(const std::string& key, double value) {
   Cell& cell = rows_.back()[indexOf(key)];
   cell.value = value;
-  cell.text = formatted("%.*g", 9, value);
+  cell.text = format("%.*g", 9, value);
   cell.empty = !std::isfinite(value);
 }
 
@@ -140,7 +131,7 @@ bool Table::hasRuleAbove(size_t row) const {
 std::string Table::rounded(size_t column, const Cell& cell) const {
   if (cell.empty) return "-";
   const Column& c = columns_[column];
-  return c.number ? formatted("%.*f", c.decimals, c.factor * cell.value) : cell.text;
+  return c.number ? format("%.*f", c.decimals, c.factor * cell.value) : cell.text;
 }
 
 std::string Table::toString(TableFormat format, const TextStyle& style) const {

@@ -2,6 +2,7 @@
 
 #include "etalon/benchmark/windows.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
+#include "etalon/pipeline/lost_pose.h"
 #include "etalon/pipeline/odometry_start.h"
 
 namespace etalon {
@@ -10,11 +11,10 @@ namespace {
 FrameEstimate estimateOf(const OdometryOutput& output, const PipelineOptions& options) {
   FrameEstimate estimate;
   estimate.t = output.t;
+  const bool lost = !whyLost(output, options.max_dead_reckoning_s, false).empty();
   estimate.state = output.unlocated_s == 0.0 ? PipelineState::kInertial
-                   : output.imu_missing      ? PipelineState::kLost
-                   : output.unlocated_s > options.max_dead_reckoning_s
-                       ? PipelineState::kLost
-                       : PipelineState::kDeadReckoning;
+                   : lost                    ? PipelineState::kLost
+                                             : PipelineState::kDeadReckoning;
   estimate.nav = output.state;
   estimate.pose_covariance = output.covariance.topLeftCorner<6, 6>();
   estimate.motion_variance = output.covariance.diagonal().tail<9>();
@@ -50,11 +50,7 @@ std::vector<FrameEstimate> flyOverTracks(const SequenceTracks& tracks,
   std::vector<FrameEstimate> estimates;
   const std::optional<TracksStart> first = firstStart(tracks, options, initializer);
   if (!first) return estimates;
-  FixedLagOptions fixed_lag = options.fixed_lag;
-  fixed_lag.sigma_px = options.window.odometry.sigma_px;
-  fixed_lag.gravity_mps2 = options.window.gravity_mps2;
-  fixed_lag.imu_noise = options.imu_noise.apply(tracks.calibration.imu.noise);
-  FixedLagOdometry odometry(tracks.calibration, fixed_lag);
+  FixedLagOdometry odometry(tracks.calibration, options.fixedLag(tracks.calibration.imu.noise));
   for (size_t i = first->frame; i < tracks.frames.size(); ++i) {
     const TrackedFrame& frame = tracks.frames[i];
     const OdometryOutput output =

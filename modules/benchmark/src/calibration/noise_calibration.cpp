@@ -3,9 +3,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
+
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -33,12 +34,6 @@ Vector3d sigmaOf(const Matrix3d& coupling, const Matrix3d& chi2_covariance) {
 
 /** Cov(chi2_g, chi2_h) = 2 tr((I-H)_gh (I-H)_hg) for Gaussian noise of the assumed size. */
 Matrix3d gaussianCovariance(const Matrix3d& coupling) { return coupling + coupling.transpose(); }
-
-std::string text(const char* format, double a, double b = 0.0, double c = 0.0) {
-  char buffer[200];
-  std::snprintf(buffer, sizeof buffer, format, a, b, c);
-  return buffer;
-}
 
 /** One factor stands for all of the accelerometer's noise (separateSlowError() tells its parts). */
 InitializationProblem withoutSlowError(const InitializationProblem& problem) {
@@ -216,15 +211,15 @@ std::vector<std::string> describe(const NoiseCheck& check, double overlap) {
     const double off = std::abs(factor - 1.0);
     const bool right = off < std::max(0.1, 2.0 * sigma);
     if (right) {
-      s += text(
+      s += format(
           " may be right: the residuals look like %.2f times it, +- %.0f %% at least (chi2/dof "
           "%.2f, to which the other sensors' noise adds)",
           factor, 100.0 * sigma, chi2[g] / dof[g]);
     } else {
       s += factor > 1.0 ? " is too small" : " is too large";
-      s += text(" (chi2/dof %.2f): ", chi2[g] / dof[g]);
-      s +=
-          text("the residuals look like %.2f times it, +- %.0f %% at least", factor, 100.0 * sigma);
+      s += format(" (chi2/dof %.2f): ", chi2[g] / dof[g]);
+      s += format("the residuals look like %.2f times it, +- %.0f %% at least", factor,
+                  100.0 * sigma);
     }
     sentences.push_back(s);
   }

@@ -6,9 +6,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <ctime>
+
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -54,8 +55,7 @@ std::string ProcessWatch::look() {
   const double now_s = processorTime();
   idle_looks_ = now_s - last_s_ < kIdle * interval_s_ ? idle_looks_ + 1 : 0;
   last_s_ = now_s;
-  char limit[40];
-  std::snprintf(limit, sizeof limit, "%g s", limit_s_);
+  const std::string limit = format("%g s", limit_s_);
   if (now_s - begin_s_ > limit_s_)
     return std::string("used more than ") + limit + " of processor time";
   if (idle_looks_ * interval_s_ >= limit_s_)

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <fstream>
@@ -19,6 +18,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/process/child_process.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -110,11 +110,7 @@ using TellingFunction = std::function<std::string(const TextSink& tell)>;
   _exit(sendMessage(file, end, answer) ? 0 : 1);
 }
 
-std::string secondsText(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.0f s", std::ceil(seconds));
-  return text;
-}
+std::string secondsText(double seconds) { return format("%.0f s", std::ceil(seconds)); }
 
 std::string describeEnd(int status, const IsolationLimits& limits) {
   if (WIFSIGNALED(status)) {

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "calibration_watch.h"
+#include "etalon/core/text.h"
 
 namespace etalon {
 
@@ -46,11 +46,9 @@ constexpr double kDoubtful = 2.0;
 /** With as many decimals as the smallest sigma has: two of its digits. */
 static std::string numbers(const Eigen::VectorXd& values, int decimals, const char* sign) {
   std::string text;
-  const std::string format = std::string("%") + sign + ".*f";
+  const std::string number = std::string("%") + sign + ".*f";
   for (Eigen::Index i = 0; i < values.size(); ++i) {
-    char number[40];
-    std::snprintf(number, sizeof number, format.c_str(), decimals, values[i]);
-    text += (i > 0 ? ", " : "") + std::string(number);
+    text += (i > 0 ? ", " : "") + format(number.c_str(), decimals, values[i]);
   }
   return values.size() > 1 ? "(" + text + ")" : text;
 }

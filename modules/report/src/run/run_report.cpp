@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
@@ -179,9 +178,7 @@ std::string summaryOf(const RunRecord& record, const std::string& name, bool has
   const std::string warnings =
       joined(record.warnings, "<br>", [](const std::string& w) { return escaped(w); });
   const auto ate = [](const char* which, const std::optional<TrajectoryErrors>& errors) {
-    char text[64] = "";
-    if (errors) std::snprintf(text, sizeof text, "%s %.4f m", which, errors->position_m.rmse);
-    return std::string(text);
+    return errors ? format("%s %.4f m", which, errors->position_m.rmse) : std::string();
   };
   std::vector<std::string> errors;
   for (const std::string& text :

@@ -6,7 +6,7 @@
 
 namespace etalon {
 
-/** printf into a string; cut after 600 characters. */
+/** printf into a string. */
 __attribute__((format(printf, 1, 2))) std::string format(const char* text, ...);
 
 /** RFC 4180: quoted where it must be. */

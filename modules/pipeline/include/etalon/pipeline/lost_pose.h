@@ -1,8 +1,18 @@
 #pragma once
 
+#include <string>
+
 #include "etalon/core/nav_state.h"
+#include "etalon/odometry/odometry.h"
 
 namespace etalon {
+
+/**
+ * Why an odometry that reads the IMU is lost after a frame that images did not locate: a clause;
+ * empty while dead reckoning carries the pose.
+ * @param clock_jumped since the frame before: no time is known that dead reckoning could bridge
+ */
+std::string whyLost(const OdometryOutput& output, double max_dead_reckoning_s, bool clock_jumped);
 
 /**
  * How far off the pose may be while stereo odometry runs from a guess: as at the loss, and for the

@@ -9,6 +9,7 @@
 #include "etalon/core/calibration.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/imu/imu_limits.h"
+#include "etalon/pipeline/pipeline_state.h"
 
 namespace etalon {
 
@@ -30,8 +31,8 @@ class MissingInput {
     const TrackedFrame* tracked = nullptr;  ///< null: it repeats the one before, as if it were none
     bool imu = true;                        ///< the IMU reaches from the frame before to this one
     bool located = true;                    ///< images say where the platform is
-    bool known = true;                      ///< or the state says that they do not
-    bool said = false;                      ///< so it was when the frame came
+    PipelineState before = PipelineState::kInertial;  ///< when the frame came
+    PipelineState state = PipelineState::kInertial;   ///< with it
   };
 
   /** @param calibration with the rates of cam0 and of the IMU (longestImuStep()) */

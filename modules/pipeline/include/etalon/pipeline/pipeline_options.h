@@ -47,6 +47,10 @@ struct PipelineOptions {
    * initializer for the start at rest, which is asked about whole windows. */
   bool windowsGrow() const { return min_keyframes < keyframes && initializer != kAutoInitializer; }
 
+  /** fixed_lag, with gravity, pixel noise and IMU noise as all other steps have them.
+   * @param data_sheet of the recording's IMU */
+  FixedLagOptions fixedLag(const ImuNoiseDensities& data_sheet) const;
+
   /** The parameters of every section, bound to this object: [pipeline], [imu_noise], [priors],
    * [frontend], ... */
   std::vector<ParameterSet> sections();
