@@ -9,6 +9,7 @@
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/process/isolated_run.h"
+#include "etalon/core/text.h"
 #include "etalon/report/benchmark_overview.h"
 #include "etalon/report/report.h"
 #include "options/configuration_options.h"
@@ -77,15 +78,11 @@ SuiteConfiguration configureSafely(const BenchArguments& arguments) {
 }
 
 std::string describe(const BenchmarkProgress& p) {
-  char text[160];
+  const std::string left = clockTime(p.remaining_s);
   if (p.stage == BenchmarkProgress::Stage::kFrontEnd)
-    std::snprintf(text, sizeof text, "bench: front end %zu/%zu frames, %.0f frames/s, %s left",
-                  p.done, p.total, static_cast<double>(p.done) / std::max(1e-9, p.elapsed_s),
-                  clockTime(p.remaining_s).c_str());
-  else
-    std::snprintf(text, sizeof text, "bench: windows %zu/%zu, %s left", p.done, p.total,
-                  clockTime(p.remaining_s).c_str());
-  return text;
+    return format("bench: front end %zu/%zu frames, %.0f frames/s, %s left", p.done, p.total,
+                  static_cast<double>(p.done) / std::max(1e-9, p.elapsed_s), left.c_str());
+  return format("bench: windows %zu/%zu, %s left", p.done, p.total, left.c_str());
 }
 
 void printNotes(const BenchmarkOutcome& outcome) {

@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/convert.h"
 #include "options/fault_option.h"
 #include "options/recording_option.h"
@@ -81,11 +82,8 @@ int convert(const ConvertArguments& arguments) {
   options.progress = [&](const ConvertProgress& progress) {
     if (stop->load()) throw Interrupted();
     line.update(progress.frames == progress.frames_total, [&]() -> std::string {
-      char text[100];
-      std::snprintf(text, sizeof text, "convert: %d of %d stereo frames, %.0f a second",
-                    progress.frames, progress.frames_total,
-                    progress.frames / std::max(secondsSince(start), 1e-9));
-      return text;
+      return format("convert: %d of %d stereo frames, %.0f a second", progress.frames,
+                    progress.frames_total, progress.frames / std::max(secondsSince(start), 1e-9));
     });
   };
   ConvertReport report;

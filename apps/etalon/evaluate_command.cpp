@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "etalon/benchmark/ground_truth_coverage.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "etalon/datasets/ground_truth_file.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/evaluation/time_shift.h"
@@ -47,9 +48,8 @@ AssociatedTrajectories associated(const EvaluateArguments& arguments, const Traj
   AssociatedTrajectories pair = associate(estimate, reference, arguments.max_time_difference_s);
   const size_t covered = coveredPoses(estimate, pair);
   if (!pair.estimate.empty() && !coversEnough(covered, estimate.size(), arguments.min_coverage)) {
-    char wanted[60];
-    std::snprintf(wanted, sizeof wanted, "%g of them and at least %zu", arguments.min_coverage,
-                  kMinCoveredPoses);
+    const std::string wanted =
+        format("%g of them and at least %zu", arguments.min_coverage, kMinCoveredPoses);
     throw DataError(arguments.trajectory, 0,
                     std::to_string(covered) + " of " + std::to_string(estimate.size()) +
                         " poses are covered by " + arguments.ground_truth +
@@ -57,8 +57,7 @@ AssociatedTrajectories associated(const EvaluateArguments& arguments, const Traj
                         wanted + " (see --min-coverage)");
   }
   if (!pair.estimate.empty()) return pair;
-  char limit[40];
-  std::snprintf(limit, sizeof limit, "%g", arguments.max_time_difference_s);
+  const std::string limit = format("%g", arguments.max_time_difference_s);
   throw DataError(arguments.trajectory, 0,
                   "no pose has one of " + arguments.ground_truth + " within " + limit +
                       " s; expected stamps of the same clock (see --max-time-difference)");
@@ -110,12 +109,10 @@ void addErrors(Table* table, const std::string& error, const std::string& over,
 }
 
 std::string describe(const RelativeDelta& delta) {
-  char text[60];
-  std::snprintf(text, sizeof text, "%g %s", delta.length,
+  return format("%g %s", delta.length,
                 delta.unit == DeltaUnit::kMeters ? "m"
                 : delta.length == 1.0            ? "frame"
                                                  : "frames");
-  return text;
 }
 
 /** The time shift of least ATE, in words; beside a table for programs on standard error. */

@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "etalon/core/errors.h"
+#include "etalon/core/text.h"
 #include "etalon/simulation/fisheye_rig.h"
 #include "etalon/simulation/simulate_recording.h"
 #include "support/checks.h"
@@ -41,10 +42,8 @@ class SimulationProgress {
     if (done == 1) start_ = now;
     line_.update(done == all, [&]() -> std::string {
       const double seconds = std::chrono::duration<double>(now - start_).count();
-      char text[100];
-      std::snprintf(text, sizeof text, "simulate: %d/%d stereo frames, %.1f frames/s", done, all,
+      return format("simulate: %d/%d stereo frames, %.1f frames/s", done, all,
                     seconds > 0.0 ? (done - 1) / seconds : 0.0);
-      return text;
     });
   }
 

@@ -8,6 +8,7 @@
 #include "etalon/benchmark/trial/trial.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/printable.h"
+#include "etalon/core/text.h"
 #include "etalon/report/report.h"
 #include "options/configuration_options.h"
 #include "options/ground_truth_option.h"
@@ -95,10 +96,7 @@ NamedText readSystem(const std::string& text) {
 }
 
 std::string describe(const BenchmarkProgress& p) {
-  char text[160];
-  std::snprintf(text, sizeof text, "trial: runs %zu/%zu, %s left", p.done, p.total,
-                clockTime(p.remaining_s).c_str());
-  return text;
+  return format("trial: runs %zu/%zu, %s left", p.done, p.total, clockTime(p.remaining_s).c_str());
 }
 
 /** @throws ConfigError for a kind that there is not */

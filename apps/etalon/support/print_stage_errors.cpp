@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <string>
 
+#include "etalon/core/text.h"
+
 namespace etalon::app {
 
 void printStageErrors(const StageRecord& stage) {
@@ -12,10 +14,7 @@ void printStageErrors(const StageRecord& stage) {
   std::string text;
   const auto add = [&text](const char* name, double value, int decimals, const char* unit) {
     if (std::isnan(value)) return;  // the ground truth lacks this figure
-    char error[80];
-    std::snprintf(error, sizeof error, "%s%s %.*f %s", text.empty() ? "" : ", ", name, decimals,
-                  value, unit);
-    text += error;
+    text += format("%s%s %.*f %s", text.empty() ? "" : ", ", name, decimals, value, unit);
   };
   add("RRE", e.rre_deg, 4, "deg");
   add("ATE", 1e3 * e.ate_m, 2, "mm");

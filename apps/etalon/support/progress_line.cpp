@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "etalon/core/text.h"
+
 namespace etalon::app {
 
 ProgressLine::ProgressLine()
@@ -37,13 +39,8 @@ void ProgressLine::interrupt() {
 
 std::string clockTime(double seconds) {
   const auto whole = static_cast<long long>(std::lround(std::max(0.0, seconds)));
-  char text[40];
-  if (whole < 3600)
-    std::snprintf(text, sizeof text, "%lld:%02lld", whole / 60, whole % 60);
-  else
-    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60,
-                  whole % 60);
-  return text;
+  if (whole < 3600) return format("%lld:%02lld", whole / 60, whole % 60);
+  return format("%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 }  // namespace etalon::app

@@ -89,9 +89,10 @@ void discardBenchmark(const std::string& folder) {
 }
 
 std::string resultKey(const WindowResult& result) {
-  const std::string rate = format("%.9g", result.rate_hz);
-  return result.sequence + ", " + std::to_string(result.keyframes) + " keyframes at " + rate +
-         " Hz, window " + std::to_string(result.window) + ", " + result.initializer;
+  return result.sequence +
+         format(", %d keyframes at %.9g Hz, window %d, ", result.keyframes, result.rate_hz,
+                result.window) +
+         result.initializer;
 }
 
 void sortResults(BenchmarkRecord* record) {

@@ -8,11 +8,16 @@
 namespace etalon {
 
 std::string format(const char* text, ...) {
+  char buffer[600];  // of most texts
   va_list arguments, again;
   va_start(arguments, text);
   va_copy(again, arguments);
-  std::string formatted(std::max(0, std::vsnprintf(nullptr, 0, text, arguments)), '\0');
-  std::vsnprintf(formatted.data(), formatted.size() + 1, text, again);
+  const size_t length = std::max(0, std::vsnprintf(buffer, sizeof buffer, text, arguments));
+  std::string formatted(buffer, std::min(length, sizeof buffer - 1));
+  if (length >= sizeof buffer) {
+    formatted.resize(length);
+    std::vsnprintf(formatted.data(), length + 1, text, again);
+  }
   va_end(again);
   va_end(arguments);
   return formatted;

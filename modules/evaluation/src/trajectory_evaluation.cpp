@@ -129,9 +129,8 @@ TrajectoryErrors relativeErrors(const AssociatedTrajectories& trajectories,
   const bool frames = delta.unit == DeltaUnit::kFrames;
   if (!(delta.length > 0.0 && std::isfinite(delta.length)) ||
       (frames && (delta.length != std::floor(delta.length) || delta.length > 1e9))) {
-    const std::string text = format("%g", delta.length);
-    throw ConfigError(std::string("delta ") + text + ": expected " +
-                      (frames ? "a whole number of frames, 1 or more" : "more than 0 m"));
+    throw ConfigError(format("delta %g: expected %s", delta.length,
+                             frames ? "a whole number of frames, 1 or more" : "more than 0 m"));
   }
   const auto& [estimate, reference] = trajectories;
   const std::vector<size_t> indices = chain(estimate, delta);

@@ -178,8 +178,7 @@ std::string noteOn(const BenchmarkRecord& record, const WindowShape& shape,
       "the "
       "stereo odometry that is asked for";
   if (vi_ba_ms.empty()) return note + ". ";
-  const std::string text = format(";\nVI-BA itself takes %.0f ms.\n", quantile(vi_ba_ms, 0.5));
-  return note + text;
+  return note + format(";\nVI-BA itself takes %.0f ms.\n", quantile(vi_ba_ms, 0.5));
 }
 
 std::vector<size_t> rowsThatCanBeBest(const std::vector<const SummaryRow*>& rows,

@@ -10,8 +10,6 @@
 namespace etalon {
 namespace {
 
-std::string inShort(double value) { return format("%g", value); }
-
 /** The attempt's times by part, each with its name for the reader. */
 std::vector<std::pair<std::string, double>> partsOf(const AttemptRecord& attempt) {
   std::vector<std::pair<std::string, double>> parts;
@@ -103,11 +101,11 @@ double valueOf(const FigureSummary& figure, SummaryStatistic statistic) {
 }
 
 std::string shapeText(const WindowShape& shape) {
-  return std::to_string(shape.keyframes) + " keyframes at " + inShort(shape.rate_hz) + " Hz";
+  return format("%d keyframes at %g Hz", shape.keyframes, shape.rate_hz);
 }
 
 std::string shapeId(const WindowShape& shape) {
-  return "_" + std::to_string(shape.keyframes) + "_" + inShort(shape.rate_hz) + "hz";
+  return format("_%d_%ghz", shape.keyframes, shape.rate_hz);
 }
 
 NoiseVerdict noiseVerdict(const ResidualGroup& residuals, double factor) {
@@ -197,7 +195,7 @@ std::optional<TitledTable> noiseTable(const BenchmarkRecord& record, const Windo
       "of the variance components, with the others' noise as configured; too small and too large "
       "are more "
       "than a factor of " +
-          inShort(kNoiseTolerance) +
+          format("%g", kNoiseTolerance) +
           " off by it. It shows that the noise does not fit, not what fits: where another sensor's "
           "noise is wrong its size and even its direction are. `etalon calibrate-device` iterates.",
       std::move(table), true};

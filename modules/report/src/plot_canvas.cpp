@@ -234,11 +234,9 @@ Ticks::Ticks(double low, double high, int at_most) {
 double Ticks::value(int i) const { return first + i * step; }
 
 std::string Ticks::label(int i) const {
-  char text[64];
   // A tick within rounding of zero must not read "-0".
   const double v = std::abs(value(i)) < 1e-9 * step ? 0.0 : value(i);
-  std::snprintf(text, sizeof text, "%.*f", decimals, v);
-  return text;
+  return format("%.*f", decimals, v);
 }
 
 void PlotArea::drawAxes(PlotCanvas* canvas, const std::string& x_label, const std::string& y_label,

@@ -8,7 +8,6 @@
 #include "etalon/core/text.h"
 
 namespace etalon {
-namespace {}  // namespace
 
 std::vector<std::string> tableFormatNames() { return {"text", "markdown", "csv", "latex"}; }
 
