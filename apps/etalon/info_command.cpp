@@ -65,6 +65,7 @@ Json timeOffsetJson(const TimeOffsetEstimate& offset) {
   json["discernible"] = offset.discernible();
   json["correlation"] = offset.correlation;
   json["correlation_at_zero"] = offset.correlation_at_zero;
+  json["correlation_as_given"] = offset.correlation_as_given;
   json["correlation_mirrored"] = offset.correlation_mirrored;
   json["runner_up"] = offset.runner_up;
   json["gyro_scale"] = offset.gyro_scale;
@@ -171,6 +172,11 @@ void print(const RecordingInspection& inspection) {
   if (inspection.rotation_disagreement_deg)
     std::printf("%-14s R_BC0 agrees with the motion to %.1f deg\n", "",
                 *inspection.rotation_disagreement_deg);
+  else if (inspection.time_offset.estimated)
+    std::printf(
+        "%-14s R_BC0 is not judged: the motion hardly turns about a second axis, or not as the "
+        "images do\n",
+        "");
   for (const std::string& error : info.errors) std::printf("error: %s\n", printable(error).c_str());
   if (info.warnings.empty() && info.errors.empty()) std::printf("warnings       none\n");
   for (const std::string& warning : info.warnings)

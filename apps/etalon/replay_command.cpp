@@ -203,6 +203,24 @@ void offerBiases(const ReplayArguments& arguments, const RunConfiguration& confi
                 printable(updateDeviceFile(file, recordingName(arguments.source), *bias)).c_str());
 }
 
+/** Where every attempt was refused, most because the data contradict each other: what may be wrong. */
+void suspectCause(const ReplayArguments& arguments, const RunRecord& record) {
+  const auto& attempts = record.attempts;
+  if (attempts.empty() || record.acceptedAttempt()) return;
+  const auto contradict = std::count_if(attempts.begin(), attempts.end(), [](const auto& attempt) {
+    return attempt.status == toString(RefusalStatus::kNotConverged);
+  });
+  if (2 * static_cast<size_t>(contradict) < attempts.size()) return;
+  std::vector<std::string> causes = suspectedByMotion(arguments.source, arguments.recording);
+  if (causes.empty())
+    causes.emplace_back(
+        "T_BS, the axes or a sign of the accelerometer, or noise above what [imu_noise] and "
+        "sigma_px say; what gyro and "
+        "images say of each other agrees");
+  for (const std::string& cause : causes)
+    std::printf("a cause may be: %s\n", printable(cause).c_str());
+}
+
 /** The run itself, in a process of its own. @param died see Replay */
 int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* died) {
   const IniFile ini = arguments.configuration.ini();
@@ -271,6 +289,7 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   }
   const bool part = arguments.from_s > 0.0 || arguments.to_s < 1e18 || !interrupted.empty();
   printSummary(record, finished, files.written, part);
+  if (!failure && !died && interrupted.empty()) suspectCause(arguments, record);
   if (!failure && !died) offerBiases(arguments, configuration, run.pipeline());
   if (interrupted.empty() && run.adjustmentStopped()) interrupted = "the final bundle adjustment";
   if (interrupted.empty()) run.waitForWindow();

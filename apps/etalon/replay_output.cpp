@@ -1,9 +1,11 @@
 #include "replay_output.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "etalon/core/printable.h"
@@ -178,6 +180,26 @@ std::string whyNoAttempt(const FinishedRun& run, bool part) {
   return format("at no time could %d keyframes in a row be tracked", wanted);
 }
 
+/** "; the last: ...", and what most were refused for, where that is something else. */
+std::string refusalsInWords(const std::vector<AttemptRecord>& attempts) {
+  const auto kind = [](const AttemptRecord& attempt) {  // the reason without its numbers
+    std::string text;
+    for (const char c : attempt.reason)
+      if (std::isdigit(static_cast<unsigned char>(c)) == 0) text += c;
+    return text;
+  };
+  std::map<std::string, size_t> count;
+  for (const AttemptRecord& attempt : attempts) ++count[kind(attempt)];
+  const AttemptRecord& last = attempts.back();
+  const AttemptRecord* frequent = &last;
+  for (const AttemptRecord& attempt : attempts)
+    if (count[kind(attempt)] >= 2 * count[kind(*frequent)]) frequent = &attempt;
+  std::string text = "; the last: " + last.reason;
+  if (kind(*frequent) != kind(last))
+    text += format("\n  %zu of them: ", count[kind(*frequent)]) + frequent->reason;
+  return text;
+}
+
 }  // namespace
 
 void printSummary(const RunRecord& record, const FinishedRun& run,
@@ -189,10 +211,10 @@ void printSummary(const RunRecord& record, const FinishedRun& run,
     std::printf("\n%s initialized %s\n", record.initializer.c_str(), startsInWords(record).c_str());
     printAccepted(*attempt);
   } else {
-    std::printf("\n%s never initialized in %zu attempts%s%s\n", record.initializer.c_str(),
-                record.attempts.size(), record.attempts.empty() ? ": " : "; the last: ",
-                record.attempts.empty() ? whyNoAttempt(run, part).c_str()
-                                        : record.attempts.back().reason.c_str());
+    const std::string why =
+        record.attempts.empty() ? ": " + whyNoAttempt(run, part) : refusalsInWords(record.attempts);
+    std::printf("\n%s never initialized in %zu attempts%s\n", record.initializer.c_str(),
+                record.attempts.size(), why.c_str());
   }
   const RunStatistics& s = record.statistics;
   std::printf("%s, %.1f s", counted(static_cast<size_t>(s.stereo_frames), "stereo frame").c_str(),

@@ -23,6 +23,13 @@ std::unique_ptr<RecordedSource> openWhole(const std::string& path,
   return openRecording(path, options);
 }
 
+TimeOffsetEstimate offsetOf(RecordedSource& source, const InspectionOptions& options,
+                            ImageProblems* problems = nullptr) {
+  return estimateTimeOffset(measureCameraRotation(source, options.max_frames, problems),
+                            source.imuMeasurements(), options.max_offset_s,
+                            source.calibration().cameras[0].T_BC.R.transpose());
+}
+
 }  // namespace
 
 std::vector<std::string> requireSoundRecording(const std::string& path,
@@ -36,6 +43,15 @@ std::vector<std::string> requireSoundRecording(const std::string& path,
   throw DataError(path, 0, text);
 }
 
+std::vector<std::string> suspectedByMotion(const std::string& path,
+                                           const RecordingOptions& recording) {
+  const InspectionOptions options;
+  const auto source = openWhole(path, recording);
+  return checkMotion(offsetOf(*source, options), source->calibration(),
+                     describeRecording(*source).images.rate_hz)
+      .warnings;
+}
+
 RecordingInspection inspectRecording(RecordedSource& source, const InspectionOptions& options) {
   RecordingInspection inspection;
   if (options.max_frames == 0) {
@@ -47,8 +63,7 @@ RecordingInspection inspectRecording(RecordedSource& source, const InspectionOpt
   const LoadedFrame first = source.loadFrame(0);  // what every run begins with
   if (!first.problem.empty()) problems[0] = describe(first);
   TimeOffsetEstimate& offset = inspection.time_offset;
-  offset = estimateTimeOffset(measureCameraRotation(source, options.max_frames, &problems),
-                              source.imuMeasurements(), options.max_offset_s);
+  offset = offsetOf(source, options, &problems);
   RecordingInfo& info = inspection.info;
   info = describeRecording(source, problems);
   info.append(checkImages(*openWhole(source.name(), source.options().recording)));

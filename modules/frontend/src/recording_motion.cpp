@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "etalon/core/angles.h"
@@ -9,8 +10,11 @@ namespace etalon {
 
 namespace {
 
-/** Well above the 2 to 3 deg that a few seconds of motion leave open. */
-constexpr double kMaxRotationErrorDeg = 20.0;
+/** Of the camera's rotations, the part that a wrong calibration leaves unexplained over the one that
+ * another leaves. Right ones stay below 1.06, images of a few seconds included. */
+constexpr double kExplainsMore = 1.3;
+/** Correlations above sqrt(1 - kAlike) are alike. */
+constexpr double kAlike = 1e-3;
 
 /** Real motion tracked in real images lies above 0.9. */
 constexpr double kPoorCorrelation = 0.8;
@@ -31,19 +35,33 @@ void checkGyro(const TimeOffsetEstimate& offset, Sentences* warnings) {
         format("IMU: the gyro's rates are %.3f times the camera's; expected 1", offset.gyro_scale));
 }
 
-/** Gyro and camera turn, but not alike: neither units nor extrinsics nor a time offset do that.
- */
-void checkCorrelation(const TimeOffsetEstimate& offset, Sentences* warnings) {
-  if (!offset.estimated || offset.correlation >= kPoorCorrelation ||
-      offset.gyro_spread_rad < kTurningRad)
-    return;
-  const bool mirrored = offset.correlation_mirrored > offset.correlation + 0.1;
-  warnings->push_back(format(
-      "IMU: the gyro turns, but not as the images do (correlation %.3f); %s", offset.correlation,
-      mirrored ? format("with one axis of the gyro inverted it is %.3f: is a sign wrong?",
-                        offset.correlation_mirrored)
-                     .c_str()
-               : "are axes exchanged or scaled, or do the streams belong together?"));
+/** Whether the second correlation leaves much less of the camera's rotations unexplained. */
+bool explainsMore(double correlation, double other) {
+  const auto unexplained = [](double c) { return 1.0 - c * std::max(0.0, c) + kAlike; };
+  return unexplained(correlation) > kExplainsMore * unexplained(other);
+}
+
+/** Whether gyro and camera turn alike; as the calibration has the camera in the body, or otherwise. */
+void checkRotations(const TimeOffsetEstimate& offset, const std::optional<double>& angle_deg,
+                    Sentences* warnings) {
+  if (!offset.estimated || offset.gyro_spread_rad < kTurningRad) return;
+  if (std::max(offset.correlation, offset.correlation_mirrored) < kPoorCorrelation)
+    warnings->push_back(format(
+        "IMU: the gyro turns, but not as the images do (correlation %.3f); are axes exchanged "
+        "or scaled, or do the streams belong together?",
+        offset.correlation));
+  else if (explainsMore(offset.correlation, offset.correlation_mirrored))
+    warnings->push_back(
+        format("IMU: the gyro turns as the images do only with one axis or all three inverted "
+               "(correlation %.3f, at most %.3f without); is a sign wrong?",
+               offset.correlation_mirrored, offset.correlation));
+  else if (explainsMore(offset.correlation_as_given, offset.correlation))
+    warnings->push_back(
+        "extrinsics: the rotation of cam0 to the IMU " +
+        (angle_deg ? format("differs by %.0f deg from", *angle_deg) : "is not") +
+        format(" what gyro and images say (correlation %.3f, with the given one %.3f); is T_BS "
+               "sensor to body?",
+               offset.correlation, offset.correlation_as_given));
 }
 
 void checkClocks(const TimeOffsetEstimate& offset, double image_rate_hz, Sentences* warnings) {
@@ -60,21 +78,16 @@ void checkClocks(const TimeOffsetEstimate& offset, double image_rate_hz, Sentenc
 
 std::optional<double> rotationDisagreementDeg(const TimeOffsetEstimate& offset,
                                               const StereoInertialCalibration& calibration) {
-  if (!offset.clear || !offset.R_CB) return std::nullopt;
+  if (!offset.estimated || offset.correlation < kPoorCorrelation || !offset.R_CB)
+    return std::nullopt;
   return degrees(logSO3(*offset.R_CB * calibration.cameras[0].T_BC.R).norm());
 }
 
 RecordingFindings checkMotion(const TimeOffsetEstimate& offset,
                               const StereoInertialCalibration& calibration, double image_rate_hz) {
   RecordingFindings findings;
-  const std::optional<double> angle_deg = rotationDisagreementDeg(offset, calibration);
-  if (angle_deg && *angle_deg > kMaxRotationErrorDeg)
-    findings.warnings.push_back(
-        format("extrinsics: the rotation of cam0 to the IMU differs by %.0f deg from what gyro and "
-               "images say; is T_BS sensor to body?",
-               *angle_deg));
   checkGyro(offset, &findings.warnings);
-  checkCorrelation(offset, &findings.warnings);
+  checkRotations(offset, rotationDisagreementDeg(offset, calibration), &findings.warnings);
   checkClocks(offset, image_rate_hz, &findings.warnings);
   return findings;
 }

@@ -57,15 +57,15 @@ class GyroIntegral {
 };
 
 struct Comparison {
-  double correlation = -2, mirrored = -2, scale = 0, spread = 0, gyro_spread = 0;
+  double correlation = -2, as_given = -2, mirrored = -2, scale = 0, spread = 0, gyro_spread = 0;
   Eigen::Matrix3d R_CB = Eigen::Matrix3d::Identity();
   double second_axis =
       0;  ///< correlation carried by the second axis of rotation over that of the first
   int steps = 0;
 };
 
-Comparison compare(const std::vector<RotationStep>& steps, const GyroIntegral& gyro,
-                   TimeNs offset) {
+Comparison compare(const std::vector<RotationStep>& steps, const GyroIntegral& gyro, TimeNs offset,
+                   const Eigen::Matrix3d& given_R_CB) {
   Eigen::Matrix3Xd camera(3, steps.size()), imu(3, steps.size());
   Comparison result;
   for (const RotationStep& step : steps) {
@@ -85,6 +85,7 @@ Comparison compare(const std::vector<RotationStep>& steps, const GyroIntegral& g
   result.R_CB = nearestRotation(M);
   const Eigen::Matrix3d aligned = result.R_CB.transpose() * M;  // symmetric
   result.correlation = aligned.trace() / std::sqrt(cc * gg);
+  result.as_given = (given_R_CB.transpose() * M).trace() / std::sqrt(cc * gg);
   const Eigen::Vector3d axes =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(aligned, Eigen::EigenvaluesOnly).eigenvalues();
   result.second_axis = axes[1] / axes[2];
@@ -140,7 +141,8 @@ bool TimeOffsetEstimate::discernible() const {
 }
 
 TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
-                                      const std::vector<ImuSample>& imu, double max_offset_s) {
+                                      const std::vector<ImuSample>& imu, double max_offset_s,
+                                      const Eigen::Matrix3d& given_R_CB) {
   TimeOffsetEstimate estimate;
   if (imu.size() < 2 || static_cast<int>(steps.size()) < kMinSteps) {
     estimate.reason = "too few images could be tracked";
@@ -151,7 +153,7 @@ TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
   std::vector<Comparison> comparisons;
   std::vector<double> correlations;
   for (int i = -half; i <= half; ++i) {
-    comparisons.push_back(compare(steps, gyro, durationNs(i * kStepS)));
+    comparisons.push_back(compare(steps, gyro, durationNs(i * kStepS), given_R_CB));
     // Offsets at which many steps fall outside the gyro's time rest on other data than the rest:
     // left out.
     const bool enough = comparisons.back().steps >=
@@ -175,10 +177,13 @@ TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
                                        : sigmaOfPeak(correlations[peak - 1], correlations[peak],
                                                      correlations[peak + 1], best.steps));
   estimate.gyro_spread_rad = best.gyro_spread;
-  for (size_t i = 0; i < comparisons.size(); ++i)
-    if (correlations[i] > -1)
-      estimate.correlation_mirrored =
-          std::max(estimate.correlation_mirrored, comparisons[i].mirrored);
+  for (size_t i = 0; i < comparisons.size(); ++i) {
+    if (!(correlations[i] > -1)) continue;
+    estimate.correlation_as_given =
+        std::max(estimate.correlation_as_given, comparisons[i].as_given);
+    estimate.correlation_mirrored =
+        std::max(estimate.correlation_mirrored, comparisons[i].mirrored);
+  }
   estimate.offset_s = (static_cast<double>(peak) - half + fraction) * kStepS;
   estimate.correlation = correlations[peak];
   estimate.correlation_at_zero = correlations[half];

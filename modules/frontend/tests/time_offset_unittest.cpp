@@ -12,7 +12,10 @@
 namespace etalon {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 const Eigen::Matrix3d kR_CB = expSO3({0.4, -1.2, 0.7});
 
@@ -47,7 +50,8 @@ std::vector<RotationStep> exampleSteps(double offset_s, double noise_rad, int co
 
 TEST(TimeOffset, IsFoundWithScaleAndRotation) {
   for (const double offset_s : {0.0, 0.08, -0.113}) {
-    const auto estimate = estimateTimeOffset(exampleSteps(offset_s, 1e-3), exampleImu(1.0), 0.5);
+    const auto estimate =
+        estimateTimeOffset(exampleSteps(offset_s, 1e-3), exampleImu(1.0), 0.5, kR_CB);
     ASSERT_TRUE(estimate.clear) << estimate.reason;
     // The noise of 120 steps leaves about 1 ms.
     EXPECT_NEAR(estimate.offset_s, offset_s, 3e-3);
@@ -60,7 +64,7 @@ TEST(TimeOffset, IsFoundWithScaleAndRotation) {
 
 TEST(TimeOffset, DoesNotDependOnTheGyrosUnit) {
   const auto estimate =
-      estimateTimeOffset(exampleSteps(0.02, 1e-3), exampleImu(kDegreesPerRadian), 0.5);
+      estimateTimeOffset(exampleSteps(0.02, 1e-3), exampleImu(kDegreesPerRadian), 0.5, kR_CB);
   ASSERT_TRUE(estimate.clear);
   EXPECT_NEAR(estimate.offset_s, 0.02, 3e-3);
   EXPECT_NEAR(estimate.gyro_scale, 57.3, 1.5);
@@ -78,7 +82,7 @@ TEST(TimeOffset, ItsStandardDeviationIsThatOfTheErrors) {
     std::vector<RotationStep> steps = exact;
     for (RotationStep& step : steps)
       for (int k = 0; k < 3; ++k) step.rotation[k] += noise(generator);
-    const auto estimate = estimateTimeOffset(steps, imu, 0.2);
+    const auto estimate = estimateTimeOffset(steps, imu, 0.2, kR_CB);
     ASSERT_TRUE(estimate.clear) << estimate.reason;
     squares += estimate.offset_s * estimate.offset_s;
     sigmas += estimate.sigma_s;
@@ -89,8 +93,9 @@ TEST(TimeOffset, ItsStandardDeviationIsThatOfTheErrors) {
 }
 
 TEST(TimeOffset, IsDiscernibleOnlyIfItExplainsMoreThanNone) {
-  EXPECT_TRUE(estimateTimeOffset(exampleSteps(0.06, 1e-3), exampleImu(1.0), 0.5).discernible());
-  const auto none = estimateTimeOffset(exampleSteps(0.0, 3e-3), exampleImu(1.0), 0.5);
+  EXPECT_TRUE(
+      estimateTimeOffset(exampleSteps(0.06, 1e-3), exampleImu(1.0), 0.5, kR_CB).discernible());
+  const auto none = estimateTimeOffset(exampleSteps(0.0, 3e-3), exampleImu(1.0), 0.5, kR_CB);
   EXPECT_TRUE(none.clear);
   EXPECT_FALSE(none.discernible()) << none.offset_s;
 }
@@ -115,12 +120,36 @@ TEST(TimeOffset, IsDiscernibleByItsGainAndItsStandardDeviationTogether) {
 
 TEST(TimeOffset, SeesThatAnAxisIsInverted) {
   std::vector<ImuSample> imu = exampleImu(1.0);
-  const auto sound = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3);
+  const auto sound = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3, kR_CB);
   EXPECT_LT(sound.correlation_mirrored, sound.correlation - 0.1);
   for (ImuSample& sample : imu) sample.gyro.x() = -sample.gyro.x();
-  const auto mirrored = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3);
+  EXPECT_NEAR(sound.correlation_as_given, sound.correlation, 1e-3);
+  const auto mirrored = estimateTimeOffset(exampleSteps(0.0, 1e-3), imu, 0.3, kR_CB);
   EXPECT_GT(mirrored.correlation_mirrored, 0.95);
   EXPECT_LT(mirrored.correlation, 0.9);
+}
+
+/** What checkMotion() warns of where the left camera is turned in the body as given. */
+std::vector<std::string> warningsOf(const std::vector<ImuSample>& imu,
+                                    const Eigen::Matrix3d& given_R_CB) {
+  StereoInertialCalibration calibration;
+  calibration.cameras[0].T_BC.R = given_R_CB.transpose();
+  const auto estimate = estimateTimeOffset(exampleSteps(0.0, 2e-3), imu, 0.3, given_R_CB);
+  return checkMotion(estimate, calibration, 20.0).warnings;
+}
+
+TEST(CheckMotion, TellsAWrongRotationOfTheCameraFromAWrongSignOfTheGyro) {
+  std::vector<ImuSample> imu = exampleImu(1.0);
+  EXPECT_THAT(warningsOf(imu, kR_CB), IsEmpty());
+  EXPECT_THAT(warningsOf(imu, expSO3({0.02, 0.0, -0.02}) * kR_CB), IsEmpty());
+  EXPECT_THAT(warningsOf(imu, expSO3({0.0, radians(30.0), 0.0}) * kR_CB),
+              ElementsAre(AllOf(HasSubstr("differs by 30 deg"), HasSubstr("T_BS"))));
+  EXPECT_THAT(warningsOf(imu, kR_CB.transpose()), ElementsAre(HasSubstr("T_BS")));
+  std::vector<ImuSample> inverted = imu;
+  for (ImuSample& sample : inverted) sample.gyro = -sample.gyro;
+  EXPECT_THAT(warningsOf(inverted, kR_CB), ElementsAre(HasSubstr("is a sign wrong?")));
+  for (ImuSample& sample : imu) sample.gyro.y() = -sample.gyro.y();
+  EXPECT_THAT(warningsOf(imu, kR_CB), ElementsAre(HasSubstr("is a sign wrong?")));
 }
 
 TEST(TimeOffset, IsNotClearForRepetitiveMotion) {
@@ -132,7 +161,7 @@ TEST(TimeOffset, IsNotClearForRepetitiveMotion) {
   for (RotationStep& step : steps)
     step.rotation = {
         0.05 * std::sin(2 * M_PI * 3.0 * 0.5e-9 * static_cast<double>(step.t0 + step.t1)), 0, 0};
-  const auto estimate = estimateTimeOffset(steps, imu, 0.45);
+  const auto estimate = estimateTimeOffset(steps, imu, 0.45, kR_CB);
   EXPECT_FALSE(estimate.clear);
   EXPECT_THAT(estimate.reason, HasSubstr("repetitive"));
   EXPECT_FALSE(estimate.R_CB.has_value());
@@ -141,13 +170,13 @@ TEST(TimeOffset, IsNotClearForRepetitiveMotion) {
 TEST(TimeOffset, IsNotClearForNoiseAndNotEstimatedAtRest) {
   std::vector<RotationStep> noise = exampleSteps(0, 0.03);
   for (size_t i = 0; i < noise.size(); ++i) noise[i].rotation -= exampleSteps(0, 0)[i].rotation;
-  EXPECT_FALSE(estimateTimeOffset(noise, exampleImu(1.0), 0.5).clear);
+  EXPECT_FALSE(estimateTimeOffset(noise, exampleImu(1.0), 0.5, kR_CB).clear);
   std::vector<RotationStep> rest = exampleSteps(0, 0);
   for (RotationStep& step : rest) step.rotation *= 1e-3;
-  const auto estimate = estimateTimeOffset(rest, exampleImu(1e-3), 0.5);
+  const auto estimate = estimateTimeOffset(rest, exampleImu(1e-3), 0.5, kR_CB);
   EXPECT_FALSE(estimate.estimated);
   EXPECT_THAT(estimate.reason, HasSubstr("hardly changes"));
-  EXPECT_FALSE(estimateTimeOffset(exampleSteps(0, 0, 20), exampleImu(1.0), 0.5).estimated);
+  EXPECT_FALSE(estimateTimeOffset(exampleSteps(0, 0, 20), exampleImu(1.0), 0.5, kR_CB).estimated);
 }
 
 }  // namespace

@@ -173,12 +173,12 @@ Expected<void> judgePrediction(const Eigen::MatrixXd& covariance, const Eigen::M
 Expected<void> judge(const VisualInertialBaResult& refined, const AcceptanceOptions& options) {
   Expected<void> verdict = judgeSolution(refined);
   if (verdict) verdict = judgeSupport(refined, options);
+  // The covariance rests on the noise, and is right only where the residuals are.
+  const double alarms = options.false_alarm_rate;
+  if (verdict && alarms > 0.0)
+    verdict = judgeResiduals(refined.noise, alarms, options.noise_margin);
   if (verdict) verdict = judgeCovariance(refined, options);
-  if (options.false_alarm_rate > 0.0) {
-    if (verdict)
-      verdict = judgeResiduals(refined.noise, options.false_alarm_rate, options.noise_margin);
-    if (verdict) verdict = judgeBiases(refined, options.false_alarm_rate);
-  }
+  if (verdict && alarms > 0.0) verdict = judgeBiases(refined, alarms);
   return verdict;
 }
 

@@ -24,6 +24,7 @@ struct Belief {
   double gyro = 1.0, accel = 1.0, pixel = 1.0;
   double shared_deg = 0.0;  ///< true: every keyframe's pixels are turned together, an axis
   double turn_deg = 0.0;    ///< true: all keyframes' pixels are turned alike, an axis
+  double jolt_mps2 = 0.0;   ///< true: an error of the accelerometer's x in the third interval
 };
 
 /** The synthetic pixels of a frame err each for itself. */
@@ -82,9 +83,13 @@ VisualInertialBaResult solve(const SyntheticWindowOptions& options, const Belief
   noise.gyro_noise_density *= options.gyro_noise_factor * belief.gyro;
   noise.accel_noise_density *= options.accel_noise_factor * belief.accel;
   for (const StampedState& s : synthetic.truth) problem.states.push_back(s);
-  for (size_t k = 1; k < problem.states.size(); ++k)
-    problem.preintegrations.emplace_back(
-        synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t), options.bias, noise);
+  for (size_t k = 1; k < problem.states.size(); ++k) {
+    std::vector<ImuSample> samples =
+        synthetic.imu.between(synthetic.truth[k - 1].t, synthetic.truth[k].t);
+    if (k == 3)
+      for (ImuSample& sample : samples) sample.accel.x() += belief.jolt_mps2;
+    problem.preintegrations.emplace_back(std::move(samples), options.bias, noise);
+  }
   problem.bias = synthetic.bias;
   problem.bundle = BundleProblem(std::move(window), testing::knownLandmarks(synthetic.landmarks));
   return solveVisualInertialBa(std::move(problem), ba);
@@ -203,6 +208,14 @@ TEST(NoiseCheck, OutliersDoNotBlowItUp) {
   expectRatio(check.accel, 1.0, 0.03);
   // Each outlier counts as a residual at the threshold: 5.991 where 1.9 is expected.
   expectRatio(check.vision, 1.0 + 0.05 * (5.991 / 1.9 - 1.0), 0.06);
+}
+
+/** What Huber's loss bends to is what the check is to find. */
+TEST(NoiseCheck, AnIntervalThatTheFitHardlyHeedsCountsWhole) {
+  Belief belief;
+  belief.jolt_mps2 = 1.0;
+  const NoiseCheck check = monteCarlo(noisy(), belief, robust(), 4);
+  EXPECT_GT(check.accel.chi2, 10.0 * check.accel.dof);
 }
 
 TEST(NoiseCheck, IsEmptyWithoutCovarianceAndWhereNobodyAsks) {

@@ -256,7 +256,7 @@ void Estimator::lose(const OdometryOutput& output, const std::string& reason) {
   if (relocalizer_) relocalizer_->lost(odometry_->keyframes());
   lost_ = LostPose(output.state, output.covariance);
   const Eigen::Array<double, 15, 1> sigma = output.covariance.diagonal().array().sqrt();
-  starter_.knowBiases(output.state.bias,
+  starter_.knowBiases(output.t, output.state.bias,
                       kBiasCaution * sigma.segment<3>(state_index::kGyroBias).maxCoeff(),
                       kBiasCaution * sigma.segment<3>(state_index::kAccelBias).maxCoeff());
   // Across a jump of the clock the odometry went on by the step of the frames before.

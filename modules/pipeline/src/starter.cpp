@@ -20,6 +20,14 @@ void AutoOptions::declare(ParameterSet& parameters) {
                  "tried; 0: as soon as the window is not at rest.");
 }
 
+namespace {
+
+bool seesTooLittle(const InitializationAttempt& attempt) {
+  return !attempt.accepted() && attempt.decision.error().status == RefusalStatus::kTooFewTracks;
+}
+
+}  // namespace
+
 Starter::Starter(PipelineInitializers initializers, const AutoOptions& automatic,
                  const WindowOptions& options, const ImuNoiseDensities& noise, bool windows_grow)
     : initializers_(std::move(initializers)),
@@ -30,7 +38,8 @@ Starter::Starter(PipelineInitializers initializers, const AutoOptions& automatic
 
 Starter::Outcome Starter::attempt(KeyframeWindow* window, const MakeProblem& make_problem) {
   const bool takes_over = waits_for_motion_;
-  const WindowOptions options = takes_over ? handoverOptions(*window) : startOptions();
+  const WindowOptions options =
+      takes_over ? handoverOptions(*window) : startOptions(window->stamps().back());
   priors_ = options.priors;
   const InitializationProblem problem = make_problem(options);
   if (takes_over) {
@@ -45,26 +54,35 @@ Starter::Outcome Starter::attempt(KeyframeWindow* window, const MakeProblem& mak
       !confirm(attempts_.empty() ? nullptr : &attempts_.back(), options.acceptance, &attempt) &&
       options.confirm_after_s > 0.0)
     window->takeSooner(options.confirm_after_s);
+  if (attempts_with_known_ > 0 && !seesTooLittle(attempt)) --attempts_with_known_;
   keep(std::move(attempt));
   if (!attempts_.back().accepted()) return Outcome::kRefused;
   waits_for_motion_ = false;
   return takes_over ? Outcome::kTakesOver : Outcome::kStarts;
 }
 
-void Starter::knowBiases(const ImuBias& bias, double sigma_gyro, double sigma_accel) {
+void Starter::knowBiases(TimeNs t, const ImuBias& bias, double sigma_gyro, double sigma_accel) {
   known_ = options_.priors;
   known_.mean = bias;
-  known_.sigma_gyro_rps = std::min(sigma_gyro, known_.sigma_gyro_rps);
-  known_.sigma_accel_mps2 = std::min(sigma_accel, known_.sigma_accel_mps2);
+  known_.sigma_gyro_rps = sigma_gyro;
+  known_.sigma_accel_mps2 = sigma_accel;
+  known_at_ = t;
   attempts_with_known_ = kAttemptsWithKnownBiases;
 }
 
-WindowOptions Starter::startOptions() {
+WindowOptions Starter::startOptions(TimeNs now) const {
   WindowOptions options = options_;
-  if (attempts_with_known_ > 0) {
-    --attempts_with_known_;
-    options.priors = known_;
-  }
+  if (attempts_with_known_ == 0) return options;
+  const double walked = std::sqrt(std::max(0.0, secondsBetween(known_at_, now)));
+  const auto grown = [walked](double sigma, double walk, double most) {
+    return std::min(std::hypot(sigma, walk * walked), most);
+  };
+  BiasPriors& priors = options.priors;
+  priors.mean = known_.mean;
+  priors.sigma_gyro_rps =
+      grown(known_.sigma_gyro_rps, noise_.gyro_random_walk, priors.sigma_gyro_rps);
+  priors.sigma_accel_mps2 =
+      grown(known_.sigma_accel_mps2, noise_.accel_random_walk, priors.sigma_accel_mps2);
   return options;
 }
 

@@ -89,38 +89,55 @@ std::vector<std::vector<int>> attemptsAt(const WindowOptions& options, bool wind
   return at;
 }
 
-TEST(Starter, BiasesFromBeforeALossArePriorsForAWhile) {
+/** The priors of 15 attempts at a window of 0.75 s of which the first `dark` see too few tracks, after
+ * a loss `before_s` before its last keyframe. */
+std::vector<BiasPriors> priorsAfterALoss(const BiasPriors& known, double before_s, int dark) {
   const testing::SyntheticWindowOptions window_options;
   const testing::SyntheticWindow synthetic = testing::makeSyntheticWindow(window_options);
   const InitializationProblem problem = testing::makeProblem(synthetic, window_options);
   KeyframeWindow window(3, 4.0);
   for (const TrackedFrame& frame : synthetic.frames) window.add(frame, window.isKeyframe(frame.t));
+  std::vector<BiasPriors> priors;
   PipelineInitializers initializers;
   initializers.initializer =
-      std::make_shared<Scripted>([](const InitializationProblem&) -> InitializationResult {
-        return refuse(RefusalStatus::kTooFewTracks, "none");
+      std::make_shared<Scripted>([&](const InitializationProblem&) -> InitializationResult {
+        return refuse(static_cast<int>(priors.size()) <= dark ? RefusalStatus::kTooFewTracks
+                                                              : RefusalStatus::kNotConverged,
+                      "as it always does");
       });
-  WindowOptions options;
-  options.priors.sigma_gyro_rps = 0.02;
-  Starter starter(initializers, {}, options, {}, false);
-  std::vector<BiasPriors> priors;
-  const auto make = [&](const WindowOptions& o) {
-    priors.push_back(o.priors);
-    return problem;
-  };
-  starter.attempt(&window, make);
-  const ImuBias known{{0.01, 0.02, 0.03}, {0.1, 0.2, 0.3}};
-  starter.knowBiases(known, 0.05, 0.03);
-  for (int i = 0; i <= Starter::kAttemptsWithKnownBiases; ++i) starter.attempt(&window, make);
-  EXPECT_EQ(priors[0].mean.accel, options.priors.mean.accel);
-  for (int i = 1; i <= Starter::kAttemptsWithKnownBiases; ++i) {
-    EXPECT_EQ(priors[i].mean.accel, known.accel);
-    EXPECT_EQ(priors[i].mean.gyro, known.gyro);
-    EXPECT_EQ(priors[i].sigma_accel_mps2, 0.03);
-    EXPECT_EQ(priors[i].sigma_gyro_rps, 0.02);  // never wider than without
+  ImuNoiseDensities noise;
+  noise.gyro_random_walk = 1e-3;
+  noise.accel_random_walk = 0.01;
+  Starter starter(initializers, {}, WindowOptions(), noise, false);
+  starter.knowBiases(window.stamps().back() - durationNs(before_s), known.mean,
+                     known.sigma_gyro_rps, known.sigma_accel_mps2);
+  for (int i = 0; i < 15; ++i)
+    starter.attempt(&window, [&](const WindowOptions& o) {
+      priors.push_back(o.priors);
+      return problem;
+    });
+  return priors;
+}
+
+TEST(Starter, BiasesFromBeforeALossArePriorsForAWhile) {
+  BiasPriors known;
+  known.mean = {{0.01, 0.02, 0.03}, {0.1, 0.2, 0.3}};
+  known.sigma_gyro_rps = 3e-3;
+  known.sigma_accel_mps2 = 0.03;
+  const BiasPriors usual = WindowOptions().priors;
+  for (const int dark : {0, 2}) {
+    const std::vector<BiasPriors> priors = priorsAfterALoss(known, 16.0, dark);
+    for (int i = 0; i < 15; ++i) {
+      const bool knows = i < Starter::kAttemptsWithKnownBiases + dark;
+      EXPECT_EQ(priors[i].mean.accel, knows ? known.mean.accel : usual.mean.accel) << dark << i;
+      EXPECT_EQ(priors[i].mean.gyro, knows ? known.mean.gyro : usual.mean.gyro) << dark << i;
+      // 16 s of the random walks: 0.004 rad/s and 0.04 m/s^2.
+      EXPECT_NEAR(priors[i].sigma_gyro_rps, knows ? 5e-3 : usual.sigma_gyro_rps, 1e-12);
+      EXPECT_NEAR(priors[i].sigma_accel_mps2, knows ? 0.05 : usual.sigma_accel_mps2, 1e-12);
+    }
   }
-  EXPECT_EQ(priors.back().mean.accel, options.priors.mean.accel);
-  EXPECT_EQ(starter.priors().sigma_accel_mps2, options.priors.sigma_accel_mps2);
+  // Never wider than without.
+  EXPECT_EQ(priorsAfterALoss(known, 1e6, 0)[0].sigma_accel_mps2, usual.sigma_accel_mps2);
 }
 
 TEST(Starter, WhatLacksNothingButASecondWindowHasOneSooner) {

@@ -18,20 +18,19 @@ double addResiduals(const std::vector<LinearizedResidual>& residuals, const Eige
     const Eigen::MatrixXd JP = timesCovariance(a, P);
     leverage += a.weight * timesTransposed(JP, a).trace();
     if (a.kind != ResidualKind::kImu) continue;
-    const double w2 = a.weight * a.weight;
     for (const LinearizedResidual& b : residuals) {
       if (b.kind != ResidualKind::kImu) continue;
       Eigen::Matrix<double, 9, 9> R =  // block of I - H
           -std::sqrt(a.weight * b.weight) * timesTransposed(JP, b);
       if (&a == &b) {
         R.diagonal().array() += 1.0;
-        check->gyro += {w2 * a.r.head<3>().squaredNorm(), w2 * R.diagonal().head<3>().sum()};
-        check->accel += {w2 * a.r.tail<6>().squaredNorm(), w2 * R.diagonal().tail<6>().sum()};
+        check->gyro += {a.r.head<3>().squaredNorm(), R.diagonal().head<3>().sum()};
+        check->accel += {a.r.tail<6>().squaredNorm(), R.diagonal().tail<6>().sum()};
       }
-      check->coupling(kGyro, kGyro) += w2 * R.topLeftCorner<3, 3>().squaredNorm();
-      check->coupling(kGyro, kAccel) += w2 * R.topRightCorner<3, 6>().squaredNorm();
-      check->coupling(kAccel, kGyro) += w2 * R.bottomLeftCorner<6, 3>().squaredNorm();
-      check->coupling(kAccel, kAccel) += w2 * R.bottomRightCorner<6, 6>().squaredNorm();
+      check->coupling(kGyro, kGyro) += R.topLeftCorner<3, 3>().squaredNorm();
+      check->coupling(kGyro, kAccel) += R.topRightCorner<3, 6>().squaredNorm();
+      check->coupling(kAccel, kGyro) += R.bottomLeftCorner<6, 3>().squaredNorm();
+      check->coupling(kAccel, kAccel) += R.bottomRightCorner<6, 6>().squaredNorm();
     }
   }
   return leverage;

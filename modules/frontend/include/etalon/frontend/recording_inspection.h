@@ -46,6 +46,11 @@ struct InspectionOptions {
   double max_offset_s = 0.5;
 };
 
+/** Opens the recording once more; the warnings of checkMotion(). Decodes as many images as
+ * inspectRecording(). */
+std::vector<std::string> suspectedByMotion(const std::string& path,
+                                           const RecordingOptions& options = {});
+
 /** Describes a recording as a whole (whatever the source's range) and lists what looks wrong with
  * it. */
 RecordingInspection inspectRecording(RecordedSource& source, const InspectionOptions& options = {});

@@ -27,9 +27,11 @@ struct TimeOffsetEstimate {
   /** Its standard deviation by the curvature of the peak, s: errors of the camera's rotations taken
    * as independent, so a lower bound. */
   double sigma_s = 0;
-  double correlation = 0;           ///< of the two rotations at the peak, in [-1, 1]
-  double correlation_at_zero = 0;   ///< without offset
-  double runner_up = 0;             ///< highest other peak
+  double correlation = 0;          ///< of the two rotations at the peak, in [-1, 1]
+  double correlation_at_zero = 0;  ///< without offset
+  double runner_up = 0;            ///< highest other peak
+  /** Highest one with the camera turned in the body as the calibration has it. */
+  double correlation_as_given = -1;
   double correlation_mirrored = 0;  ///< highest one with an axis of the gyro inverted
   double gyro_spread_rad = 0;       ///< of the gyro's rotations from image to image, at the peak
   double gyro_scale =
@@ -56,12 +58,14 @@ std::vector<RotationStep> measureCameraRotation(RecordedSource& source, size_t m
  * means are removed (and with them the gyro's bias), the gyro's rotations are turned into the
  * camera's frame by the best rotation (orthogonal Procrustes), and the two are correlated. So
  * neither wrong extrinsics nor a wrong unit of the gyro matters.
+ * @param given_R_CB what the calibration says, of which correlation_as_given is
  */
 TimeOffsetEstimate estimateTimeOffset(const std::vector<RotationStep>& steps,
-                                      const std::vector<ImuSample>& imu, double max_offset_s);
+                                      const std::vector<ImuSample>& imu, double max_offset_s,
+                                      const Eigen::Matrix3d& given_R_CB);
 
 /** Angle between R_BC0 of the calibration and the one that gyro and images say, deg; only where the
- * offset is clear. */
+ * two correlate and turn about two axes. */
 std::optional<double> rotationDisagreementDeg(const TimeOffsetEstimate& offset,
                                               const StereoInertialCalibration& calibration);
 

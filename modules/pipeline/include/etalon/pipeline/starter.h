@@ -59,10 +59,11 @@ class Starter {
   void setTimeOffset(double offset_s) { options_.time_offset_s = offset_s; }
   double timeOffset() const { return options_.time_offset_s; }
 
-  /** The biases as the odometry had them when it was lost, with the standard deviations of the worst
-   * axes (rad/s, m/s^2), are the prior of the next kAttemptsWithKnownBiases attempts: no more, as
+  /** The biases as the odometry had them when it was lost, at t, with the standard deviations of the
+   * worst axes (rad/s, m/s^2), which grow from then on by the biases' random walk, are the prior of
+   * the next kAttemptsWithKnownBiases attempts at which the images show enough to judge: no more, as
    * what made the odometry fail may have changed them. */
-  void knowBiases(const ImuBias& bias, double sigma_gyro, double sigma_accel);
+  void knowBiases(TimeNs t, const ImuBias& bias, double sigma_gyro, double sigma_accel);
   /** Of the last attempt. */
   const BiasPriors& priors() const { return priors_; }
 
@@ -87,7 +88,7 @@ class Starter {
   bool startsAtRest(const InitializationProblem& problem);
   bool isInMotion(const KeyframeWindow& window, const InitializationProblem& problem);
   WindowOptions handoverOptions(const KeyframeWindow& window) const;
-  WindowOptions startOptions();
+  WindowOptions startOptions(TimeNs now) const;
 
   PipelineInitializers initializers_;
   AutoOptions automatic_;
@@ -99,8 +100,9 @@ class Starter {
   TimeNs started_at_ = 0;
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();  ///< of the start, rad/s
   double sigma_gyro_bias_ = 0.0;                         ///< of the start, of the worst axis, rad/s
-  BiasPriors known_;                                     ///< after a loss
-  int attempts_with_known_ = 0;                          ///< that are still to come
+  BiasPriors known_;                                     ///< after a loss, as it was at known_at_
+  TimeNs known_at_ = 0;
+  int attempts_with_known_ = 0;  ///< that are still to come
   BiasPriors priors_;
   std::vector<InitializationAttempt> attempts_;
   size_t attempts_forgotten_ = 0;

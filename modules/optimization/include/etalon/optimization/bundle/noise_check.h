@@ -30,11 +30,10 @@ struct ResidualGroup {
  * priors and the gauge. Its dof holds that of the shared errors themselves, at most three a
  * keyframe.
  *
- * Robust losses. An inertial residual beyond the Huber width (weight w < 1) enters chi2 and dof
- * with w^2, so that its part of the former is bounded and that of the latter vanishes; with
- * Gaussian noise believed right this moves chi2/dof by less than 1 %. A pixel's squared residual is
- * clipped at the inlier threshold, outliers count as clipped; `vision.chi2` is dof times the
- * variance whose Gaussian, clipped alike, has their mean (Huber's proposal 2). The fit uses the
+ * Robust losses. An inertial residual counts whole, however far off it is and however little the
+ * fit heeds it: what Huber's loss bends to is what a check of the noise is to find. A pixel's squared
+ * residual is clipped at the inlier threshold, outliers count as clipped; `vision.chi2` is dof times
+ * the variance whose Gaussian, clipped alike, has their mean (Huber's proposal 2). The fit uses the
  * inliers alone: the inertial groups expect of the pixels only the noise that truncation leaves (at
  * 95 %, 0.84 of the variance).
  *
