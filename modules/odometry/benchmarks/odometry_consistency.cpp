@@ -150,7 +150,8 @@ Arguments::Arguments(int argc, char** argv) {
   }
   for (const char* what : {"time_offset", "extrinsics", "intrinsics"})
     calibration_ini.setFromArgument("odometry.calibrate_" + std::string(what) + "=" + calibrate);
-  calibration_ini.setFromArgument("odometry.accel_scale_sigma=0");  // as simulated
+  for (const char* sensor : {"accel", "gyro"})  // as simulated
+    calibration_ini.setFromArgument("odometry." + std::string(sensor) + "_scale_sigma=0");
   const auto read = [](const char* section, auto& parameters, const IniFile& from) {
     ParameterSet set(section);
     parameters.declare(set);

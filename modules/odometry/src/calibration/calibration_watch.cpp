@@ -132,7 +132,9 @@ double CalibrationWatch::widening(Eigen::Index column) const {
 
 /** The widened standard deviation, without what no flight averages out. */
 double CalibrationWatch::sigma(const CalibrationQuantity& quantity, Eigen::Index column) const {
-  const double scale = quantity.first == kBaseline ? options_.accel_scale_sigma : 0.0;
+  const double scale = quantity.first == kBaseline ? options_.accel_scale_sigma
+                       : quantity.first == kFocal  ? options_.gyro_scale_sigma
+                                                   : 0.0;
   return std::hypot(widening(column) * std::sqrt(now_.variance[column]), scale);
 }
 
@@ -147,11 +149,11 @@ CalibrationFinding CalibrationWatch::judge(const CalibrationQuantity& q) const {
   bool observed = false, off = false, implausible = false;
   for (Eigen::Index i = 0; i < q.size; ++i) {
     const Eigen::Index c = q.first + i;
-    const double widened = sigma(q, c), value = std::abs(now_.mean[c]);
-    const double total = std::min(before[c], std::hypot(widened, q.systematic));
-    finding.sigma[i] = q.unit_scale * total;
+    const double total = std::hypot(sigma(q, c), q.systematic), value = std::abs(now_.mean[c]);
+    finding.sigma[i] = q.unit_scale * std::min(before[c], total);
     if (!settled_ || !(widening(c) * std::sqrt(now_.variance[c]) < kObserved * before[c])) continue;
     observed = true;
+    finding.sigma[i] = q.unit_scale * total;
     off = off || value > kSignificant * total;
     implausible = implausible || value > kPlausible * before[c];
   }

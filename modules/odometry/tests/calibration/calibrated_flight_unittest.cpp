@@ -44,7 +44,8 @@ Flown fly(const SimulatedFlight& flight, const StereoInertialCalibration& given,
   options.sigma_px = simulated.sigma_px;
   options.calibration.time_offset = options.calibration.extrinsics = mode;
   options.calibration.intrinsics = mode;
-  options.calibration.accel_scale_sigma = 0.0;  // as simulated
+  options.calibration.accel_scale_sigma = options.calibration.gyro_scale_sigma =
+      0.0;  // as simulated
   FixedLagOdometry odometry(given, options);
   OdometryStart start = flight.startAt(0, startSigma(), 7);
   start.time_offset_s = known_offset_s;

@@ -154,6 +154,22 @@ TEST(CalibrationWatch, ABaselineIsNoBetterThanTheAccelerometer) {
   EXPECT_NEAR(measured.window.calibration.now[kBaseline], 0.006, 1e-4);
 }
 
+TEST(CalibrationWatch, AFocalLengthIsNoBetterThanTheGyro) {
+  // What a gyro that reads 3 % too much makes of lenses that are as given.
+  Measured measured;
+  for (Eigen::Index c = 0; c < 2; ++c) measured.measure(kFocal + c, -0.022, 1e-4);
+  CalibrationOptions options;
+  CalibrationWatch of_any{options};
+  EXPECT_FALSE(measured.update(&of_any, 0.05));
+  const CalibrationFinding finding = findingOf(of_any, "focal lengths");
+  EXPECT_NEAR(finding.sigma[0], 100.0 * std::hypot(0.01, 3e-4, 5e-4), 0.01);
+  EXPECT_THAT(finding.words, HasSubstr("not certain enough"));
+  options.gyro_scale_sigma = 0.0;
+  CalibrationWatch of_exact{options};
+  EXPECT_TRUE(measured.update(&of_exact, 0.05));
+  EXPECT_THAT(findingOf(of_exact, "focal lengths").words, HasSubstr("corrected"));
+}
+
 TEST(CalibrationWatch, DoubtIsSaid) {
   Measured measured;
   measured.measure(kTimeOffset, 4e-4, 5e-5);  // 0.4 ms +- 0.18, widened

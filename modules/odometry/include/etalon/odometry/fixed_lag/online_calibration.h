@@ -26,6 +26,8 @@ struct CalibrationOptions {
   CalibrationMode intrinsics = CalibrationMode::kAuto;
   /** Standard deviation of the accelerometer's scale factor, by which the baseline is measured. */
   double accel_scale_sigma = 0.005;
+  /** The same of the gyro, by which the focal lengths are measured. */
+  double gyro_scale_sigma = 0.01;
 
   void declare(ParameterSet& parameters);
   bool any() const {
