@@ -65,6 +65,7 @@ RecordedSource::RecordedSource(std::string name, std::string kind,
                     "no stereo pair was found; expected left and right images with equal stamps");
   if (recording_.imu.size() < 2)
     throw DataError(name_, 0, "expected IMU samples with stamps of their own");
+  checkStampUnit();
   if (std::isnan(options_.from_s) || std::isnan(options_.to_s) || options_.to_s < options_.from_s)
     throw ConfigError("expected a range --from <= --to in seconds");
   if (!options_.ground_truth.empty())
@@ -74,6 +75,21 @@ RecordedSource::RecordedSource(std::string name, std::string kind,
   selectRange();
   countUnpaired();
   countOutsideImu();
+}
+
+/** No stereo camera takes a thousand pairs a second: stamps that say so count in another unit. */
+void RecordedSource::checkStampUnit() const {
+  constexpr double kFastestHz = 1000.0;
+  const std::vector<TimeNs>& stamps = recording_.image_stamps;
+  if (stamps.size() < 2) return;
+  const double rate_hz =
+      static_cast<double>(stamps.size() - 1) / secondsBetween(stamps.front(), stamps.back());
+  if (!(rate_hz > kFastestHz)) return;
+  const bool micro = rate_hz < 1e3 * kFastestHz;
+  throw DataError(name_, 0,
+                  format("the stamps of the images say %.3g Hz; expected nanoseconds, are they %s? "
+                         "then multiply those of images, IMU and ground truth by %s",
+                         rate_hz, micro ? "microseconds" : "milliseconds", micro ? "1000" : "1e6"));
 }
 
 /** What counts as a gap depends on the rate. */

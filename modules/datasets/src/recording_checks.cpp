@@ -103,6 +103,16 @@ void checkBaseline(const RecordedSource& source, RecordingFindings* findings) {
         where + format("a stereo baseline of %.4g m is unlikely; is T_BS in metres?", baseline));
 }
 
+void checkImageSizes(const RecordedSource& source, RecordingFindings* findings) {
+  const CameraModel &left = source.calibration().cameras[0].model,
+                    &right = source.calibration().cameras[1].model;
+  if (left.width() != right.width() || left.height() != right.height())
+    findings->errors.push_back(
+        source.calibrationFile("cam1") +
+        format(": resolution: %dx%d pixels, and %dx%d of cam0; expected two cameras of one size",
+               right.width(), right.height(), left.width(), left.height()));
+}
+
 }  // namespace
 
 void RecordingFindings::append(const RecordingFindings& other) {
@@ -112,6 +122,7 @@ void RecordingFindings::append(const RecordingFindings& other) {
 
 RecordingFindings checkCalibration(const RecordedSource& source) {
   RecordingFindings findings;
+  checkImageSizes(source, &findings);
   checkBaseline(source, &findings);
   const ImuNoiseDensities& noise = source.calibration().imu.noise;
   // Continuous-time densities of MEMS sensors lie between 1e-5 and 1e-3 rad/s/sqrt(Hz), 1e-4 and

@@ -7,12 +7,15 @@
 
 #include <cmath>
 
+#include "etalon/core/errors.h"
+
 namespace etalon {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::ThrowsMessage;
 
 /** Three seconds at rest, 200 Hz, noise of a MEMS sensor; two pairs of images. */
 Recording soundRecording() {
@@ -72,6 +75,25 @@ TEST(RecordingChecks, TheBaselineIsInMetres) {
   EXPECT_THAT(ofBaseline(110.0).errors,
               ElementsAre(HasSubstr("cam1.yaml: extrinsics: a stereo baseline of 110 m; expected "
                                     "T_BS in metres, are they millimetres?")));
+}
+
+TEST(RecordingChecks, CamerasHaveOneSize) {
+  Recording recording = soundRecording();
+  recording.calibration.cameras[1].model =
+      CameraModel("pinhole", "radial-tangential", 376, 240, {200, 200, 188, 120}, {0, 0, 0, 0});
+  EXPECT_THAT(found(recording, checkCalibration).errors, ElementsAre(HasSubstr("of one size")));
+}
+
+/** Microseconds and milliseconds that are read as nanoseconds; 200 Hz are none. */
+TEST(RecordingChecks, StampsAreNanoseconds) {
+  Recording recording = soundRecording();
+  for (const auto& [step, unit] : {std::pair<TimeNs, const char*>{50'000, "microseconds"},
+                                   std::pair<TimeNs, const char*>{50, "milliseconds"}}) {
+    recording.image_stamps = {0, step, 2 * step};
+    EXPECT_THAT([&] { found(recording, checkImu); }, ThrowsMessage<DataError>(HasSubstr(unit)));
+  }
+  recording.image_stamps = {0, 5'000'000, 10'000'000};
+  EXPECT_THAT(found(recording, checkImu).errors, IsEmpty());
 }
 
 TEST(RecordingChecks, DensitiesAreThoseOfContinuousTime) {

@@ -54,7 +54,7 @@ void addMatches(const StereoInertialCalibration& calibration, const cv::Mat& lef
                 const cv::Mat& right, StereoMatches* matches) {
   std::vector<cv::Point2f> corners, found, back;
   cv::goodFeaturesToTrack(left, corners, 300, 0.01, 10);
-  if (corners.empty()) return;
+  if (corners.empty() || left.size() != right.size()) return;
   std::vector<unsigned char> forth_ok, back_ok;
   cv::calcOpticalFlowPyrLK(left, right, corners, found, forth_ok, cv::noArray(), {21, 21}, 4);
   cv::calcOpticalFlowPyrLK(right, left, found, back, back_ok, cv::noArray(), {21, 21}, 4);

@@ -10,6 +10,7 @@
 #include "corner_grid.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/stopwatch.h"
+#include "etalon/core/text.h"
 #include "etalon/frontend/anchor_patch.h"
 #include "motion_check.h"
 #include "stereo_matcher.h"
@@ -20,7 +21,14 @@ namespace etalon {
 namespace {
 
 /** The options with which the tracker begins. */
-const StereoTrackerOptions& checked(const StereoTrackerOptions& options) {
+const StereoTrackerOptions& checked(const StereoTrackerOptions& options,
+                                    const StereoInertialCalibration& calibration) {
+  const CameraModel &left = calibration.cameras[0].model, &right = calibration.cameras[1].model;
+  if (left.width() != right.width() || left.height() != right.height())
+    throw ConfigError(
+        format("the calibration has images of %dx%d (cam0) and %dx%d pixels (cam1): "
+               "expected two cameras of one size",
+               left.width(), left.height(), right.width(), right.height()));
   for (const auto& [key, side] : {std::pair("klt_window_px", options.klt_window_px),
                                   std::pair("anchor_window_px", options.anchor_window_px)})
     if (side % 2 == 0)
@@ -34,7 +42,7 @@ const StereoTrackerOptions& checked(const StereoTrackerOptions& options) {
 class StereoTracker::Impl {
  public:
   Impl(const StereoInertialCalibration& calibration, const StereoTrackerOptions& options)
-      : options_(checked(options)),
+      : options_(checked(options, calibration)),
         follower_(calibration, options_),
         matchers_{StereoMatcher(follower_.rig(0), options_),
                   StereoMatcher(follower_.rig(1), options_)} {}

@@ -67,6 +67,21 @@ TEST(Saturation, NothingIsMarkedInMotionWithinTheRangeOrAtRest) {
   }
 }
 
+/** The accelerometer of a rig may have a fifth of the gyro's rate. */
+TEST(Saturation, ValuesThatAreHeldUntilTheNextMeasurementAreNoLimit) {
+  std::vector<ImuSample> samples = shaken(100.0, 1000.0);
+  for (size_t i = 0; i < samples.size(); ++i) samples[i].accel = samples[i - i % 5].accel;
+  SaturationDetector detector;
+  for (ImuSample& sample : samples) EXPECT_FALSE(detector.mark(&sample)) << sample.t;
+  // Where it is one, it is found all the same.
+  samples = shaken(100.0, 16.0);
+  for (size_t i = 0; i < samples.size(); ++i) samples[i].accel = samples[i - i % 5].accel;
+  detector = SaturationDetector();
+  int marked = 0;
+  for (ImuSample& sample : samples) marked += detector.mark(&sample);
+  EXPECT_GT(marked, 100);
+}
+
 TEST(Saturation, ALargerValueShowsThatItWasNoLimit) {
   SaturationDetector detector;
   std::vector<char> marked;

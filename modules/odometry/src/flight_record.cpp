@@ -9,9 +9,9 @@ namespace etalon {
 
 namespace {
 
-/** A platform at rest makes no keyframes. One is taken all the same after this many samples (10 s),
- * so that the samples kept between two keyframes stay few. */
-constexpr size_t kMostSamples = 2000;
+/** A platform at rest makes no keyframes. One is taken all the same after this time, so that the
+ * samples kept between two keyframes stay few. */
+constexpr double kLongestPiece = 10.0;  // s
 
 bool isEarlier(const StampedPose& pose, TimeNs t) { return pose.t < t; }
 
@@ -39,8 +39,9 @@ void FlightRecord::add(TimeNs stamp, const TrackedFrame& frame, const std::vecto
   imu_missing_ = imu_missing_ || output.imu_missing;
   last_ = Keyframe{stamp, output.state, frame, {}, false, {}};
   noteBlindPiece(stamp, output);
-  if (output.keyframe || (imu_.size() > kMostSamples && !(is_blind_ && output.inertial)))
-    keepLast();
+  const bool is_long =
+      !imu_.empty() && secondsBetween(imu_.front().t, imu_.back().t) > kLongestPiece;
+  if (output.keyframe || (is_long && !(is_blind_ && output.inertial))) keepLast();
   recall(output.recalled);
   if (!odometry) return;
   for (const StampedPose& pose : odometry->keyframes()) {

@@ -60,6 +60,7 @@ class RecordedSource : public SensorSource {
   }
 
  private:
+  void checkStampUnit() const;
   void checkImuRate();
   void selectRange();
   void countUnpaired();

@@ -14,7 +14,9 @@ namespace etalon {
  * shows (kLeastGyroRps, kLeastAccelMps2: there quantised noise repeats its values). From then on
  * every sample that has it is marked, whatever the sign. A larger value shows that it was no limit,
  * and the range is unknown again. Noise makes neighbouring samples differ, so that a motion of
- * constant rate is no such run.
+ * constant rate is no such run. Where many samples repeat all three axes of the one before, the
+ * sensor is slower than the stream (an accelerometer with a fifth of the gyro's rate), and what is
+ * repeated counts once.
  */
 class SaturationDetector {
  public:
@@ -37,11 +39,18 @@ class SaturationDetector {
     int times = 0;         ///< that it was measured
     double limit = 0.0;    ///< learnt; 0: none
   };
+  /** How often a sensor measures anew. */
+  struct Rhythm {
+    int samples = 0, repeats = 0;
+    bool isHeld(bool repeated);
+  };
   /** Sensor 0: gyro; 1: accelerometer. */
-  bool atTheEnd(double value, int sensor, Axis* axis);
+  bool atTheEnd(double value, int sensor, bool held, Axis* axis);
 
   std::array<double, 2> given_, largest_{};
   std::array<Axis, 6> axes_;
+  std::array<Rhythm, 2> rhythms_;
+  ImuSample last_;
 };
 
 }  // namespace etalon
