@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "etalon/core/angles.h"
+#include "etalon/core/text.h"
+#include "fixed_lag/window_solver.h"
 
 namespace etalon::fixed_lag {
 namespace {
@@ -20,6 +22,10 @@ constexpr double kSignificant = 4.0;
 // While too few pieces have passed to know how the estimate moves.
 constexpr int kFewestPieces = 3;
 constexpr double kEarlyWidening = 3.0;
+// Squared inertial residuals over their number, after the fit: noise as it is believed stays below one.
+// The readings over which they are averaged, and what is said to be a contradiction.
+constexpr double kInertialReadings = 5.0;
+constexpr double kContradiction = 4.0;
 // A change that is short beside what is known is not worth its time.
 constexpr double kWorthMoving = 0.5;
 
@@ -125,9 +131,29 @@ void CalibrationWatch::followScatter(TimeNs t) {
   piece_began_ = t;
 }
 
+/** Nine rows of each inertial term: those of the biases' walk are nearly zero. */
+void CalibrationWatch::followInertial(const Window& window) {
+  double squares = 0.0, rows = 0.0;
+  for (size_t i = window.firstFull() + 1; i < window.states.size(); ++i) {
+    squares += inertialRows(window, i).head<9>().squaredNorm();
+    rows += 9.0;
+  }
+  if (rows == 0.0) return;
+  ++inertial_readings_;
+  inertial_ += (squares / rows - inertial_) / std::min(inertial_readings_, kInertialReadings);
+  if (contradiction_said_ || inertial_readings_ < kInertialReadings || inertial_ < kContradiction)
+    return;
+  contradiction_said_ = true;
+  remarks_.push_back(format(
+      "the IMU contradicts the images %.0f times as much as its noise lets it: is [imu_noise] "
+      "too small, or the calibration wrong?",
+      std::sqrt(inertial_)));
+}
+
 double CalibrationWatch::widening(Eigen::Index column) const {
-  if (pieces_ < kFewestPieces) return kEarlyWidening;
-  return std::max(1.0, std::sqrt(scatter_[column] / pieces_));
+  const double noisier = std::sqrt(std::max(1.0, inertial_));
+  if (pieces_ < kFewestPieces) return noisier * kEarlyWidening;
+  return noisier * std::max(1.0, std::sqrt(scatter_[column] / pieces_));
 }
 
 /** The widened standard deviation, without what no flight averages out. */
@@ -205,6 +231,7 @@ std::optional<CalibrationVector> CalibrationWatch::update(const Window& window,
   if (!information) return std::nullopt;
   estimate(*information);
   followScatter(output.t);
+  followInertial(window);
   choose();
   used_ = toUse(*information, window.calibration.now);
   if (used_ == window.calibration.now) return std::nullopt;

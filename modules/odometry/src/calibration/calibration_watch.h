@@ -53,7 +53,7 @@ class CalibrationWatch {
   /** After every frame. @return the deviation to use from now on, if it is another one */
   std::optional<CalibrationVector> update(const Window& window, const OdometryOutput& output);
 
-  /** Sentences about what has begun to be corrected since the last call. */
+  /** Sentences since the last call: what has begun to be corrected; an IMU noisier than its model. */
   std::vector<std::string> takeRemarks() { return std::exchange(remarks_, {}); }
 
   std::vector<CalibrationFinding> findings() const;
@@ -64,6 +64,7 @@ class CalibrationWatch {
   };
   void estimate(const CalibrationInformation& information);
   void followScatter(TimeNs t);
+  void followInertial(const Window& window);
   bool isFree(Eigen::Index column) const;
   double widening(Eigen::Index column) const;
   double sigma(const CalibrationQuantity& quantity, Eigen::Index column) const;
@@ -79,6 +80,8 @@ class CalibrationWatch {
   TimeNs piece_began_ = 0;
   int pieces_ = 0;
   CalibrationVector scatter_ = CalibrationVector::Zero();  ///< sum over pieces, 1 each if honest
+  double inertial_ = 0.0, inertial_readings_ = 0.0;  ///< mean square of the inertial residuals
+  bool contradiction_said_ = false;
   std::array<bool, kQuantityCount> in_use_ = {};
   CalibrationVector used_ = CalibrationVector::Zero();
   std::vector<std::string> remarks_;
