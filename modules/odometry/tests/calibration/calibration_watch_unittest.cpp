@@ -10,6 +10,7 @@
 namespace etalon::fixed_lag {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Verdict = CalibrationFinding::Verdict;
 
@@ -31,6 +32,18 @@ struct Measured {
     prior.A(prior.A.rows() - 1, column) = 1.0 / sigma;
     prior.b.conservativeResize(prior.A.rows());
     prior.b[prior.b.size() - 1] = -value / sigma;
+  }
+  /** A second state whose inertial term has nine rows of that mean square. */
+  void contradict(double mean_square) {
+    std::vector<ImuSample> at_rest;
+    for (int i = 0; i <= 20; ++i)
+      at_rest.push_back({5'000'000 * i, Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, 9.81)});
+    WindowState second;
+    second.t = at_rest.back().t;
+    second.imu = Preintegration(at_rest, ImuBias(), ImuNoiseDensities());
+    second.imu_sqrt_information = Matrix15d::Identity();
+    second.now.v_WB.x() = std::sqrt(9.0 * mean_square);
+    window.states.push_back(second);
   }
   std::optional<CalibrationVector> update(CalibrationWatch* watch, double seconds) {
     output.t += static_cast<TimeNs>(1e9 * seconds);
@@ -168,6 +181,28 @@ TEST(CalibrationWatch, AFocalLengthIsNoBetterThanTheGyro) {
   CalibrationWatch of_exact{options};
   EXPECT_TRUE(measured.update(&of_exact, 0.05));
   EXPECT_THAT(findingOf(of_exact, "focal lengths").words, HasSubstr("corrected"));
+}
+
+/** Of a noisy IMU the estimates follow the errors. */
+TEST(CalibrationWatch, AnImuThatContradictsTheImagesWidensAndIsSaidOnce) {
+  for (const double mean_square : {0.3, 25.0}) {
+    Measured measured;
+    measured.measure(kTimeOffset, 0.001, 2e-5);
+    measured.contradict(mean_square);
+    CalibrationWatch watch{CalibrationOptions()};
+    std::vector<std::string> remarks;
+    for (int k = 0; k < 10; ++k) {
+      measured.update(&watch, 1.0);
+      for (const std::string& remark : watch.takeRemarks()) remarks.push_back(remark);
+    }
+    // 0.06 ms, five times that where the residuals are, and what tracks share.
+    const bool noisy = mean_square > 1.0;
+    EXPECT_NEAR(findingOf(watch, "time offset").sigma[0], std::hypot(noisy ? 0.3 : 0.06, 0.1),
+                1e-3);
+    EXPECT_EQ(measured.window.calibration.now[kTimeOffset] != 0.0, !noisy);
+    EXPECT_THAT(remarks, ElementsAre(HasSubstr(noisy ? "the IMU contradicts the images 5 times"
+                                                     : "time offset: off by")));
+  }
 }
 
 TEST(CalibrationWatch, DoubtIsSaid) {
