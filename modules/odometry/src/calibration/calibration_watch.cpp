@@ -177,7 +177,10 @@ CalibrationFinding CalibrationWatch::judge(const CalibrationQuantity& q) const {
     const Eigen::Index c = q.first + i;
     const double total = std::hypot(sigma(q, c), q.systematic), value = std::abs(now_.mean[c]);
     finding.sigma[i] = q.unit_scale * std::min(before[c], total);
-    if (!settled_ || !(widening(c) * std::sqrt(now_.variance[c]) < kObserved * before[c])) continue;
+    // What is far from zero has been told, however little was known before.
+    const bool told = widening(c) * std::sqrt(now_.variance[c]) < kObserved * before[c] ||
+                      value > kDoubtful * total;
+    if (!settled_ || !told) continue;
     observed = true;
     finding.sigma[i] = q.unit_scale * total;
     off = off || value > kSignificant * total;

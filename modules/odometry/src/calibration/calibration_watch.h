@@ -87,6 +87,9 @@ class CalibrationWatch {
   std::vector<std::string> remarks_;
 };
 
+/** Standard deviations from which on an agreement is said with doubt. */
+constexpr double kDoubtful = 2.0;
+
 /** The finding as a sentence without its end, e.g. "baseline: agrees with ...". */
 std::string inWords(const CalibrationFinding& finding, const CalibrationQuantity& quantity,
                     bool settled);

@@ -44,9 +44,6 @@ const char* toString(CalibrationFinding::Verdict verdict) {
 
 namespace fixed_lag {
 
-/** Standard deviations from which on an agreement is said with doubt. */
-constexpr double kDoubtful = 2.0;
-
 /** With as many decimals as the smallest sigma has: two of its digits. */
 static std::string numbers(const Eigen::VectorXd& values, int decimals, const char* sign) {
   std::string text;

@@ -183,6 +183,18 @@ TEST(CalibrationWatch, AFocalLengthIsNoBetterThanTheGyro) {
   EXPECT_THAT(findingOf(of_exact, "focal lengths").words, HasSubstr("corrected"));
 }
 
+/** Standard deviations that are hardly less than before the flight hide no gross error. */
+TEST(CalibrationWatch, WhatIsFarFromZeroIsSaidHoweverLittleWasTold) {
+  for (const double value : {-0.01, -0.05}) {
+    Measured measured;
+    measured.measure(kBaseline, value, 5e-3);
+    CalibrationWatch watch{CalibrationOptions()};
+    measured.update(&watch, 0.05);
+    EXPECT_THAT(findingOf(watch, "baseline").words,
+                HasSubstr(value < -0.02 ? "perhaps off by -4.0 %" : "not observed"));
+  }
+}
+
 /** Of a noisy IMU the estimates follow the errors. */
 TEST(CalibrationWatch, AnImuThatContradictsTheImagesWidensAndIsSaidOnce) {
   for (const double mean_square : {0.3, 25.0}) {
