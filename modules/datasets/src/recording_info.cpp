@@ -51,9 +51,15 @@ class Inspector {
       const auto longest =
           std::max_element(stream.gaps.begin(), stream.gaps.end(),
                            [](const auto& a, const auto& b) { return a.length_s < b.length_s; });
-      warn(format("%s: %zu %s, the longest of %.4f s after stamp %lld (median step %.4f s)", name,
-                  stream.gaps.size(), stream.gaps.size() == 1 ? "gap" : "gaps", longest->length_s,
-                  static_cast<long long>(longest->after), 1.0 / stream.rate_hz));
+      double missing = 0.0;
+      for (const auto& gap : stream.gaps)
+        missing += std::max(0.0, std::round(gap.length_s * stream.rate_hz) - 1.0);
+      warn(
+          format("%s: %s, the longest of %.4f s after stamp %lld (median step %.4f s); %.2g %% is "
+                 "missing",
+                 name, counted(stream.gaps.size(), "gap").c_str(), longest->length_s,
+                 static_cast<long long>(longest->after), 1.0 / stream.rate_hz,
+                 100.0 * missing / (missing + static_cast<double>(stream.count))));
     }
     if (nominal_hz > 0 && stream.rate_hz > 0 && std::abs(stream.rate_hz / nominal_hz - 1) > 0.1)
       warn(format("%s: the calibration says %.4g Hz, the stamps say %.4g Hz", name, nominal_hz,

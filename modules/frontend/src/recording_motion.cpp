@@ -69,9 +69,10 @@ void checkClocks(const TimeOffsetEstimate& offset, double image_rate_hz, Sentenc
   if (offset.discernible() && std::abs(offset.offset_s) > half_period)
     warnings->push_back(
         format("time offset: the images show the gyro's motion of %.1f ms %s (correlation %.3f, "
-               "%.3f without offset); are the clocks synchronised?",
+               "%.3f without offset); are the clocks synchronised? timeshift_cam_imu: %.4f in a "
+               "camchain.yaml (--camchain) shifts the stamps",
                1e3 * std::abs(offset.offset_s), offset.offset_s > 0 ? "later" : "earlier",
-               offset.correlation, offset.correlation_at_zero));
+               offset.correlation, offset.correlation_at_zero, offset.offset_s));
 }
 
 }  // namespace
