@@ -211,12 +211,15 @@ void suspectCause(const ReplayArguments& arguments, const RunRecord& record) {
     return attempt.status == toString(RefusalStatus::kNotConverged);
   });
   if (2 * static_cast<size_t>(contradict) < attempts.size()) return;
-  std::vector<std::string> causes = suspectedByMotion(arguments.source, arguments.recording);
+  std::vector<std::string> causes;
+  try {
+    causes = suspectedByMotion(arguments.source, arguments.recording);
+  } catch (const DataError&) {  // the run has said what cannot be read
+  }
   if (causes.empty())
     causes.emplace_back(
         "T_BS, the axes or a sign of the accelerometer, or noise above what [imu_noise] and "
-        "sigma_px say; what gyro and "
-        "images say of each other agrees");
+        "sigma_px say");
   for (const std::string& cause : causes)
     std::printf("a cause may be: %s\n", printable(cause).c_str());
 }
