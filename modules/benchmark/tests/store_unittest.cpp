@@ -58,7 +58,9 @@ TEST_F(BenchmarkStoreTest, ReadsBackWhatItWrote) {
       EXPECT_EQ(read.results[i].truth_check.rre_deg, record.results[i].truth_check.rre_deg);
     EXPECT_EQ(std::isnan(read.results[i].truth_check.gyro_bias_rps),
               std::isnan(record.results[i].truth_check.gyro_bias_rps));
-    if (i == 0) EXPECT_EQ(read.results[i].truth_check.velocity_step_mps, 0.031);
+    if (i == 0) {
+      EXPECT_EQ(read.results[i].truth_check.velocity_step_mps, 0.031);
+    }
     ASSERT_EQ(read.results[i].noise.has_value(), record.results[i].noise.has_value());
     if (read.results[i].noise) {
       EXPECT_EQ(read.results[i].noise->gyro.chi2, record.results[i].noise->gyro.chi2);
