@@ -1,10 +1,3 @@
-# Preset fuzz-quick: what reads no files, and takes long to compile with sanitizers, comes from another build folder.
-set(ETALON_PREBUILT "" CACHE PATH "Build folder whose modules are used in place of own ones, but for those that read files")
-set(etalon_prebuilt_modules)
-if(ETALON_PREBUILT)
-  set(etalon_prebuilt_modules imu simulation frontend optimization map odometry initialization evaluation benchmark)
-endif()
-
 # The name of the binary interface. Before 1.0 a minor version may change it, as the package's version says (EtalonInstall.cmake).
 set(etalon_soversion ${PROJECT_VERSION_MAJOR})
 if(PROJECT_VERSION_MAJOR EQUAL 0)
@@ -17,14 +10,6 @@ endif()
 function(etalon_add_module name)
   cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
   set(target etalon_${name})
-  if(name IN_LIST etalon_prebuilt_modules)
-    add_library(${target} SHARED IMPORTED GLOBAL)
-    add_library(etalon::${name} ALIAS ${target})
-    set_target_properties(${target} PROPERTIES IMPORTED_LOCATION "${ETALON_PREBUILT}/lib/lib${target}.so")
-    target_include_directories(${target} INTERFACE ${CMAKE_CURRENT_SOURCE_DIR}/include)
-    target_link_libraries(${target} INTERFACE ${ARG_PUBLIC})
-    return()
-  endif()
   file(GLOB sources CONFIGURE_DEPENDS src/*.cpp src/*/*.cpp)
   add_library(${target} SHARED ${sources})
   add_library(etalon::${name} ALIAS ${target})
@@ -37,6 +22,7 @@ function(etalon_add_module name)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:etalon_build_settings>)
   set_property(GLOBAL APPEND PROPERTY ETALON_MODULE_TARGETS ${target})
+  etalon_reuse_precompiled_headers(${target} modules)
   set_property(GLOBAL APPEND PROPERTY ETALON_MODULE_INCLUDE_DIRS "${CMAKE_CURRENT_SOURCE_DIR}/include/etalon")
 endfunction()
 
@@ -60,7 +46,7 @@ function(etalon_add_tests name)
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}/tests/support/include")
   target_link_libraries(${target} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main
                                           etalon_build_settings)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>) # compiles a quarter faster, runs 4 % slower
+  etalon_compile_as_tests(${target})
   etalon_add_test_program(${name}.unit ${target})
 endfunction()
 

@@ -1,31 +1,28 @@
 #!/usr/bin/env bash
 # Feeds every reader, the pipeline and the plugin loader with broken input (libFuzzer, address and undefined-behaviour sanitizers).
 #
-#   scripts/fuzz.sh [--quick] [--seed N] [SECONDS] [NAME]...
+#   scripts/fuzz.sh [--seed N] [SECONDS] [NAME]...
 #
 # SECONDS for each fuzzer (default 360: an hour in all), one a core at a time; NAMEs of tests/fuzz/NAME_fuzz.cpp (default: all). Begins
 # with the inputs in tests/fuzz/corpus/NAME and keeps what it finds in build/fuzz/corpus/NAME. An input that crashes, hangs for 20 s,
 # leaks, or needs more than 2 GB in all or 256 MB at once is kept in build/fuzz/NAME-*, and the exit code is 1. With a seed the inputs
 # are nearly the same every time.
-# --quick, for continuous integration: only what reads files has sanitizers, the rest is that of build/release; two a core at a time;
-# in build/fuzz-quick.
 #
 #   scripts/fuzz.sh --keep [NAME]...   the least part of what was found, of up to 1 KB each and without a path of this machine, that
 #                                      reaches as much goes to tests/fuzz/corpus
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-preset=fuzz keep=false seconds=360 seed=0 jobs=$(nproc)
+folder=build/fuzz keep=false seconds=360 seed=0 jobs=$(nproc)
 while [[ ${1:-} == --* ]]; do
   case "$1" in
-    --quick) preset=fuzz-quick jobs=$((2 * jobs)) ;;
     --keep) keep=true ;;
     --seed)
       seed=${2:?fuzz.sh: expected a number behind --seed}
       shift
       ;;
     *)
-      echo "fuzz.sh: unknown argument '$1'; expected --quick, --seed N or --keep" >&2
+      echo "fuzz.sh: unknown argument '$1'; expected --seed N or --keep" >&2
       exit 2
       ;;
   esac
@@ -41,17 +38,15 @@ if ((${#names[@]} == 0)); then
 fi
 for name in "${names[@]}"; do
   [[ -f tests/fuzz/${name}_fuzz.cpp ]] || {
-    echo "fuzz.sh: there is no tests/fuzz/${name}_fuzz.cpp; expected [--quick] [--seed N] [SECONDS] [NAME]... or --keep" >&2
+    echo "fuzz.sh: there is no tests/fuzz/${name}_fuzz.cpp; expected [--seed N] [SECONDS] [NAME]... or --keep" >&2
     exit 2
   }
 done
 
 scripts/install_dependencies.sh --fuzz
 echo "fuzz: building"
-if [[ $preset == fuzz-quick ]]; then scripts/build.sh etalon_benchmark etalon_simulation etalon_initializer_etalon >/dev/null; fi
-cmake --preset "$preset" >/dev/null
-folder=build/$preset
-cmake --build --preset "$preset" -j "$(nproc)" >"$folder/build.log" 2>&1 || {
+cmake --preset fuzz >/dev/null
+cmake --build --preset fuzz -j "$(nproc)" >"$folder/build.log" 2>&1 || {
   echo "fuzz: the build failed, $folder/build.log:" >&2
   grep -E "error|FAILED" "$folder/build.log" >&2 || tail -n 40 "$folder/build.log" >&2
   exit 1
@@ -80,7 +75,7 @@ if $keep; then
   trap 'rm -rf "$found"' EXIT
   for name in "${names[@]}"; do
     mkdir -p "tests/fuzz/corpus/$name" "$found/$name"
-    find build/fuzz*/corpus/"$name" -type f -size -3 -exec grep -LaF -e "$PWD" -e /dev/shm -e "$(hostname)" {} + |
+    find build/fuzz/corpus/"$name" -type f -size -3 -exec grep -LaF -e "$PWD" -e /dev/shm -e "$(hostname)" {} + |
       xargs -r -I {} cp {} "$found/$name" || true
     "$folder/bin/etalon_fuzz" --target="$name" -merge=1 -use_counters=0 "tests/fuzz/corpus/$name" "$found/$name" >"$folder/$name.log" 2>&1 || {
       echo "fuzz: $name: FAILED, $folder/$name.log:" >&2

@@ -20,16 +20,19 @@ CommandResult runShell(const std::string& line) {
   return runProgram("/bin/sh", {"-c", "etalon='" ETALON_EXECUTABLE "'; " + line});
 }
 
-/** A recording of 0.2 s, as simulate writes it. */
-std::string simulated(const TemporaryFolder& folder) {
-  std::string path = folder.path() + "/flight";
-  EXPECT_EQ(runEtalon({"simulate", "--out", path, "--duration", "0.2"}).exit_code, 0);
+/** A recording as simulate writes it, made once for all tests, which must not change it. */
+std::string simulated(const std::string& duration_s) {
+  static const TemporaryFolder folder;
+  std::string path = folder.path() + "/" + duration_s;
+  if (!fs::exists(path)) {
+    EXPECT_EQ(runEtalon({"simulate", "--out", path, "--duration", duration_s}).exit_code, 0);
+  }
   return path;
 }
 
 TEST(Writers, OfTwoConvertsToOneFileBothAreWhole) {
   const TemporaryFolder folder;
-  const std::string flight = simulated(folder), log = folder.path() + "/a.rawlog";
+  const std::string flight = simulated("0.2"), log = folder.path() + "/a.rawlog";
   const std::string convert = "$etalon convert --embed " + flight + " " + log;
   const CommandResult both =
       runShell(convert + " & one=$!; " + convert + "; two=$?; wait $one && exit $two");
@@ -42,7 +45,7 @@ TEST(Writers, OfTwoConvertsToOneFileBothAreWhole) {
 
 TEST(Writers, AFullDiskIsNoticedAndLosesNothingThatFits) {
   const TemporaryFolder folder;
-  const std::string flight = simulated(folder), out = folder.path() + "/run";
+  const std::string flight = simulated("0.2"), out = folder.path() + "/run";
   // No file longer than 16 blocks: trajectory.tum fits in, run.rawlog does not.
   const std::string full = "ulimit -f 16; ";
   const CommandResult replay = runShell(full + "$etalon replay " + flight + " --out " + out);
@@ -71,7 +74,7 @@ TEST(Writers, AFullDiskIsNoticedAndLosesNothingThatFits) {
 
 TEST(Writers, OnAFullDiskABagIsRefusedAndNothingIsLeft) {
   const TemporaryFolder folder;
-  const std::string flight = simulated(folder);
+  const std::string flight = simulated("0.2");
   const CommandResult convert =
       runShell("ulimit -f 16; $etalon convert " + flight + " " + folder.path() + "/bag/a.bag");
   EXPECT_EQ(convert.exit_code, 3);
@@ -81,10 +84,11 @@ TEST(Writers, OnAFullDiskABagIsRefusedAndNothingIsLeft) {
 
 TEST(Writers, AFailedConvertLeavesNoFolder) {
   const TemporaryFolder folder;
-  const std::string flight = simulated(folder), copy = folder.path() + "/new/copy";
+  const std::string flight = simulated("0.2"), copy = folder.path() + "/new/copy";
   const CommandResult full = runShell("ulimit -f 1; $etalon convert " + flight + " " + copy);
   EXPECT_EQ(full.exit_code, 3) << full.err;
   EXPECT_FALSE(fs::exists(folder.path() + "/new"));
+  folder.write("notes.txt", "of mine");
   const CommandResult there = runEtalon({"convert", flight, folder.path()});
   EXPECT_EQ(there.exit_code, 2);
   EXPECT_THAT(there.err, AllOf(HasSubstr("not empty; remove it or choose another"),
@@ -100,19 +104,17 @@ CommandResult interrupted(const std::string& line, const std::string& condition)
 
 TEST(Writers, AnInterruptedConvertLeavesNothing) {
   const TemporaryFolder folder;
-  const std::string flight = folder.path() + "/flight", log = folder.path() + "/a.rawlog";
-  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "4"}).exit_code, 0);
+  const std::string flight = simulated("6"), log = folder.path() + "/a.rawlog";
   const CommandResult convert =
       interrupted("$etalon convert --embed " + flight + " " + log, "ls " + log + "*.part");
   EXPECT_EQ(convert.exit_code, 130) << convert.err;
   EXPECT_THAT(convert.err, HasSubstr("convert: interrupted; nothing is written"));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
 TEST(Writers, AnInterruptedReplayKeepsWhatWasFlown) {
   const TemporaryFolder folder;
-  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run";
-  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "6"}).exit_code, 0);
+  const std::string flight = simulated("6"), out = folder.path() + "/run";
   const std::string said = folder.path() + "/said";
   const CommandResult replay = interrupted(
       "$etalon replay " + flight + " --out " + out + " > " + said, "grep -q initialized " + said);
@@ -123,8 +125,7 @@ TEST(Writers, AnInterruptedReplayKeepsWhatWasFlown) {
 
 TEST(Writers, AnInterruptedAdjustmentKeepsTheFlight) {
   const TemporaryFolder folder;
-  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run";
-  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "6"}).exit_code, 0);
+  const std::string flight = simulated("6"), out = folder.path() + "/run";
   const std::string said = folder.path() + "/said";
   const CommandResult replay =
       interrupted("$etalon replay --final-ba " + flight + " --out " + out + " > " + said,
@@ -139,8 +140,7 @@ TEST(Writers, AnInterruptedAdjustmentKeepsTheFlight) {
 
 TEST(Writers, AnErrorInFlightKeepsWhatWasFlown) {
   const TemporaryFolder folder;
-  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run";
-  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "1.2"}).exit_code, 0);
+  const std::string flight = simulated("1.2"), out = folder.path() + "/run";
   const CommandResult replay =
       runEtalon({"replay", flight, "--out", out, "--plugin-path",
                  ETALON_BAD_PLUGINS "/throws_when_asked.so", "--initializer", "auto", "--set",
@@ -155,9 +155,8 @@ TEST(Writers, AnErrorInFlightKeepsWhatWasFlown) {
 
 TEST(Writers, AnAdjustmentThatIsKilledKeepsTheFlight) {
   const TemporaryFolder folder;
-  const std::string flight = folder.path() + "/flight", out = folder.path() + "/run",
+  const std::string flight = simulated("6"), out = folder.path() + "/run",
                     said = folder.path() + "/said";
-  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "6"}).exit_code, 0);
   // As the kernel does where memory runs out: the process that flies, not its supervisor.
   const CommandResult replay =
       runShell("$etalon replay --final-ba " + flight + " --out " + out + " > " + said +
@@ -176,13 +175,12 @@ std::string catchesSigterm() { return "grep -q 'SigCgt:.*[4-7c-f]...$' /proc/$pi
 
 TEST(Writers, WhoeverWritesAtTheEndSaysThatItIsInterrupted) {
   const TemporaryFolder folder;
-  const std::string flight = folder.path() + "/flight", device = folder.path() + "/device.ini";
-  ASSERT_EQ(runEtalon({"simulate", "--out", flight, "--duration", "6"}).exit_code, 0);
+  const std::string flight = simulated("6"), device = folder.path() + "/device.ini";
   const CommandResult calibrate =
       interrupted("$etalon calibrate-device " + flight + " --out " + device, catchesSigterm());
   EXPECT_EQ(calibrate.exit_code, 130);
   EXPECT_THAT(calibrate.err, HasSubstr("calibrate-device: interrupted; nothing is written\n"));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
   const std::string said = folder.path() + "/said";
   const CommandResult check =
       interrupted("$etalon check-plugin eta --windows 100000 > " + said, "grep -q passed " + said);
@@ -212,7 +210,7 @@ TEST(Writers, ResultsDoNotReplaceTheConfigurationThatWasGiven) {
 
 TEST(Writers, AFullStandardOutputIsNoticed) {
   const TemporaryFolder folder;
-  const std::string replay = "replay " + simulated(folder) + " --out " + folder.path() + "/run";
+  const std::string replay = "replay " + simulated("0.2") + " --out " + folder.path() + "/run";
   for (const std::string& command : {std::string("plugins"), replay}) {
     const CommandResult result = runShell("$etalon " + command + " > /dev/full");
     EXPECT_EQ(result.exit_code, 3) << command;

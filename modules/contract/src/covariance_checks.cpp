@@ -1,5 +1,4 @@
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,6 +7,7 @@
 
 #include "check_tools.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/initialization/estimation_error.h"
 
 namespace etalon::contract {
@@ -31,9 +31,7 @@ double smallestCorrelationEigenvalue(const MatrixXd& P) {
   if (!(P.diagonal().minCoeff() > 0.0)) return std::min(0.0, P.diagonal().minCoeff());
   const VectorXd scale = P.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd correlation = scale.asDiagonal() * P * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(correlation, Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .minCoeff();
+  return symmetricEigenvalues(correlation)[0];
 }
 
 /** Largest difference of elements that should be the same, as a correlation. */
@@ -132,7 +130,7 @@ class Nees {
       const MatrixXd P = covariances_[i](indices, indices);
       if (smallestCorrelationEigenvalue(P) < kSingular) return std::nullopt;
       const VectorXd e = errors_[i](indices);
-      sum += e.dot(P.ldlt().solve(e));
+      sum += squaredMahalanobis(e, P);
     }
     return sum / static_cast<double>(indices.size() * errors_.size());
   }

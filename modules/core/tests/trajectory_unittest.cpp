@@ -204,7 +204,7 @@ TEST_F(Tum, NamesTheBrokenLine) {
 }
 
 TEST_F(Tum, SaysWhatIsWrongWithFilesOfOtherPrograms) {
-  const auto error = [this](const std::string& text) {
+  const auto errorOf = [this](const std::string& text) {
     write(text);
     try {
       readTum(path());
@@ -213,10 +213,10 @@ TEST_F(Tum, SaysWhatIsWrongWithFilesOfOtherPrograms) {
     }
     return std::string("accepted");
   };
-  EXPECT_THAT(error("1403636579763555584 1 2 3 0 0 0 1\n"),
+  EXPECT_THAT(errorOf("1403636579763555584 1 2 3 0 0 0 1\n"),
               HasSubstr("found '1403636579763555584'; is it in nanoseconds?"));
-  EXPECT_THAT(error("1.5,1,2,3,0,0,0,1\n"), HasSubstr("with blanks, not commas"));
-  EXPECT_THAT(error("1.5 1 2 3 0 0 0\n"), HasSubstr("8 numbers: t[s] x y z qx qy qz qw"));
+  EXPECT_THAT(errorOf("1.5,1,2,3,0,0,0,1\n"), HasSubstr("with blanks, not commas"));
+  EXPECT_THAT(errorOf("1.5 1 2 3 0 0 0\n"), HasSubstr("8 numbers: t[s] x y z qx qy qz qw"));
 }
 
 TEST_F(Tum, SaysWhichFileCannotBeUsed) {

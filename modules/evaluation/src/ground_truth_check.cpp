@@ -1,7 +1,6 @@
 #include "etalon/evaluation/ground_truth_check.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -10,6 +9,7 @@
 #include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/imu/imu_limits.h"
 #include "etalon/imu/preintegration.h"
@@ -174,8 +174,7 @@ std::optional<GravityFit> fitGravity(const std::vector<VelocityEquation>& equati
     squared_time += equation.A(0, 0) * equation.A(0, 0);
   }
   if (equations.size() < 3) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(A / squared_time);
-  if (!(eigen.eigenvalues()[0] > kMinRotationSpread)) return std::nullopt;
+  if (!(symmetricEigenvalues(A / squared_time)[0] > kMinRotationSpread)) return std::nullopt;
   const Eigen::Matrix<double, 6, 1> x = A.ldlt().solve(b);
 
   double squares = 0.0;

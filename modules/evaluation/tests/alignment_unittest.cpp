@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -10,6 +9,7 @@
 
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 
 namespace etalon {
 namespace {
@@ -62,8 +62,7 @@ Alignment alignByQuaternion(const Points& p_G, const Points& p_W, bool with_scal
     N.block<3, 1>(1, 0) += axb;
     N.block<3, 3>(1, 1) += a * b.transpose() + b * a.transpose() - a.dot(b) * Matrix3d::Identity();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(N);
-  const Eigen::Vector4d q = solver.eigenvectors().col(3);
+  const Eigen::Vector4d q = symmetricEigen(N).vectors.col(3);
   Alignment alignment;
   alignment.T_GW.R = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
   if (with_scale) {

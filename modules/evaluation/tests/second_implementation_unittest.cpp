@@ -3,13 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <complex>
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/evaluation/metrics.h"
 
 namespace etalon {
@@ -76,7 +76,7 @@ double ateByQuaternionEigenvalue(const std::vector<StampedState>& a,
     N.block<3, 1>(1, 0) += c;
     N.block<3, 3>(1, 1) += p * q.transpose() + q * p.transpose() - p.dot(q) * Matrix3d::Identity();
   }
-  const double lambda = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(N).eigenvalues().maxCoeff();
+  const double lambda = symmetricEigenvalues(N).maxCoeff();
   return std::sqrt(std::max(0.0, squares - 2.0 * lambda) / n);
 }
 

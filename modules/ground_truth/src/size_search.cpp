@@ -3,7 +3,7 @@
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
 
-#include <Eigen/Eigenvalues>
+#include "etalon/core/symmetric.h"
 
 namespace etalon::ground_truth {
 namespace {
@@ -84,10 +84,9 @@ SizeUncertainty sizeUncertainty(Likelihood* likelihood, const SizeVector& log_si
   }
   curvature = (0.5 * (curvature + curvature.transpose())).eval();
   // A direction that the data leave open has at least the curvature of a factor of e^3.
-  Eigen::SelfAdjointEigenSolver<SizeMatrix> eigen(curvature);
-  const SizeVector inverse = eigen.eigenvalues().cwiseMax(1.0 / 9.0).cwiseInverse();
-  result.covariance =
-      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  const SymmetricEigen eigen = symmetricEigen(curvature);
+  const SizeVector inverse = eigen.values.cwiseMax(1.0 / 9.0).cwiseInverse();
+  result.covariance = eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
 
   likelihood->solve(log_sizes, &up);
   const Slope slope = likelihood->slope(block_begins);

@@ -1,12 +1,12 @@
 #include "etalon/initialization/predicted_errors.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
+#include "etalon/core/symmetric.h"
 
 namespace etalon {
 
@@ -53,10 +53,10 @@ PredictedError predictedError(const Eigen::MatrixXd& covariance, double confiden
     error.alike_in_all_directions = true;
     return error;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
-  error.worst = axes.eigenvectors().rightCols<1>();
-  const double largest = std::max(0.0, axes.eigenvalues().tail<1>()(0));
-  error.alike_in_all_directions = axes.eigenvalues()(0) >= kAlike * kAlike * largest;
+  const SymmetricEigen axes = symmetricEigen(covariance);
+  error.worst = axes.vectors.rightCols<1>();
+  const double largest = std::max(0.0, axes.values.tail<1>()(0));
+  error.alike_in_all_directions = axes.values(0) >= kAlike * kAlike * largest;
   const double trace = covariance.trace(), square = covariance.squaredNorm();
   if (square > 0.0)
     error.bound =
@@ -65,8 +65,7 @@ PredictedError predictedError(const Eigen::MatrixXd& covariance, double confiden
 }
 
 double largestSigma(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, axes.eigenvalues().tail<1>()(0)));
+  return std::sqrt(std::max(0.0, symmetricEigenvalues(covariance).tail<1>()(0)));
 }
 
 }  // namespace etalon

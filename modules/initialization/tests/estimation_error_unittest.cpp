@@ -7,6 +7,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/testing/synthetic_window.h"
 
 namespace etalon {
@@ -72,7 +73,7 @@ class CovarianceAround : public ::testing::Test {
     Eigen::VectorXd error(sigmas_.size());
     error << testing::estimationError(estimate, window_),
         relativePoseErrors(estimate.states, window_.truth);
-    return error.dot(covariance.llt().solve(error)) / static_cast<double>(error.size());
+    return squaredMahalanobis(error, covariance) / static_cast<double>(error.size());
   }
 
   testing::SyntheticWindow window_;

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/initialization/steps/gravity_alignment.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
@@ -96,7 +97,7 @@ TEST(Whitening, StereoOdometrysJointCovarianceIsThatOfItsErrorsAndOfItsConsumers
     const VisualSolution solution = visualSolution(w, 0.5);
     const VectorXd e = poseErrors(solution.T_VB, w.T_VB);
     ASSERT_EQ(solution.covariance.rows(), e.size());
-    poses.add(e.dot(solution.covariance.ldlt().solve(e)), static_cast<double>(e.size()));
+    poses.add(squaredMahalanobis(e, solution.covariance), static_cast<double>(e.size()));
     LinearAlignmentOptions align;
     align.pose_covariance = solution.covariance;
     const LinearAlignmentResult result =
@@ -132,7 +133,7 @@ TEST(Whitening, InertialOnlyMapIsConsistent) {
     VectorXd e(8);
     e << result.bias.gyro - w.bias.gyro, result.bias.accel - w.bias.accel,
         -tangentBasis(result.g_V).transpose() * w.g_V / w.g_V.norm();
-    errors.add(e.dot(result.covariance.ldlt().solve(e)), 8.0);
+    errors.add(squaredMahalanobis(e, result.covariance), 8.0);
   }
   expectConsistent(cost);
   expectConsistent(errors);
@@ -179,7 +180,7 @@ TEST(Whitening, NormalEpipolarBiasErrsAsItsCovarianceSays) {
                            Vector3d::Zero(), options);
       ASSERT_TRUE(found.summary.usable()) << found.summary.message;
       const Vector3d e = found.gyro - w.bias.gyro;
-      errors.add(e.dot(found.covariance.ldlt().solve(e)), 3.0);
+      errors.add(squaredMahalanobis(e, found.covariance), 3.0);
       noise += found.noise / runs;
     }
     EXPECT_NEAR(noise, 1.0, 0.1);
@@ -216,9 +217,9 @@ TEST(Whitening, DecoupledStepsErrAsTheirCovarianceSays) {
       // The poses go on below; those of stereo odometry are judged above.
       ASSERT_EQ(result.covariance.rows(), e.size() + 6 * problem.keyframeCount() - 6);
       const Eigen::MatrixXd whole_P = result.covariance.topLeftCorner(e.size(), e.size());
-      whole->add(e.dot(whole_P.ldlt().solve(e)), static_cast<double>(e.size()));
+      whole->add(squaredMahalanobis(e, whole_P), static_cast<double>(e.size()));
       const Eigen::Matrix3d P = result.covariance.topLeftCorner<3, 3>();
-      gyro_bias.add(e.head<3>().dot(P.ldlt().solve(e.head<3>())), 3.0);
+      gyro_bias.add(squaredMahalanobis(e.head<3>(), P), 3.0);
     };
     add(estimate, &map);
     for (const bool free : {false, true}) {

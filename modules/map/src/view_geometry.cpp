@@ -6,6 +6,7 @@
 
 #include "etalon/core/angles.h"
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 
 namespace etalon {
 namespace {
@@ -204,7 +205,7 @@ std::vector<FoundLandmark> agreeing(const StereoInertialCalibration& calibration
   }
   constexpr double kChi2Pose = 22.46;  // 6 degrees of freedom, 99.9 %
   if (inliers.size() < static_cast<size_t>(options.min_landmarks) ||
-      2 * inliers.size() < found.size() || d.dot(view.covariance.llt().solve(d)) > kChi2Pose)
+      2 * inliers.size() < found.size() || squaredMahalanobis(d, view.covariance) > kChi2Pose)
     inliers.clear();
   return inliers;
 }

@@ -20,6 +20,7 @@
 #include "../tests/steady_flight.h"
 #include "etalon/core/angles.h"
 #include "etalon/core/parameters.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/testing/wrong_calibration.h"
 
 namespace {
@@ -88,7 +89,7 @@ Flown addFlight(const SimulatedFlight& flight, const FixedLagOptions& options,
     Sums& sums = results->bins[i / 200];
     const Eigen::Matrix<double, 15, 1> d = out.state.minus(flight.truth[i]);
     sums.nees += neesOf(out, flight.truth[i]);
-    sums.pose += d.head<6>().dot(out.covariance.topLeftCorner<6, 6>().llt().solve(d.head<6>())) / 6;
+    sums.pose += squaredMahalanobis(d.head<6>(), out.covariance.topLeftCorner<6, 6>()) / 6;
     for (int b = 0; b < 5; ++b) sums.squares[b] += d.segment<3>(3 * b).squaredNorm();
     ++sums.count;
   }

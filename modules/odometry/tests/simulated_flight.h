@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "etalon/core/symmetric.h"
 #include "etalon/imu/imu_buffer.h"
 #include "etalon/odometry/fixed_lag/fixed_lag_odometry.h"
 #include "etalon/simulation/euroc_rig.h"
@@ -133,7 +134,7 @@ inline Eigen::Matrix<double, 5, 1> neesOf(const OdometryOutput& out, const NavSt
   Eigen::Matrix<double, 5, 1> nees;
   for (int b = 0; b < 5; ++b) {
     const Eigen::Matrix3d P = out.covariance.block<3, 3>(3 * b, 3 * b);
-    nees[b] = d.segment<3>(3 * b).dot(P.llt().solve(d.segment<3>(3 * b))) / 3.0;
+    nees[b] = squaredMahalanobis(d.segment<3>(3 * b), P) / 3.0;
   }
   return nees;
 }

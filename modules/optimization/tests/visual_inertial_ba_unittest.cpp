@@ -6,6 +6,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "visual_inertial_case.h"
 
 namespace etalon {
@@ -209,7 +210,7 @@ double sigmasBetween(const VisualInertialBaResult& a, const VisualInertialBaResu
     e.segment<9>(9 * k) << logSO3(a.states[k].T_WB.R.transpose() * b.states[k].T_WB.R),
         b.states[k].T_WB.t - a.states[k].T_WB.t, b.states[k].v_WB - a.states[k].v_WB;
   e.tail<6>() << b.bias.gyro - a.bias.gyro, b.bias.accel - a.bias.accel;
-  return std::sqrt(e.dot(a.covariance.ldlt().solve(e)));
+  return std::sqrt(squaredMahalanobis(e, a.covariance));
 }
 
 TEST(VisualInertialBa, StopsWhereNoStateIsFarFromTheMinimumOrSaysThatItDidNot) {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "etalon/core/symmetric.h"
 #include "etalon/optimization/bundle/visual_inertial_ba.h"
 #include "etalon/testing/known_landmarks.h"
 #include "etalon/testing/synthetic_window.h"
@@ -48,7 +48,7 @@ inline double sigmaTilt(const VisualInertialBaResult& result) {
   if (result.covariance.size() == 0) return std::numeric_limits<double>::infinity();
   const Eigen::Matrix<double, 2, 3> level = result.states.front().T_WB.R.topRows<2>();
   const Eigen::Matrix2d tilt = level * result.covariance.topLeftCorner<3, 3>() * level.transpose();
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tilt).eigenvalues()(1));
+  return std::sqrt(symmetricEigenvalues(tilt)(1));
 }
 
 /** Largest standard deviation of a component of the last keyframe's velocity, m/s; infinite without

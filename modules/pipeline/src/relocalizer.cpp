@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "etalon/core/angles.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/core/yaw.h"
 
 namespace etalon {
@@ -82,7 +83,7 @@ bool Relocalizer::fuse(const SE3& T_WW0, const Matrix4d& covariance) {
   const Matrix4d information = covariance.llt().solve(Matrix4d::Identity());
   if (estimate_.sightings > 0) {
     const Matrix4d both = covariance + estimate_.information.llt().solve(Matrix4d::Identity());
-    if (d.dot(both.llt().solve(d)) > kChi2Same) {
+    if (squaredMahalanobis(d, both) > kChi2Same) {
       if (!moved_) estimate_ = {T_WW0, information, 1};
       return false;
     }
@@ -133,7 +134,7 @@ std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const
   if (!moved_) {  // scenes repeat themselves
     Vector4d d;
     d << aligningYaw(turn), T_WN.t - T_WB.t;
-    if (d.dot((prior_ + covariance).llt().solve(d)) > kChi2Same) return std::nullopt;
+    if (squaredMahalanobis(d, prior_ + covariance) > kChi2Same) return std::nullopt;
   }
   if (estimate_.sightings == 0) first_sighting_ = frame.t;
   const Matrix4d back = errorAt(-T_WN.t);

@@ -1,5 +1,4 @@
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -7,6 +6,7 @@
 #include <utility>
 
 #include "etalon/core/stopwatch.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/initialization/initializer.h"
 #include "etalon/initialization/joint/joint_map.h"
 #include "etalon/initialization/predicted_errors.h"
@@ -176,8 +176,7 @@ class JointMle : public Initializer {
           1.0 / (priors.sigma_gyro_rps * priors.sigma_gyro_rps);
       information.diagonal().segment<3>(3).array() -=
           1.0 / (priors.sigma_accel_mps2 * priors.sigma_accel_mps2);
-      least = Eigen::SelfAdjointEigenSolver<MatrixXd>(information, Eigen::EigenvaluesOnly)
-                  .eigenvalues()[0];
+      least = symmetricEigenvalues(information)[0];
     }
     if (least >= min_information_) return {};
     return refuse(RefusalStatus::kIllConditioned,

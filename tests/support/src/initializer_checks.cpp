@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "etalon/core/symmetric.h"
 #include "etalon/initialization/estimation_error.h"
 #include "etalon/initialization/plugin_loader.h"
 #include "etalon/pipeline/window_initialization.h"
@@ -262,7 +263,7 @@ void expectErrsAsItsCovarianceSays(const Initializer& initializer, double slack,
       for (Block& block : blocks) {
         const Eigen::VectorXd part = e.segment(block.start, block.size);
         const Eigen::MatrixXd own = P.block(block.start, block.start, block.size, block.size);
-        block.sum += part.dot(own.llt().solve(part));
+        block.sum += squaredMahalanobis(part, own);
       }
     }
     ASSERT_GE(answers, least_answers) << sigma_px << " px";

@@ -1,10 +1,10 @@
 #include "etalon/initialization/steps/inertial_only_map.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/initialization/steps/gravity_sphere.h"
 #include "etalon/optimization/bundle/normal_equations.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
@@ -175,9 +175,8 @@ void fillCovariance(const Eigen::MatrixXd& H, InertialOnlyResult* result) {
   result->covariance = 0.5 * (covariance + covariance.transpose());
   const Eigen::Matrix2d gravity =
       result->covariance.block<2, 2>(InertialOnlyProblem::kGravity, InertialOnlyProblem::kGravity);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(gravity);
-  if (eigen.eigenvalues()(1) > 0)
-    result->smallest_eigenvalue_gravity = 1.0 / eigen.eigenvalues()(1);
+  const double largest = symmetricEigenvalues(gravity)(1);
+  if (largest > 0) result->smallest_eigenvalue_gravity = 1.0 / largest;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/initialization/steps/inertial_only_map.h"
 #include "etalon/optimization/residuals/preintegration_residual.h"
 #include "etalon/testing/synthetic_window.h"
@@ -122,7 +123,7 @@ double inertialCost(const AlignmentCase& c, const LinearAlignmentResult& at) {
                                at.g_V, nullptr)
             .tail<6>();
     const Eigen::Matrix<double, 6, 6> noise = p.covariance9().bottomRightCorner<6, 6>();
-    sum += 0.5 * r.dot(noise.llt().solve(r));
+    sum += 0.5 * squaredMahalanobis(r, noise);
   }
   return sum;
 }

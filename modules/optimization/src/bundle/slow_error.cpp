@@ -1,7 +1,8 @@
 #include "bundle/slow_error.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "etalon/core/symmetric.h"
 
 namespace etalon {
 
@@ -18,11 +19,11 @@ Eigen::MatrixXd slowErrorModes(const std::vector<Preintegration>& preintegration
   for (Eigen::Index k = 0; k < n; ++k)
     for (Eigen::Index l = 0; l < n; ++l)
       correlation(k, l) = slow.correlation(middle(k) - middle(l));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(correlation);
-  const Eigen::VectorXd& variance = modes.eigenvalues();  // in increasing order
+  const SymmetricEigen modes = symmetricEigen(correlation);
+  const Eigen::VectorXd& variance = modes.values;  // in increasing order
   const Eigen::Index kept =
       (variance.array() > kLeastVariance * variance[n - 1]).cast<Eigen::Index>().sum();
-  return slow.sigma_mps2 * modes.eigenvectors().rightCols(kept) *
+  return slow.sigma_mps2 * modes.vectors.rightCols(kept) *
          variance.tail(kept).cwiseSqrt().asDiagonal();
 }
 

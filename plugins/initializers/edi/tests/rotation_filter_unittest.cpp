@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon::plugins {
@@ -39,8 +40,8 @@ TEST(RotationFilter, ErrsAsItSays) {
     const Vector3d bias = result.estimate.bias.gyro - options.bias.gyro;
     const Eigen::MatrixXd of_rotation = result.estimate.errors->poses.middleRows<3>(6 * (last - 1));
     const Eigen::MatrixXd of_bias = result.estimate.errors->map.topRows<3>();
-    nees_rotation += rotation.dot(sources.covarianceOf(of_rotation).llt().solve(rotation));
-    nees_bias += bias.dot(sources.covarianceOf(of_bias).llt().solve(bias));
+    nees_rotation += squaredMahalanobis(rotation, sources.covarianceOf(of_rotation));
+    nees_bias += squaredMahalanobis(bias, sources.covarianceOf(of_bias));
   }
   ASSERT_GE(runs, 35);
   // Mean of chi-square with three degrees of freedom, three standard deviations.

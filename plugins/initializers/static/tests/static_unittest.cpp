@@ -8,6 +8,7 @@
 #include <string>
 
 #include "etalon/core/so3.h"
+#include "etalon/core/symmetric.h"
 #include "etalon/testing/initializer_checks.h"
 
 namespace etalon {
@@ -200,8 +201,8 @@ TEST(Static, CovarianceIsHonestByMonteCarlo) {
     ASSERT_EQ(result->covariance.rows(), 11);
     const Eigen::Matrix<double, 8, 1> e = errorOf(result, window);
     const Eigen::MatrixXd P = result->covariance.topLeftCorner(8, 8);
-    nees += e.dot(P.ldlt().solve(e)) / kTrials;
-    tilt_nees += e.tail<2>().dot(P.bottomRightCorner(2, 2).ldlt().solve(e.tail<2>())) / kTrials;
+    nees += squaredMahalanobis(e, P) / kTrials;
+    tilt_nees += squaredMahalanobis(e.tail<2>(), P.bottomRightCorner(2, 2)) / kTrials;
   }
   // Mean of chi-square with 8 and with 2 degrees of freedom; four standard deviations of the mean,
   // and one percent more for the tilt's second order (0.01 rad of tilt against 1).
@@ -280,7 +281,7 @@ TEST(Static, ThePixelsNoiseIsNoTurn) {
     const InitializationResult result = load()->initialize(makeProblem(window, options));
     ASSERT_TRUE(result) << result.error().reason;
     const Vector3d e = result->bias.gyro - window.bias.gyro;
-    nees += e.dot(result->covariance.topLeftCorner<3, 3>().llt().solve(e)) / kTrials;
+    nees += squaredMahalanobis(e, result->covariance.topLeftCorner<3, 3>()) / kTrials;
   }
   // Mean of chi-square with three degrees of freedom, four standard deviations of the mean; one
   // window in a hundred is believed to turn, and claims less.
