@@ -1,7 +1,6 @@
 #include "replay_output.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -182,12 +181,7 @@ std::string whyNoAttempt(const FinishedRun& run, bool part) {
 
 /** "; the last: ...", and what most were refused for, where that is something else. */
 std::string refusalsInWords(const std::vector<AttemptRecord>& attempts) {
-  const auto kind = [](const AttemptRecord& attempt) {  // the reason without its numbers
-    std::string text;
-    for (const char c : attempt.reason)
-      if (std::isdigit(static_cast<unsigned char>(c)) == 0) text += c;
-    return text;
-  };
+  const auto kind = [](const AttemptRecord& attempt) { return withoutFigures(attempt.reason); };
   std::map<std::string, size_t> count;
   for (const AttemptRecord& attempt : attempts) ++count[kind(attempt)];
   const AttemptRecord& last = attempts.back();

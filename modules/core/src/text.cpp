@@ -1,6 +1,7 @@
 #include "etalon/core/text.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -83,6 +84,22 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
   std::string text;
   for (const std::string& word : words) text.append(text.empty() ? "" : between).append(word);
   return text;
+}
+
+std::string withoutFigures(const std::string& text) {
+  std::string result;
+  bool quoted = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto isDigit = [&text](size_t k) {
+      return k < text.size() && std::isdigit(static_cast<unsigned char>(text[k])) != 0;
+    };
+    if (text[i] == '\'') quoted = !quoted;
+    if (!quoted && !isDigit(i) && !(text[i] == '.' && isDigit(i + 1)))
+      result += text[i];
+    else if (result.empty() || result.back() != '#')
+      result += '#';
+  }
+  return result;
 }
 
 std::size_t displayWidth(const std::string& text) {

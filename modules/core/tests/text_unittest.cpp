@@ -44,6 +44,12 @@ TEST(Text, JoinsWords) {
   EXPECT_EQ(joined({"one", "two"}, " or "), "one or two");
 }
 
+TEST(Text, MessagesThatDifferInTheirFiguresAreTheSameWithoutThem) {
+  EXPECT_EQ(withoutFigures("gravity +- 1.32 deg of 'eta'"),
+            withoutFigures("gravity +- 12 deg of 'vi_orb'"));
+  EXPECT_NE(withoutFigures("1 landmark"), withoutFigures("1 keyframe"));
+}
+
 TEST(Text, PadsByCharactersNotByBytes) {
   EXPECT_EQ(displayWidth("m/s\xC2\xB2"), 4U);   // superscript two, two bytes
   EXPECT_EQ(displayWidth("\xE2\x80\x93"), 1U);  // a dash, three bytes

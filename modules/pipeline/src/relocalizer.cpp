@@ -136,9 +136,10 @@ std::optional<Relocalization> Relocalizer::look(const TrackedFrame& frame, const
     d << aligningYaw(turn), T_WN.t - T_WB.t;
     if (squaredMahalanobis(d, prior_ + covariance) > kChi2Same) return std::nullopt;
   }
-  if (estimate_.sightings == 0) first_sighting_ = frame.t;
   const Matrix4d back = errorAt(-T_WN.t);
-  if (!fuse(T_WW0, back * covariance * back.transpose())) return std::nullopt;
+  const bool believed = fuse(T_WW0, back * covariance * back.transpose());
+  if (estimate_.sightings == 1) first_sighting_ = frame.t;
+  if (!believed) return std::nullopt;
 
   Relocalization found;
   found.place = sighting->place;

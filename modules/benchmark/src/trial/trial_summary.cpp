@@ -1,7 +1,6 @@
 #include "etalon/benchmark/trial/trial_summary.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 
@@ -25,23 +24,6 @@ double addedAte(const TrialRun& run, const std::map<std::string, double>& plain)
   without.fault = kNoFault;
   const auto found = plain.find(resultKey(without));
   return found == plain.end() ? WindowErrors::kNone : run.causal.ate_m - found->second;
-}
-
-/** Numbers, and what is in quotes, replaced: the same reason with other figures is the same. */
-std::string withoutFigures(const std::string& text) {
-  std::string result;
-  bool quoted = false;
-  for (size_t i = 0; i < text.size(); ++i) {
-    const auto isDigit = [&text](size_t k) {
-      return k < text.size() && std::isdigit(static_cast<unsigned char>(text[k])) != 0;
-    };
-    if (text[i] == '\'') quoted = !quoted;
-    if (!quoted && !isDigit(i) && !(text[i] == '.' && isDigit(i + 1)))
-      result += text[i];
-    else if (result.empty() || result.back() != '#')
-      result += '#';
-  }
-  return result;
 }
 
 }  // namespace

@@ -30,6 +30,10 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
 /** "1 frame", "3 frames". */
 std::string counted(std::size_t count, const std::string& noun);
 
+/** The text with '#' for each number and for what is in single quotes: two messages that differ in
+ * their figures alone become the same. */
+std::string withoutFigures(const std::string& text);
+
 /** Characters of UTF-8 text: bytes that do not continue one. */
 std::size_t displayWidth(const std::string& text);
 
