@@ -61,4 +61,17 @@ function(etalon_add_benchmark name)
   target_link_libraries(${target} PRIVATE ${ARG_LINK} benchmark::benchmark_main etalon_build_settings)
 endfunction()
 
+# etalon_add_measurement(NAME SOURCES ... [LINK ...])
+# A program that prints figures of the documents (not of speed); built with the benchmarks.
+function(etalon_add_measurement name)
+  if(NOT ETALON_BUILD_BENCHMARKS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE "${CMAKE_SOURCE_DIR}/tests/support/include")
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} etalon_build_settings)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>) # the work is done in the libraries
+endfunction()
+
 include(EtalonAddInitializer)

@@ -20,7 +20,7 @@
 #include "noise_table.h"
 #include "options/configuration_options.h"
 #include "options/recording_option.h"
-#include "replay_output.h"
+#include "replay/replay_output.h"
 #include "support/checks.h"
 #include "support/progress_line.h"
 #include "support/stop_on_signals.h"

@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,7 +9,6 @@
 #include "etalon/core/output_file.h"
 #include "etalon/core/printable.h"
 #include "etalon/core/process/child_process.h"
-#include "etalon/core/stopwatch.h"
 #include "etalon/core/text.h"
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/frontend/recording_inspection.h"
@@ -22,12 +20,11 @@
 #include "options/fault_option.h"
 #include "options/ground_truth_option.h"
 #include "options/recording_option.h"
-#include "replay_output.h"
+#include "replay/replay_output.h"
+#include "replay/replay_run.h"
 #include "support/checks.h"
-#include "support/progress_line.h"
 #include "support/stop_on_signals.h"
 #include "support/supervised_run.h"
-#include "support/versions.h"
 
 namespace etalon::app {
 
@@ -42,134 +39,6 @@ struct ReplayArguments {
   double from_s = 0.0, to_s = 1e18, min_coverage = kMinCoverage;
   double time_limit_s = kDefaultTimeLimitS;
   bool final_ba = false, imu_states = false, gui = false;
-};
-
-/** The pipeline's run over the source. After an error it keeps what was flown before. */
-class Replay {
- public:
-  /** @param died how an earlier run of the same input crashed: this run stops before that point and
-   * reports no progress; null: there was no earlier run */
-  Replay(SensorSource* source, const RunConfiguration& configuration, RunState* state,
-         const RunEnd* died)
-      : source_(*source),
-        configuration_(configuration),
-        state_(*state),
-        died_(died),
-        pipeline_(source->calibration(), configuration.pipeline, configuration.initializers) {}
-
-  /** To the end of the source, or until the run shall stop. */
-  void run() {
-    while (auto event = source_.next()) {
-      if (state_.stop) {
-        interrupted_ = true;
-        return;
-      }
-      if (const auto* sample = std::get_if<ImuSample>(&*event)) {
-        pipeline_.add(*sample);
-      } else {
-        auto& frame = std::get<StereoFrame>(*event);
-        if (died_ && truncateToMrptTick(frame.t) > truncateToMrptTick(*died_->processed)) return;
-        if (images_.empty()) state_.first_image = frame.t;
-        images_.push_back({frame.t, absolute(frame.left_path), absolute(frame.right_path)});
-        pipeline_.add(std::move(frame));
-        if (window_) window_->update();
-      }
-      report(false);
-    }
-  }
-
-  void keepImuStates() {
-    pipeline_.onImuState([this](const ImuRateState& state) { imu_states_.push_back(state); });
-  }
-
-  void openWindow() { window_.reset(loadFlightWindow()(&pipeline_)); }
-
-  void waitForWindow() {
-    if (window_) window_->waitUntilClosed(state_.stop);
-  }
-
-  void finish() {
-    pipeline_.finish();
-    report(true);
-  }
-
-  FinishedRun finished(double min_coverage) {
-    return {source_,    configuration_, pipeline_, images_, 1e-3 * watch_.lapMilliseconds(),
-            versions(), min_coverage,   {},        0.0,     std::move(imu_states_)};
-  }
-
-  /** The final bundle adjustment; what is not finished is dropped. */
-  void adjust(FinishedRun* run) {
-    std::printf("final bundle adjustment...\n");
-    std::fflush(stdout);
-    FinalFlight flight;
-    if (!state_.stop)
-      flight = pipeline_.finalBa([this](int iterations) {
-        if (!died_)
-          progress_.update(false, [iterations] {
-            return format("replay: final bundle adjustment: %d iterations", iterations);
-          });
-        return !state_.stop;
-      });
-    progress_.interrupt();
-    adjustment_stopped_ = state_.stop;
-    if (adjustment_stopped_) return;
-    run->final_flight = std::move(flight);
-    run->final_ba_s = 1e-3 * watch_.lapMilliseconds();
-  }
-
-  /** Whether the final bundle adjustment was wanted, but was told to stop. */
-  bool adjustmentStopped() const { return adjustment_stopped_; }
-
-  /** "3.20 s" after the first image, if the run was interrupted; else empty. */
-  std::string interruptedAt() const {
-    if (!interrupted_) return "";
-    return format("%.2f s",
-                  images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t));
-  }
-  const Pipeline& pipeline() const { return pipeline_; }
-  size_t delivered() const { return images_.size(); }
-
- private:
-  static std::string absolute(const std::string& path) {
-    return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
-  }
-
-  void report(bool last) {
-    if (!pipeline_.estimates().empty()) state_.processed = pipeline_.estimates().back().t;
-    if (died_) return;
-    for (; reported_ < pipeline_.attempts().size(); ++reported_) {
-      progress_.interrupt();
-      printAttempt(pipeline_.attempts()[reported_], pipeline_,
-                   configuration_.initializers.at_rest_name, images_.front().t);
-    }
-    for (; events_reported_ < pipeline_.events().size(); ++events_reported_) {
-      const PipelineEvent& event = pipeline_.events()[events_reported_];
-      if (event.state == PipelineState::kVisual && !event.remark) continue;
-      progress_.interrupt();
-      printEvent(event, images_.front().t);
-    }
-    progress_.update(last, [this] {
-      const double seconds =
-          images_.empty() ? 0.0 : secondsBetween(images_.front().t, images_.back().t);
-      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-      return describeProgress(pipeline_, configuration_.pipeline, seconds, elapsed.count());
-    });
-  }
-
-  SensorSource& source_;
-  const RunConfiguration& configuration_;
-  RunState& state_;
-  const RunEnd* died_;
-  Pipeline pipeline_;
-  std::vector<StereoReference> images_;
-  std::vector<ImuRateState> imu_states_;
-  std::unique_ptr<FlightWindow> window_;
-  ProgressLine progress_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  Stopwatch watch_;
-  size_t reported_ = 0, events_reported_ = 0;
-  bool interrupted_ = false, adjustment_stopped_ = false;
 };
 
 /** Records the attempt that did not come to its end, with a warning. */
@@ -224,7 +93,7 @@ void suspectCause(const ReplayArguments& arguments, const RunRecord& record) {
     std::printf("a cause may be: %s\n", printable(cause).c_str());
 }
 
-/** The run itself, in a process of its own. @param died see Replay */
+/** The run itself, in a process of its own. @param died see ReplayRun */
 int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* died) {
   const IniFile ini = arguments.configuration.ini();
   RunConfiguration configuration = loadRunConfiguration(ini, arguments.configuration.plugin_path);
@@ -249,7 +118,7 @@ int replayHere(const ReplayArguments& arguments, RunState* state, const RunEnd* 
   // A folder that cannot be written should not be noticed after minutes of work.
   const bool new_folder = makeFolder(arguments.out);
   { const OutputFiles writable(arguments.out); }
-  Replay run(source.get(), configuration, state, died);
+  ReplayRun run(source.get(), configuration, state, died);
   if (arguments.imu_states) run.keepImuStates();
   if (arguments.gui && !died) run.openWindow();
   // The part before an error is still finished and written.

@@ -51,4 +51,8 @@ InitializationResult trueInitialization(const InitializationProblem& problem) {
   return result;
 }
 
+double positionError(const FrameEstimate& estimate) {
+  return (estimate.nav.T_WB.t - Flight::instance().truth(estimate.t).t).norm();
+}
+
 }  // namespace etalon::pipeline_test

@@ -5,6 +5,7 @@
 
 #include "etalon/datasets/sensor_source.h"
 #include "etalon/initialization/initializer.h"
+#include "etalon/pipeline/pipeline.h"
 #include "etalon/simulation/profile_trajectory.h"
 
 namespace etalon::pipeline_test {
@@ -48,5 +49,8 @@ struct Flight {
 
 /** The truth of the flight, as a Script. */
 InitializationResult trueInitialization(const InitializationProblem& problem);
+
+/** Distance of the estimate from the flight's position at its stamp, m. */
+double positionError(const FrameEstimate& estimate);
 
 }  // namespace etalon::pipeline_test

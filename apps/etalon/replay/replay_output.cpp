@@ -1,4 +1,4 @@
-#include "replay_output.h"
+#include "replay/replay_output.h"
 
 #include <algorithm>
 #include <cmath>
