@@ -37,7 +37,7 @@ function(etalon_reuse_precompiled_headers target kind)
     file(CONFIGURE OUTPUT "${CMAKE_BINARY_DIR}/${precompiled}.cpp" CONTENT "int main() {}\n") # CMake wants a source, too
     if(kind STREQUAL "tests")
       add_executable(${precompiled} "${CMAKE_BINARY_DIR}/${precompiled}.cpp")
-      target_compile_options(${precompiled} PRIVATE -O1)
+      etalon_optimize_little(${precompiled})
       target_precompile_headers(${precompiled} PRIVATE ${etalon_common_headers} <gmock/gmock.h> <gtest/gtest.h>)
       target_link_libraries(${precompiled} PRIVATE GTest::gtest GTest::gmock)
     else()
@@ -51,8 +51,7 @@ function(etalon_reuse_precompiled_headers target kind)
 endfunction()
 
 # etalon_compile_as_tests(TARGET)
-# An executable whose own time to run does not count.
 function(etalon_compile_as_tests target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>) # compiles a quarter faster, runs 4 % slower
+  etalon_optimize_little(${target})
   etalon_reuse_precompiled_headers(${target} tests)
 endfunction()

@@ -71,7 +71,7 @@ function(etalon_add_measurement name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE "${CMAKE_SOURCE_DIR}/tests/support/include")
   target_link_libraries(${name} PRIVATE ${ARG_LINK} etalon_build_settings)
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>) # the work is done in the libraries
+  etalon_optimize_little(${name}) # the work is done in the libraries
 endfunction()
 
 include(EtalonAddInitializer)

@@ -3,7 +3,7 @@
 #
 #   scripts/build.sh [TARGET]...      (all targets without arguments)
 #
-# ETALON_JOBS sets how many compilers run at once (default: one a core, and 2.4 GB of memory each).
+# ETALON_JOBS sets how many compilers run at once (default: one a core, and 2.6 GB of memory each).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -19,7 +19,7 @@ log=$folder/build.log
 mkdir -p "$folder"
 
 if [[ -z ${ETALON_JOBS:-} ]]; then
-  by_memory=$(awk '/^MemAvailable/ {print int($2 / 2400000)}' /proc/meminfo)
+  by_memory=$(awk '/^MemAvailable/ {print int($2 / 2600000)}' /proc/meminfo)
   cores=$(nproc)
   ETALON_JOBS=$((by_memory < cores ? by_memory : cores))
   ((ETALON_JOBS >= 1)) || ETALON_JOBS=1

@@ -45,6 +45,8 @@ doxygen docs/Doxyfile || documented=false
 
 folder=build/release
 [[ -f $folder/compile_commands.json ]] || cmake --preset release >/dev/null
+# Neither the test suite nor continuous integration compiles the benchmarks.
+if $all; then cmake --preset release -DETALON_BUILD_BENCHMARKS=ON >/dev/null; fi
 memory=build/lint
 mkdir -p "$memory"
 # clang-tidy reads no headers that GCC precompiled, and so notices an include that is missing.

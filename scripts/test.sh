@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the whole test suite.
 #
-#   scripts/test.sh [--lint]     --lint: also formatter, benchmarks, and linter on what the last 2 commits changed
+#   scripts/test.sh [--lint]     --lint: also formatter, and linter on what the last 2 commits changed
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -15,10 +15,8 @@ for argument in "$@"; do
 done
 
 dependencies=(--test)
-if $lint; then dependencies+=(--lint --benchmarks); fi
+if $lint; then dependencies+=(--lint); fi
 scripts/install_dependencies.sh "${dependencies[@]}"
-# With the linter also the benchmarks, so that they keep compiling.
-if $lint; then cmake --preset release -DETALON_BUILD_BENCHMARKS=ON >/dev/null; fi
 scripts/build.sh
 # What changed lately; all of it takes as long as a third of the build, and is for before a commit.
 if $lint; then scripts/lint.sh --since HEAD~2; fi

@@ -12,6 +12,10 @@ namespace etalon::testing {
 
 namespace fs = std::filesystem;
 
+CommandResult runEtalon(const std::vector<std::string>& arguments) {
+  return runProgram(ETALON_EXECUTABLE, arguments);
+}
+
 std::string readText(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw std::runtime_error(path + " cannot be read");

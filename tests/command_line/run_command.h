@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,11 @@ struct CommandResult {
 /** Runs a program with these arguments, no shell between, and waits for it. */
 CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments);
 
-/** The same with the built `etalon`. */
+/** Runs a function, whose value is the exit code, in a process of its own and waits for it. This process must have one thread. */
+CommandResult runForked(const std::function<int()>& command);
+
+/** Runs `etalon` with these arguments: the built program in the chain's tests, a fork of the test program that calls
+ * runCommandLine() in those of the command line, which start it some 400 times. */
 CommandResult runEtalon(const std::vector<std::string>& arguments);
 
 }  // namespace etalon::testing
