@@ -78,7 +78,8 @@ CommandResult runForked(const std::function<int()>& command) {
     open_as(STDIN_FILENO, "/dev/null", O_RDONLY);
     open_as(STDOUT_FILENO, output.out(), O_WRONLY | O_TRUNC);
     open_as(STDERR_FILENO, output.err(), O_WRONLY | O_TRUNC);
-    const int exit_code = command();
+    // An exception ends the process: it must not reach the tests, which would go on in both.
+    const int exit_code = [&]() noexcept { return command(); }();
     std::fflush(nullptr);
     std::_Exit(exit_code);  // what the tests hold (their folders) is the parent's to destroy
   }
