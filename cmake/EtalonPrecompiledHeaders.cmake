@@ -51,6 +51,7 @@ function(etalon_reuse_precompiled_headers target kind)
 endfunction()
 
 # etalon_compile_as_tests(TARGET)
+# With little optimisation, and with the headers that were precompiled for tests.
 function(etalon_compile_as_tests target)
   etalon_optimize_little(${target})
   etalon_reuse_precompiled_headers(${target} tests)

@@ -6,8 +6,8 @@
 namespace etalon::app {
 
 /**
- * What `etalon` does with the words behind its name: runs the command, prints, writes its output out. Throws nothing. Changes
- * what the process does when memory runs out or a signal comes, so it is called once in a process.
+ * Runs `etalon` with the words behind its name, and flushes what it prints. Throws nothing. It changes what the process does when
+ * memory runs out or a signal comes, so a process calls it once.
  * @return the exit code
  */
 int runCommandLine(const std::vector<std::string>& arguments);
