@@ -68,7 +68,7 @@ int convert(const ConvertArguments& arguments) {
   SourceOptions source_options;
   source_options.decode_images = embed || target.decodes;
   source_options.check_images = true;
-  source_options.imu_lead_s = std::numeric_limits<double>::infinity();
+  source_options.imu_margin_s = std::numeric_limits<double>::infinity();
   source_options.recording = arguments.recording;
   const auto source =
       arguments.fault.apply([&] { return openSource(arguments.source, source_options); }, 0.0);

@@ -126,14 +126,14 @@ void RecordedSource::selectRange() {
 
   const auto before = [](const ImuSample& sample, TimeNs t) { return sample.t < t; };
   const std::vector<ImuSample>& imu = recording_.imu;
-  const TimeNs imu_begin = shifted(stamps[frame_], -options_.imu_lead_s);
+  const TimeNs last = stamps[frame_end_ - 1];
+  const TimeNs imu_begin = shifted(stamps[frame_], -options_.imu_margin_s);
+  const TimeNs imu_end = std::min(range_end_, shifted(last, options_.imu_margin_s));
   imu_ = std::lower_bound(imu.begin(), imu.end(), imu_begin, before) - imu.begin();
-  // Up to the range's end, and one sample further if the last image would lie outside the IMU's
-  // time otherwise.
+  // One sample further if the last image would lie outside the IMU's time otherwise.
   imu_end_ = imu_;
-  while (imu_end_ < imu.size() && imu[imu_end_].t <= range_end_) ++imu_end_;
-  if (imu_end_ < imu.size() && (imu_end_ == 0 || imu[imu_end_ - 1].t < stamps[frame_end_ - 1]))
-    ++imu_end_;
+  while (imu_end_ < imu.size() && imu[imu_end_].t <= imu_end) ++imu_end_;
+  if (imu_end_ < imu.size() && (imu_end_ == 0 || imu[imu_end_ - 1].t < last)) ++imu_end_;
 }
 
 void RecordedSource::countUnpaired() {

@@ -73,11 +73,21 @@ class Inspector {
                  "the first image; expected images and IMU on the same clock",
                  info_.images.count, secondsBetween(info_.images.first, info_.imu.first),
                  secondsBetween(info_.images.first, info_.imu.last)));
+    else
+      checkEndOfImages();
     checkStream(info_.images, info_.calibration.cameras[0].rate_hz, "images");
     checkStream(info_.imu, info_.calibration.imu.rate_hz, "IMU");
     if (info_.ground_truth.count > 0 && (info_.ground_truth.last < info_.images.first ||
                                          info_.ground_truth.first > info_.images.last))
       warn("ground truth: its time does not overlap that of the images; are the clocks the same?");
+  }
+
+  /** A camera that failed, or images that were not copied whole. */
+  void checkEndOfImages() {
+    constexpr double kLongS = 5.0;
+    const double imu_alone_s = secondsBetween(info_.images.last, info_.imu.last);
+    if (imu_alone_s <= kLongS) return;
+    warn(format("images: they end %.1f s before the IMU does; a run ends with them", imu_alone_s));
   }
 
   void checkImageFiles() {

@@ -30,11 +30,11 @@ TEST_F(EurocSource, DeliversEventsInTimeOrderWithTheImuFirst) {
   const cv::Mat expected = cv::imread(leftImage(2).string(), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(cv::norm(frames[2].left, expected, cv::NORM_INF), 0);
   EXPECT_EQ(frames[2].left_path, leftImage(2).string());
-  // From 50 ms before the first image to the end of the recording, 100 ms after the last one.
+  // From 50 ms before the first image to 50 ms after the last one.
   const auto imu = imuOf(events);
   EXPECT_EQ(imu.front().t, kFirstStamp - 45'000'000 + -9 % 7);
-  EXPECT_EQ(imu.back().t, kFirstStamp + 350'000'000 + 70 % 7);
-  EXPECT_TRUE(imu.back().gyro.isApprox(Eigen::Vector3d(0.7, 0.05, 0.3), 1e-15));
+  EXPECT_EQ(imu.back().t, kFirstStamp + 300'000'000 + 60 % 7);
+  EXPECT_TRUE(imu.back().gyro.isApprox(Eigen::Vector3d(0.6, 0.04, 0.3), 1e-15));
   EXPECT_EQ(source->statistics().stereo_frames, kFrames);
   EXPECT_EQ(source->statistics().imu_samples, static_cast<int>(imu.size()));
   EXPECT_TRUE(source->statistics().warnings.empty());
@@ -196,6 +196,19 @@ TEST_F(EurocSource, TheImuReachesToTheLastImageOfARange) {
   const auto events = readAll(*open(options));
   EXPECT_EQ(framesOf(events).back().t, frameStamp(3));
   EXPECT_EQ(imuOf(events).back().t, kFirstStamp + 150'000'100);
+}
+
+TEST_F(EurocSource, TheImuEndsSoonAfterTheLastImage) {
+  std::string samples = readText(mav0("imu0/data.csv"));
+  const std::string values = samples.substr(samples.rfind(',', samples.rfind(',') - 1));
+  for (const int seconds : {10, 20})
+    samples +=
+        std::to_string(frameStamp(kFrames - 1) + seconds * 1'000'000'000LL) + ",0,0,0,9.8" + values;
+  writeText(mav0("imu0/data.csv"), samples);
+  EXPECT_LE(imuOf(readAll(*open())).back().t, frameStamp(kFrames - 1) + 50'000'000);
+  SourceOptions all;
+  all.imu_margin_s = 1e18;
+  EXPECT_EQ(imuOf(readAll(*open(all))).back().t, frameStamp(kFrames - 1) + 20'000'000'000LL);
 }
 
 TEST_F(EurocSource, ARangeWithoutImagesIsAnError) {

@@ -40,7 +40,7 @@ TEST_P(RealRecording, RoundTripsThroughRawlogs) {
     SCOPED_TRACE(embed);
     const std::string log = (folder / "log.rawlog").string();
     SourceOptions whole;
-    whole.imu_lead_s = 1e18;
+    whole.imu_margin_s = 1e18;
     ConvertOptions options;
     options.embed = embed;
     convertToRawlog(*openSource(path, whole), log, options);

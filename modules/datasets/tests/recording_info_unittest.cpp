@@ -148,6 +148,15 @@ TEST_F(RecordingInfoOfFolder, ImagesOutsideTheImusTimeAreNoticed) {
   EXPECT_THAT(warnings(), Contains(HasSubstr("lie outside the IMU's time")));
 }
 
+TEST_F(RecordingInfoOfFolder, ImagesThatEndLongBeforeTheImuAreNoticed) {
+  EXPECT_THAT(warnings(), Not(Contains(HasSubstr("they end"))));
+  std::string text = readText(imu_csv);
+  const std::string line = text.substr(text.rfind('\n', text.size() - 2) + 1);
+  text += std::to_string(std::stoll(line) + 20'000'000'000) + line.substr(line.find(','));
+  writeText(imu_csv, text);
+  EXPECT_THAT(warnings(), Contains(HasSubstr("images: they end 20.")));
+}
+
 TEST_F(RecordingInfoOfFolder, MillimetresAreNoticed) {
   const auto camera = folder / "mav0/cam1/sensor.yaml";
   replaceInFile(camera, "0.06,", "60.0,");

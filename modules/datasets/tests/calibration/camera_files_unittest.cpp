@@ -90,7 +90,7 @@ TEST_F(CameraFiles, FisheyesSurviveARawlog) {
   makeFisheye();
   const std::string log = (folder_ / "log.rawlog").string();
   SourceOptions whole;
-  whole.imu_lead_s = 1e9;
+  whole.imu_margin_s = 1e9;
   ConvertOptions options;
   options.embed = true;
   convertToRawlog(*openSource(path(), whole), log, options);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 /** A source that a conversion reads whole. */
 inline std::unique_ptr<SensorSource> openWhole(const std::string& path, bool decode = true) {
   SourceOptions options;
-  options.imu_lead_s = 1e18;
+  options.imu_margin_s = 1e18;
   options.decode_images = decode;
   return openSource(path, options);
 }

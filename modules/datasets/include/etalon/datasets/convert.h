@@ -28,7 +28,7 @@ struct ConvertReport {
 
 /**
  * Writes what `source` still delivers into the rawlog `dst`, in time order, with stock classes of
- * MRPT only; open the source with an unlimited `imu_lead_s` to keep all of its IMU samples, and
+ * MRPT only; open the source with an unlimited `imu_margin_s` to keep all of its IMU samples, and
  * without decoding unless `embed`.
  *
  * External images are referenced relative to the log's folder where they lie below it (log and
@@ -42,7 +42,7 @@ ConvertReport convertToRawlog(SensorSource& source, const std::string& dst,
 
 /**
  * Writes what `source` still delivers as a EuRoC folder `dst`, images as PNG of 8 bits. Open the
- * source with decoding, and with an unlimited `imu_lead_s` to keep all of its IMU samples. Of the
+ * source with decoding, and with an unlimited `imu_margin_s` to keep all of its IMU samples. Of the
  * ground truth's velocities and biases both are written or none (ConvertReport::lost_truth).
  * `options.embed` has no meaning.
  *

@@ -70,9 +70,9 @@ struct SourceOptions {
   /** Without decoding: look at the headers of the image files, and treat pairs that cannot be used
    * as if they had been decoded (skipped, counted, reported). */
   bool check_images = false;
-  /** IMU samples are delivered from this long before the first delivered image, s (where recorded).
-   */
-  double imu_lead_s = 0.05;
+  /** IMU samples are delivered from this long before the first delivered image, and within the
+   * range until this long after the last one, s (where recorded). */
+  double imu_margin_s = 0.05;
   /** Read by readGroundTruth() in place of the recording's own; empty: its own. */
   std::string ground_truth;
   RecordingOptions recording;
@@ -80,9 +80,9 @@ struct SourceOptions {
 
 /**
  * A recording, or any other source of a stereo camera's and an IMU's measurements, in time order.
- * At equal stamps the IMU sample comes first. IMU samples are delivered from `imu_lead_s` before
- * the first delivered image, and at the end of a range up to the first one at or after the last
- * delivered image (both where recorded), so that every image's stamp lies inside the IMU's time.
+ * At equal stamps the IMU sample comes first. IMU samples are delivered from `imu_margin_s` before
+ * the first delivered image at least up to the first one at or after the last delivered image (both
+ * where recorded), so that every image's stamp lies inside the IMU's time.
  */
 class SensorSource {
  public:

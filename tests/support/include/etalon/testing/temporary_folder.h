@@ -1,6 +1,7 @@
 #pragma once
 
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,7 +10,8 @@
 
 namespace etalon::testing {
 
-/** A new empty folder, removed with everything in it at the end of its life. */
+/** A new empty folder, removed with everything in it at the end of its life in the process that made
+ * it: a fork that ends by exit() leaves it. */
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -17,6 +19,7 @@ class TemporaryFolder {
     if (!mkdtemp(path_.data())) throw std::runtime_error("cannot make the folder " + path_);
   }
   ~TemporaryFolder() {
+    if (getpid() != maker_) return;
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
@@ -37,6 +40,7 @@ class TemporaryFolder {
 
  private:
   std::string path_;
+  pid_t maker_ = getpid();
 };
 
 }  // namespace etalon::testing
