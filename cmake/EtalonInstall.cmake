@@ -13,9 +13,7 @@ install(
 foreach(folder IN LISTS module_include_folders)
   install(DIRECTORY "${folder}" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 endforeach()
-if(EXISTS "${CMAKE_SOURCE_DIR}/config")
-  install(DIRECTORY "${CMAKE_SOURCE_DIR}/config/" DESTINATION ${CMAKE_INSTALL_DATADIR}/etalon/config)
-endif()
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/config/" DESTINATION ${CMAKE_INSTALL_DATADIR}/etalon/config)
 
 
 # The documentation, laid out as in the source tree so that its links hold.

@@ -74,4 +74,14 @@ function(etalon_add_measurement name)
   etalon_optimize_little(${name}) # the work is done in the libraries
 endfunction()
 
+# etalon_add_test_plugin(TARGET SOURCE FOLDER)
+# A plugin for tests: FOLDER/NAME.so, where SOURCE is NAME.cpp.
+function(etalon_add_test_plugin target source folder)
+  get_filename_component(name "${source}" NAME_WE)
+  add_library(${target} MODULE "${source}")
+  target_link_libraries(${target} PRIVATE etalon::initialization etalon_build_settings)
+  etalon_reuse_precompiled_headers(${target} modules)
+  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME ${name} LIBRARY_OUTPUT_DIRECTORY "${folder}")
+endfunction()
+
 include(EtalonAddInitializer)

@@ -43,9 +43,7 @@ SequenceTracks tracksOf(const std::string& source, const CalibrateDeviceArgument
                         const PipelineOptions& pipeline) {
   const auto recording = openRecording(source);
   ProgressLine line;
-  TrackingOptions tracking;
-  tracking.frontend = pipeline.frontend;
-  tracking.gyro_bias = pipeline.window.priors.mean.gyro;
+  TrackingOptions tracking = trackingOptions(pipeline);
   tracking.decode_ahead = true;
   tracking.progress = [&](size_t done, size_t all) {
     line.update(done == all, [&] {

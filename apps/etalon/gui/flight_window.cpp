@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <thread>
@@ -36,6 +37,8 @@ class MrptFlightWindow : public FlightWindow {
  public:
   explicit MrptFlightWindow(Pipeline* pipeline)
       : pipeline_(*pipeline), window_("Etalon", kWidth, kHeight) {
+    if (!window_.isOpen())
+      std::fprintf(stderr, "warning: --gui: the window did not open; the run goes on without it\n");
     window_.setCameraZoom(8.0F);
     window_.setCameraElevationDeg(45.0F);
     window_.setCameraAzimuthDeg(-60.0F);
@@ -112,5 +115,7 @@ class MrptFlightWindow : public FlightWindow {
 }  // namespace etalon::app
 
 extern "C" etalon::app::FlightWindow* etalon_make_flight_window(etalon::Pipeline* pipeline) {
+  // MRPT gives up after seconds without a word from its constructor; a machine under load needs more.
+  setenv("MRPT_WXSUBSYS_TIMEOUT_MS", "60000", 0);
   return new etalon::app::MrptFlightWindow(pipeline);
 }

@@ -1,13 +1,11 @@
 // odometry_accuracy SRC [options]; --help lists them.
 //
 // Measures the odometry without the front end. SRC is a recording with ground truth. Its tracks
-// come from the front end or from a cache. Both odometries run from --from to --to: from the ground
-// truth's state with seeded errors, or from what an initializer finds in the first window that is
-// accepted. The map finds old keyframes in the recording's images. --fault black: for a while no
-// frame has observations, and afterwards every track is a new one; right: the right camera sees
-// nothing; drop: there are no frames; imu: there is no IMU. --wrong NAME=NUMBER: the odometry is given
-// a calibration that is wrong by so much (WrongCalibration: time_offset, camera_rotation,
-// stereo_rotation, baseline, focal, radial, radial_k3); prints what it says of it.
+// come from the front end or from a cache. Both odometries run from --from to the end, from the
+// ground truth's state with errors as a good initialization has them. The map finds old keyframes in
+// the recording's images. --wrong NAME=NUMBER: the odometry is given a calibration that is wrong by
+// so much (WrongCalibration: time_offset, camera_rotation, stereo_rotation, baseline, focal, radial,
+// radial_k3); prints what it says of it.
 //
 // Prints a line for each odometry: ATE after alignment in SE(3), and in yaw and position alone; RPE
 // over 100 frames; RMSE of roll and pitch from 10 s after the start on, against the ground truth
@@ -19,17 +17,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <opencv2/core/utility.hpp>
+#include <random>
 #include <string>
 
 #include "cut_tracks.h"
+#include "etalon/benchmark/calibration/flight_over_tracks.h"
 #include "etalon/benchmark/content_hash.h"
 #include "etalon/core/angles.h"
 #include "etalon/core/errors.h"
 #include "etalon/core/so3.h"
 #include "etalon/core/statistics.h"
-#include "etalon/core/yaw.h"
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/evaluation/ground_truth_check.h"
 #include "etalon/evaluation/trajectory_evaluation.h"
@@ -39,7 +37,6 @@
 #include "etalon/pipeline/run_configuration.h"
 #include "etalon/testing/program.h"
 #include "etalon/testing/wrong_calibration.h"
-#include "odometry_beginning.h"
 #include "recorded_views.h"
 
 namespace {
@@ -48,14 +45,11 @@ using namespace etalon;
 using Eigen::Vector3d;
 
 struct Arguments {
-  std::string source, tracks, tracks_file, start = "truth", trajectory;
-  OdometryFault fault;
+  std::string source, tracks;
   std::vector<std::string> wrong;
-  bool stereo = true, final_ba = false;
-  double from_s = 0.0, to_s = 1e9;
-  unsigned seed = 1;
+  bool stereo = true, map = false, final_ba = false;
+  double from_s = 0.0;
   IniFile ini;
-  bool map = false;
 };
 
 /** A state for every frame. */
@@ -66,32 +60,15 @@ struct Run {
   int keyframes = 0;
 };
 
-/** The key in the file, so that the file is accepted whatever it was made from. */
-std::string keyOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string header(44, '\0');
-  file.read(header.data(), 44);
-  return header.substr(12);
-}
-
 SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline) {
   const auto recording = openRecording(arguments.source);
-  TrackingOptions tracking;
-  tracking.frontend = pipeline.frontend;
-  tracking.gyro_bias = pipeline.window.priors.mean.gyro;
-  SequenceTracks tracks;
-  if (!arguments.tracks_file.empty()) {
-    tracks = withoutTracks(*recording);
-    std::string why_not;
-    if (!readTracks(arguments.tracks_file, keyOf(arguments.tracks_file), &tracks, &why_not))
-      throw DataError(arguments.tracks_file, 0, why_not);
-  } else if (!arguments.tracks.empty()) {
-    tracks = loadOrTrack(*recording, recordingHash(*recording), recordingName(arguments.source),
-                         arguments.tracks, tracking, nullptr);
-  } else {
-    tracks = trackSequence(*recording, tracking);
-  }
-  cutTracks(arguments.from_s, arguments.to_s, &tracks);
+  TrackingOptions tracking = trackingOptions(pipeline);
+  SequenceTracks tracks =
+      arguments.tracks.empty()
+          ? trackSequence(*recording, tracking)
+          : loadOrTrack(*recording, recordingHash(*recording), recordingName(arguments.source),
+                        arguments.tracks, tracking, nullptr);
+  cutTracks(arguments.from_s, 1e9, &tracks);
   return tracks;
 }
 
@@ -114,8 +91,28 @@ void makeWrong(const std::vector<std::string>& arguments, SequenceTracks* tracks
   for (TrackedFrame& frame : tracks->frames) frame.t -= earlier;
 }
 
+/** The first frame with ground truth: its state, with errors as a good initialization has them. */
+TracksStart fromTruth(const SequenceTracks& tracks) {
+  TracksStart beginning;
+  while (beginning.frame < tracks.frames.size() &&
+         !tracks.ground_truth.at(tracks.frames[beginning.frame].t))
+    ++beginning.frame;
+  if (beginning.frame == tracks.frames.size()) throw ConfigError("no ground truth for any frame");
+  const StampedState truth = *tracks.ground_truth.at(tracks.frames[beginning.frame].t);
+  Eigen::Matrix<double, 15, 1> sigma;
+  sigma << Vector3d::Constant(0.005), Vector3d::Constant(1e-4), Vector3d::Constant(0.02),
+      Vector3d::Constant(0.003), Vector3d::Constant(0.05);
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix<double, 15, 1> error;
+  for (int i = 0; i < 15; ++i) error[i] = sigma[i] * normal(generator);
+  beginning.start.state = truth.plus(error);
+  beginning.start.covariance = sigma.cwiseAbs2().asDiagonal();
+  return beginning;
+}
+
 /** @param views of the odometry; null: none @param record null: none */
-Run fly(const std::string& name, const SequenceTracks& tracks, const Beginning& beginning,
+Run fly(const std::string& name, const SequenceTracks& tracks, const TracksStart& beginning,
         Odometry* odometry, RecordedViews* views, FlightRecord* record) {
   Run run;
   run.name = name;
@@ -167,9 +164,7 @@ double rms(const std::vector<double>& squares) {
   return std::sqrt(sum / static_cast<double>(squares.size()));
 }
 
-/** @param same_world whether the run's world is the ground truth's */
-void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down_G,
-              bool same_world) {
+void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down_G) {
   const GroundTruth& truth = tracks.ground_truth;
   Trajectory trajectory;
   for (const OdometryOutput& out : run.outputs) trajectory.push_back({out.t, out.state.T_WB});
@@ -181,12 +176,9 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
   std::vector<double> tilt, tilt_corrected, velocity;
   Eigen::Matrix<double, 5, 1> nees = Eigen::Matrix<double, 5, 1>::Zero();
   int with_truth = 0;
-  std::optional<SE3> T_WG;  // an initializer's world begins where the platform is
-  if (same_world) T_WG.emplace();
   for (const OdometryOutput& out : run.outputs) {
     const auto at = truth.at(out.t);
     if (!at) continue;
-    if (!T_WG) T_WG = yawPositionAlignment(at->T_WB, out.state.T_WB);
     const Vector3d down_B = out.state.T_WB.R.transpose() * -Vector3d::UnitZ();
     const Eigen::Matrix3d R_BG = at->T_WB.R.transpose();
     if (secondsBetween(run.outputs.front().t, out.t) > 10.0) {
@@ -195,8 +187,7 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
     }
     velocity.push_back(
         (out.state.T_WB.R.transpose() * out.state.v_WB - R_BG * at->v_WB).squaredNorm());
-    const Eigen::Matrix<double, 15, 1> d =
-        out.state.minus({*T_WG * at->T_WB, T_WG->R * at->v_WB, at->bias});
+    const Eigen::Matrix<double, 15, 1> d = out.state.minus({at->T_WB, at->v_WB, at->bias});
     for (int b = 0; b < 5; ++b)
       nees[b] += d.segment<3>(3 * b).dot(out.covariance.block<3, 3>(3 * b, 3 * b).inverse() *
                                          d.segment<3>(3 * b)) /
@@ -222,16 +213,13 @@ void printRun(const Run& run, const SequenceTracks& tracks, const Vector3d& down
 }
 
 void run(const Arguments& arguments) {
-  const std::string initializer = arguments.start == "truth" ? "eta" : arguments.start;
-  const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {initializer});
+  const SuiteConfiguration suite = loadSuiteConfiguration(arguments.ini, {}, {"eta"});
   SequenceTracks tracks = load(arguments, suite.pipeline);
   makeWrong(arguments.wrong, &tracks);
-  if (tracks.frames.empty()) throw ConfigError("no image between --from and --to");
+  if (tracks.frames.empty()) throw ConfigError("no image after --from");
   const GroundTruthCheck check = checkGroundTruth(tracks.ground_truth, tracks.imu.samples());
-  const Beginning beginning = arguments.start == "truth" ? fromTruth(tracks, arguments.seed)
-                                                         : fromInitializer(tracks, suite);
+  const TracksStart beginning = fromTruth(tracks);
   const FixedLagOptions options = suite.pipeline.fixedLag(tracks.calibration.imu.noise);
-  injectFault(arguments.fault, &tracks);
   std::printf("%s, %.1f s from frame %zu\n", recordingName(arguments.source).c_str(),
               secondsBetween(tracks.frames[beginning.frame].t, tracks.frames.back().t),
               beginning.frame);
@@ -244,9 +232,7 @@ void run(const Arguments& arguments) {
   const auto views = arguments.map ? std::make_shared<RecordedViews>(arguments.source) : nullptr;
   FixedLagOdometry odometry(tracks.calibration, options, suite.pipeline.map, views);
   const Run fixed_lag = fly("fixed lag", tracks, beginning, &odometry, views.get(), &record);
-  const auto print = [&](const Run& each) {
-    printRun(each, tracks, check.gravity_direction_G, arguments.start == "truth");
-  };
+  const auto print = [&](const Run& each) { printRun(each, tracks, check.gravity_direction_G); };
   print(fixed_lag);
   const Run smoothed = withHindsight(fixed_lag, "smoothed", record.smoothed());
   print(smoothed);
@@ -259,10 +245,6 @@ void run(const Arguments& arguments) {
                                 {suite.pipeline.keyframe_rate_hz});
     print(fly("stereo", tracks, beginning, &stereo, nullptr, nullptr));
   }
-  if (arguments.trajectory.empty()) return;
-  Trajectory trajectory;
-  for (const OdometryOutput& out : fixed_lag.outputs) trajectory.push_back({out.t, out.state.T_WB});
-  writeTum(arguments.trajectory, trajectory);
 }
 
 }  // namespace
@@ -274,17 +256,7 @@ int main(int argc, char** argv) {
   CLI::App app("Judges the odometries by a recording's ground truth", "odometry_accuracy");
   app.add_option("SRC", arguments.source, "EuRoC folder or .rawlog")->required();
   app.add_option("--tracks", arguments.tracks, "Folder of the cached tracks");
-  app.add_option("--tracks-file", arguments.tracks_file, "Tracks, whatever they were made from");
   app.add_option("--from", arguments.from_s, "Start, seconds after the first image");
-  app.add_option("--to", arguments.to_s, "End, seconds after the first image");
-  app.add_option("--start", arguments.start, "truth, or an initializer's name")
-      ->capture_default_str();
-  app.add_option("--seed", arguments.seed, "Of the errors of a start from the truth")
-      ->capture_default_str();
-  app.add_option("--fault", arguments.fault.kind, "What is missing for a while")
-      ->check(CLI::IsMember({"black", "right", "drop", "imu"}));
-  app.add_option("--at", arguments.fault.at_s, "Its beginning, seconds after the first frame");
-  app.add_option("--for", arguments.fault.for_s, "Its duration, s");
   app.add_option("--wrong", arguments.wrong, "NAME=NUMBER: what is wrong with the calibration");
   app.add_option("--stereo", arguments.stereo, "Whether stereo odometry runs, too: yes or no")
       ->capture_default_str();
@@ -292,8 +264,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--final-ba", arguments.final_ba, "Whether a BA of the flight follows: yes or no")
       ->capture_default_str();
-  app.add_option("--trajectory", arguments.trajectory,
-                 "TUM file for the fixed-lag odometry's poses");
   ini.addTo(&app);
   return testing::runProgram(&app, argc, argv, [&] {
     arguments.ini = ini.ini();

@@ -219,9 +219,7 @@ class Benchmark {
 
   SequenceTracks tracksOf(const BenchmarkSequence& sequence, RecordedSource* recording,
                           ProgressReport* progress) {
-    TrackingOptions tracking;
-    tracking.frontend = configuration_.pipeline.frontend;
-    tracking.gyro_bias = configuration_.pipeline.window.priors.mean.gyro;
+    TrackingOptions tracking = trackingOptions(configuration_.pipeline);
     tracking.decode_ahead = options_.jobs > 1;
     tracking.stop = options_.stop;
     size_t tracked = 0;

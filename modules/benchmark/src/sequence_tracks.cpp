@@ -82,6 +82,13 @@ SequenceTracks withoutTracks(const RecordedSource& recording) {
   return tracks;
 }
 
+TrackingOptions trackingOptions(const PipelineOptions& pipeline) {
+  TrackingOptions options;
+  options.frontend = pipeline.frontend;
+  options.gyro_bias = pipeline.window.priors.mean.gyro;
+  return options;
+}
+
 SequenceTracks trackSequence(RecordedSource& recording, const TrackingOptions& options) {
   SequenceTracks tracks = withoutTracks(recording);
   FrontStage front(tracks.calibration, options.frontend);

@@ -6,23 +6,11 @@
 
 #include "etalon/core/text.h"
 #include "etalon/frontend/recording_inspection.h"
+#include "image_content.h"
 
 namespace etalon {
 
 namespace {
-
-/** Standard deviation of gray levels; a covered lens has 1 to 2, the darkest room in use 10. */
-constexpr double kNoContrast = 3.0;
-
-bool withoutContrast(const cv::Mat& image) {
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(image, mean, deviation);
-  return deviation[0] < kNoContrast;
-}
-
-bool samePixels(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
-}
 
 /** Matches between left and right images, and how many the calibration explains. */
 struct StereoMatches {

@@ -1,11 +1,10 @@
 #include "etalon/frontend/repeated_images.h"
 
 #include <algorithm>
-#include <cstring>
-#include <opencv2/core.hpp>
 
 #include "etalon/core/statistics.h"
 #include "etalon/imu/mean_sample.h"
+#include "image_content.h"
 
 namespace etalon {
 
@@ -19,22 +18,8 @@ constexpr double kMovedPx = 0.5;
 constexpr double kTurnedRps = 0.05;
 constexpr double kPushedMps2 = 0.5;
 
-bool same(const cv::Mat& a, const cv::Mat& b) {
-  if (a.empty() || a.size() != b.size() || a.type() != b.type()) return false;
-  const size_t bytes = static_cast<size_t>(a.cols) * a.elemSize();
-  for (int y = 0; y < a.rows; ++y)
-    if (std::memcmp(a.ptr(y), b.ptr(y), bytes) != 0) return false;
-  return true;
-}
-
-/** Standard deviation of gray levels; a covered lens has 1 to 2. */
-constexpr double kNoContrast = 3.0;
-
 bool showsTheSame(const cv::Mat& now, const cv::Mat& before) {
-  if (!same(now, before)) return false;
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(now, mean, deviation);
-  return deviation[0] >= kNoContrast;
+  return !now.empty() && samePixels(now, before) && !withoutContrast(now);
 }
 
 }  // namespace

@@ -200,6 +200,17 @@ void FlightRecord::forgetBefore(TimeNs stamp) {
                moves_.end());
 }
 
+namespace {
+
+/** Across a loss the clock may have jumped by any amount: nothing is known of the motion either way,
+ * and the covariance of years cannot be inverted. */
+TimeNs bridgedUntil(TimeNs from, TimeNs to) {
+  constexpr TimeNs kShortest = kNanosecondsPerSecond / 1000, kLongest = 60 * kNanosecondsPerSecond;
+  return from + std::clamp(to - from, kShortest, kLongest);
+}
+
+}  // namespace
+
 FinalFlight FlightRecord::finalBa(
     const BiasPriors& priors, const TrajectoryBaOptions& options,
     const std::optional<StereoInertialCalibration>& calibration) const {
@@ -218,7 +229,8 @@ FinalFlight FlightRecord::finalBa(
     if (before)
       problem.preintegrations.push_back(
           keyframe.imu_missing
-              ? bridgedImu(before->state, before->frame.t, keyframe.frame.t, keyframe.imu,
+              ? bridgedImu(before->state, before->frame.t,
+                           bridgedUntil(before->frame.t, keyframe.frame.t), keyframe.imu,
                            options_.imu_noise, g_W)
               : Preintegration(keyframe.imu, before->state.bias, options_.imu_noise));
     before = &keyframe;

@@ -110,7 +110,18 @@ void StereoOdometry::addKeyframe(const TrackedFrame& frame) {
     ba.rounds = options_.ba_rounds;
     ba.iterations_per_round = options_.ba_iterations;
     bundleAdjust(ba);
+  } else {
+    forgetUnseen();
   }
+}
+
+/** What no keyframe of the window sees will not be observed again. */
+void StereoOdometry::forgetUnseen() {
+  std::map<LandmarkId, Eigen::Vector3d> kept;
+  for (const WindowKeyframe& keyframe : keyframes_)
+    for (const Observation& o : keyframe.frame.observations)
+      if (const auto known = landmarks_.find(o.id); known != landmarks_.end()) kept.insert(*known);
+  landmarks_ = std::move(kept);
 }
 
 void StereoOdometry::triangulateNewLandmarks(const TrackedFrame& frame) {

@@ -104,6 +104,22 @@ TEST_F(StereoOdometryState, TheWindowIsAsLongAsConfigured) {
   EXPECT_LT(error(odometry.keyframes().back().T_WB, truth(5)), 1e-5);
 }
 
+TEST_F(StereoOdometryState, WithoutBundleAdjustmentItForgetsWhatTheWindowNoLongerSees) {
+  StereoOdometryOptions options;
+  options.window_keyframes = 2;
+  options.ba_rounds = 0;
+  StereoOdometry odometry = this->odometry(options);
+  begin(&odometry);
+  const LandmarkId first = window_.frames[0].observations.front().id;
+  ASSERT_EQ(odometry.landmarks().count(first), 1U);
+  for (size_t k = 1; k < 4; ++k) {
+    TrackedFrame frame = window_.frames[k];
+    frame.observations.erase(frame.observations.begin());
+    odometry.track(frame, turn(k), true);
+  }
+  EXPECT_EQ(odometry.landmarks().count(first), 0U);
+}
+
 TEST_F(StereoOdometryState, BelievesTheLastVelocityForAWhileOnly) {
   StereoOdometry odometry = inMotion(0.3);
   const TimeNs t = window_.frames[1].t;

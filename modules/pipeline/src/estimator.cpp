@@ -87,7 +87,7 @@ bool Estimator::add(const FrontFrame& frame) {
     lost_.goBlind(std::max(secondsBetween(before, frame.t), clock_.jumpedSeconds()), imu);
   if (state_ == PipelineState::kLost)
     estimates_.back().pose_covariance = lost_.covariance(estimates_.back().nav.T_WB.R);
-  clock_.frameDone();
+  clock_.frameDone(frame.t, imu_.empty() ? frame.t : imu_.samples().back().t);
   remark(frame.t, missing_.frame({frame.t, frame.tracked ? &*frame.tracked : nullptr, imu, located,
                                   state_before, state_}));
   timing.odometry_ms = watch.lapMilliseconds();
@@ -114,12 +114,19 @@ void Estimator::finish() {
   remark(*last_frame_, missing_.finish());
 }
 
+/** Since when there is no frame: the last one, or a jump of the clock since then. */
+TimeNs Estimator::withoutFrameSince() const {
+  return clock_.hasJumped() ? clock_.jumpedTo() : *last_frame_;
+}
+
 /** From the last frame to `until`: there, the IMU alone carried the pose. */
 void Estimator::noticeMissingImages(TimeNs until) {
-  if (!last_frame_ || clock_.hasJumped() || secondsBetween(*last_frame_, until) <= no_image_s_)
-    return;
-  const std::string text = format("no image came for %.1f s", secondsBetween(*last_frame_, until));
-  const TimeNs since = *last_frame_ + durationNs(no_image_s_);
+  if (!last_frame_) return;
+  const TimeNs from = withoutFrameSince();
+  const double missing_s = secondsBetween(from, until);
+  if (missing_s <= no_image_s_) return;
+  const std::string text = format("no image came for %.1f s", missing_s);
+  const TimeNs since = from + durationNs(no_image_s_);
   if (state_ == PipelineState::kInertial) enter(PipelineState::kDeadReckoning, since, text);
   // In a state that rests on images alone it is said while they are missing, once.
   if (options_.live && state_ != PipelineState::kDeadReckoning && !no_image_said_)
@@ -189,25 +196,32 @@ OdometryOutput Estimator::followVisually(const NavState& state, const TrackedFra
 /** Where dead reckoning has lasted too long and no image comes that would end it, the odometry is
  * lost all the same; no frame has that pose. */
 bool Estimator::endDeadReckoning(TimeNs now) {
-  constexpr double kFrameMayFollowS = 0.1;  // the samples up to its stamp
+  constexpr double kFrameMayFollowS = 0.1;  // the samples up to its stamp, at least
   constexpr double kLongerS = 1e-3;
   const bool by_imu = state_ == PipelineState::kInertial || state_ == PipelineState::kDeadReckoning;
   const double left_s = options_.max_dead_reckoning_s - unlocated_s_ + kLongerS;
-  if (!by_imu || clock_.hasJumped() || left_s <= 0.0 ||
-      secondsBetween(*last_frame_, now) < left_s + kFrameMayFollowS)
-    return false;
-  const TimeNs t = *last_frame_ + durationNs(left_s);
+  if (!by_imu || left_s <= 0.0) return false;
+  const TimeNs from = withoutFrameSince();
+  if (secondsBetween(from, now) < left_s + std::max(kFrameMayFollowS, frame_lag_s_)) return false;
+  const TimeNs t = from + durationNs(left_s);
   noticeMissingImages(t);
+  // Across a jump of the clock the IMU does not tell the motion.
+  const std::vector<ImuSample> imu =
+      clock_.hasJumped() ? std::vector<ImuSample>() : imu_.between(*last_frame_, t);
+  clock_.frame(*last_frame_, t);
   TrackedFrame nothing;
   nothing.t = clock_.at(t);
-  OdometryOutput output = odometry_->process(nothing, clock_.at(imu_.between(*last_frame_, t)));
+  OdometryOutput output = odometry_->process(nothing, clock_.at(imu));
   output.t = t;
   judge(output, nothing);
-  if (state_ != PipelineState::kLost) return false;
-  nothing.t = t;
-  followVisually(output.state, nothing);
-  last_frame_ = t;
-  return true;
+  if (state_ == PipelineState::kLost) {
+    if (clock_.hasJumped()) lost_.goBlind(left_s, false);
+    nothing.t = t;
+    followVisually(output.state, nothing);
+    last_frame_ = t;
+  }
+  clock_.frameDone(t, now);
+  return state_ == PipelineState::kLost;
 }
 
 /** What state the pipeline is in after a frame of an odometry that reads the IMU. */
@@ -253,7 +267,9 @@ void Estimator::remark(TimeNs t, const std::vector<std::string>& reasons) {
 void Estimator::lose(const OdometryOutput& output, const std::string& reason) {
   enter(PipelineState::kLost, output.t, reason);
   record_.interrupt();
-  if (relocalizer_) relocalizer_->lost(odometry_->keyframes());
+  if (relocalizer_) relocalizer_->lost(odometry_->seenFrom());
+  last_findings_ = odometry_->calibrationFindings();
+  last_calibration_ = odometry_->calibrationInUse();
   lost_ = LostPose(output.state, output.covariance);
   const Eigen::Array<double, 15, 1> sigma = output.covariance.diagonal().array().sqrt();
   starter_.knowBiases(output.t, output.state.bias,
@@ -268,7 +284,8 @@ void Estimator::lose(const OdometryOutput& output, const std::string& reason) {
 void Estimator::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
   if (!relocalizer_ || !relocalizer_->isLooking()) return;
   const SE3 before = output->state.T_WB;
-  const auto found = relocalizer_->look(frame, before, odometry_->landmarks());
+  const auto found =
+      relocalizer_->look(frame, odometry_->seenFrom().back().T_WB, odometry_->landmarks());
   if (!found) return;
   record_.recall(found->recalled);
   if (!found->moves || !odometry_->moveWorld(found->T_WW0)) return;
@@ -297,11 +314,13 @@ FinalFlight Estimator::finalBa(const std::function<bool(int iterations)>& go_on)
 }
 
 std::vector<CalibrationFinding> Estimator::calibrationFindings() const {
-  return odometry_ ? odometry_->calibrationFindings() : std::vector<CalibrationFinding>();
+  if (odometry_ && inFlight()) return odometry_->calibrationFindings();
+  return last_findings_;
 }
 
 StereoInertialCalibration Estimator::calibrationInUse() const {
-  return odometry_ ? odometry_->calibrationInUse().value_or(calibration_) : calibration_;
+  const auto in_use = odometry_ && inFlight() ? odometry_->calibrationInUse() : last_calibration_;
+  return in_use.value_or(calibration_);
 }
 
 }  // namespace etalon

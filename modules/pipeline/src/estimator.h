@@ -64,6 +64,7 @@ class Estimator {
 
  private:
   bool inFlight() const { return initialized_at_ && state_ != PipelineState::kLost; }
+  TimeNs withoutFrameSince() const;
   void noticeMissingImages(TimeNs until);
   bool endDeadReckoning(TimeNs now);
   void dropSamplesBehind(const FrontFrame& frame);
@@ -102,6 +103,10 @@ class Estimator {
   std::map<TimeNs, StereoFrame> window_images_;  ///< of the window's frames, for views_
   std::optional<Relocalizer> relocalizer_;       ///< with a map
   LostPose lost_;                                ///< while kLost
+
+  // Of the odometry before the last loss.
+  std::vector<CalibrationFinding> last_findings_;
+  std::optional<StereoInertialCalibration> last_calibration_;
 
   // What came last.
   ImuBuffer imu_;

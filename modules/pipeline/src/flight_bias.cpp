@@ -11,6 +11,8 @@ using Eigen::Vector3d;
 using namespace state_index;
 
 constexpr double kSettlingS = 10.0;
+/** Between frames; longer are gaps and jumps of the clock, in which nothing settles. */
+constexpr double kLongestStepS = 1.0;
 constexpr double kLeastS = 10.0;
 constexpr double kShareOfPrior = 0.5;
 constexpr size_t kBatches = 10;
@@ -83,7 +85,8 @@ Expected<FlightBias> biasOfFlight(const std::vector<FrameEstimate>& estimates,
         !(worst(sigma, kAccelBias) <= kShareOfPrior * priors.sigma_accel_mps2))
       continue;
     if (gyro.values.empty()) flight.first = frame->t;
-    settled_s += secondsBetween((frame - 1)->t, frame->t);
+    const double step_s = secondsBetween((frame - 1)->t, frame->t);
+    if (step_s <= kLongestStepS) settled_s += step_s;
     flight.last = frame->t;
     gyro.values.push_back(frame->nav.bias.gyro);
     gyro.variances.push_back(sigma.segment<3>(kGyroBias).cwiseAbs2());

@@ -1,5 +1,6 @@
 #include "etalon/pipeline/pipeline_options.h"
 
+#include "kept_samples.h"
 #include "odometry_kinds.h"
 
 namespace etalon {
@@ -90,7 +91,7 @@ std::vector<ParameterSet> PipelineOptions::sections() {
   ParameterSet odometry("odometry");
   odometry.add("kind", &odometry_kind, odometryKinds(),
                "What runs after the start: " + odometryKindsInWords() + ".");
-  odometry.add("max_dead_reckoning_s", &max_dead_reckoning_s, {0.0, 1e6},
+  odometry.add("max_dead_reckoning_s", &max_dead_reckoning_s, {0.0, kLongestGapOfFramesS},
                "Seconds for which the IMU alone carries the pose where images fail; then the "
                "odometry is lost, and starts again.");
   odometry.add("final_ba_keyframes", &final_ba_keyframes, {2, 1000000},

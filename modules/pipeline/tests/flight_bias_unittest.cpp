@@ -43,6 +43,15 @@ std::vector<FrameEstimate> flight(double seconds, double sigma_accel = 0.006, un
   return frames;
 }
 
+TEST(FlightBias, AJumpOfTheClockIsNoTimeInWhichItSettled) {
+  std::vector<FrameEstimate> frames = flight(20.0);  // settled from 11 s on
+  for (FrameEstimate& frame : frames)
+    if (frame.t > durationNs(19.0)) frame.t += durationNs(60.0);
+  const auto bias = biasOfFlight(frames, kPriors);
+  ASSERT_FALSE(bias);
+  EXPECT_THAT(bias.error().reason, HasSubstr("settled for"));
+}
+
 TEST(FlightBias, IsTheMeanOfWhatIsSettled) {
   double nees = 0.0;
   constexpr int kFlights = 40;

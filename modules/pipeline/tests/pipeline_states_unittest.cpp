@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "etalon/core/so3.h"
 #include "etalon/pipeline/pipeline.h"
 #include "scripted_flight.h"
 
@@ -338,6 +339,29 @@ TEST_F(PipelineStates, LostInAJumpOfTheClockItMayHaveTurnedForAsLong) {
   ASSERT_EQ(flown->state(), PipelineState::kInertial);
   // The odometry went on by the 0.1 s of the frames before.
   EXPECT_NEAR(sigmaYawOfJump(*flown), 0.5 * std::hypot(0.1, 0.195), 1e-3);
+}
+
+TEST_F(PipelineStates, ImagesThatDoNotComeBackAfterAJumpOfTheClockAreALoss) {
+  Pipeline pipeline = this->pipeline();
+  const TimeNs end = flight().frames[5].t;
+  ImuSample last;
+  for (const ImuSample& sample : flight().imu) {
+    if (sample.t > end) break;
+    pipeline.add(sample);
+    last = sample;
+  }
+  for (size_t k = 0; k <= 5; ++k) pipeline.add(flight().frames[k]);
+  ASSERT_EQ(pipeline.state(), PipelineState::kInertial);
+  for (int i = 0; i < 1200; ++i) {  // 6 s, from 3 s later on
+    ImuSample sample = last;
+    sample.t += durationNs(3.0 + 0.005 * i);
+    pipeline.add(sample);
+  }
+  pipeline.finish();
+  EXPECT_EQ(pipeline.state(), PipelineState::kLost);
+  std::string said;
+  for (const PipelineEvent& event : pipeline.events()) said += event.reason + "; ";
+  EXPECT_THAT(said, HasSubstr("no image came for 5.0 s; neither images nor the IMU"));
 }
 
 TEST_F(PipelineStates, AJumpOfTheClockMovesNothing) {

@@ -41,13 +41,6 @@ std::vector<TrialRun> expectedRuns(const TrialRecord& record) {
   return runs;
 }
 
-bool sameNames(const std::vector<NamedText>& a, const std::vector<NamedText>& b, bool and_text) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [and_text](const NamedText& x, const NamedText& y) {
-                      return x.name == y.name && (!and_text || x.text == y.text);
-                    });
-}
-
 std::string differenceOfProtocols(const TrialProtocol& a, const TrialProtocol& b) {
   if (a.seconds != b.seconds || a.starts != b.starts || a.from_s != b.from_s)
     return "other parts of the recordings (--starts, --from, --seconds)";
@@ -157,11 +150,10 @@ std::vector<std::string> missingResults(const TrialRecord& record) {
 
 std::string differenceOf(const TrialRecord& a, const TrialRecord& b) {
   std::string difference = differenceOfProtocols(a.protocol, b.protocol);
-  if (difference.empty() && !sameNames(a.faults, b.faults, true)) difference = "other faults";
-  if (difference.empty() &&
-      (!sameNames(a.settings, b.settings, true) || a.odometries != b.odometries))
+  if (difference.empty() && a.faults != b.faults) difference = "other faults";
+  if (difference.empty() && (a.settings != b.settings || a.odometries != b.odometries))
     difference = "other settings or odometries";
-  if (difference.empty() && !sameNames(a.systems, b.systems, true)) difference = "other systems";
+  if (difference.empty() && a.systems != b.systems) difference = "other systems";
   return differenceOfSuites(a, b, difference);
 }
 

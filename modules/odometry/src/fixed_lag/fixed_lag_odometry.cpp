@@ -332,6 +332,13 @@ Trajectory FixedLagOdometry::keyframes() const {
   return keyframes;
 }
 
+Trajectory FixedLagOdometry::seenFrom() const {
+  Trajectory images;
+  for (const fixed_lag::WindowState& state : impl_->window().states)
+    if (state.keyframe) images.push_back({state.t, state.seenFrom()});
+  return images;
+}
+
 std::vector<CalibrationFinding> FixedLagOdometry::calibrationFindings() const {
   return impl_->calibrationWatch().findings();
 }

@@ -10,6 +10,7 @@
 #include "etalon/datasets/recorded_source.h"
 #include "etalon/frontend/stereo_tracker.h"
 #include "etalon/imu/imu_buffer.h"
+#include "etalon/pipeline/pipeline_options.h"
 
 namespace etalon {
 
@@ -34,6 +35,9 @@ struct TrackingOptions {
   /** Ends the work with an Interrupted when it becomes true; may be null. */
   const std::atomic<bool>* stop = nullptr;
 };
+
+/** With the pipeline's front end and biases. */
+TrackingOptions trackingOptions(const PipelineOptions& pipeline);
 
 /** A recording's own name: its folder's, without "mav0"; its file's, without extension. */
 std::string recordingName(const std::string& source);

@@ -8,9 +8,6 @@
 #include <vector>
 
 #include "etalon/core/trajectory.h"
-#include "etalon/evaluation/alignment.h"
-#include "etalon/imu/imu_sample.h"
-#include "etalon/initialization/initialization_result.h"
 
 namespace etalon {
 

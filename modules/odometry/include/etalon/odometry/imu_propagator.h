@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/nav_state.h"
 #include "etalon/imu/imu_buffer.h"
-#include "etalon/optimization/residuals/inertial_residual.h"
 
 namespace etalon {
 

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "etalon/core/calibration.h"
+#include "etalon/core/nav_state.h"
 #include "etalon/core/tracked_frame.h"
 #include "etalon/core/trajectory.h"
 #include "etalon/imu/imu_sample.h"
 #include "etalon/odometry/fixed_lag/online_calibration.h"
-#include "etalon/optimization/residuals/inertial_residual.h"
 
 namespace etalon {
 
@@ -93,6 +93,9 @@ class Odometry {
 
   /** T_WB of the keyframes that it still optimises, as it knows them now, by their frames' time. */
   virtual Trajectory keyframes() const = 0;
+
+  /** The same when their images were taken, which a time offset has between stamp and image. */
+  virtual Trajectory seenFrom() const { return keyframes(); }
   /** Places of the landmarks in use, p_W, m. */
   virtual std::map<LandmarkId, Eigen::Vector3d> landmarks() const = 0;
   /** What the flight so far says of the calibration; empty where that is not looked at. */

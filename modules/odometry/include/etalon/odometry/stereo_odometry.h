@@ -75,6 +75,7 @@ class StereoOdometry {
   };
   void addKeyframe(const TrackedFrame& frame);
   void triangulateNewLandmarks(const TrackedFrame& frame);
+  void forgetUnseen();
 
   StereoInertialCalibration calibration_;
   StereoOdometryOptions options_;

@@ -31,6 +31,9 @@ constexpr const char* kStatusFaultNotMet = "fault not met";
  * line, a system with its folder. */
 struct NamedText {
   std::string name, text;
+
+  bool operator==(const NamedText& o) const { return name == o.name && text == o.text; }
+  bool operator!=(const NamedText& o) const { return !(*this == o); }
 };
 
 /** What flew: a configuration of ours, or another system whose trajectories were given. */

@@ -52,6 +52,7 @@ class FixedLagOdometry : public Odometry {
   OdometryOutput process(const TrackedFrame& frame, const std::vector<ImuSample>& imu) override;
   bool moveWorld(const SE3& T_WW0) override;
   Trajectory keyframes() const override;
+  Trajectory seenFrom() const override;
   std::map<LandmarkId, Eigen::Vector3d> landmarks() const override;
   std::vector<CalibrationFinding> calibrationFindings() const override;
   std::optional<StereoInertialCalibration> calibrationInUse() const override;
