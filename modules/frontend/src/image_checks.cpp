@@ -5,8 +5,8 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "etalon/core/text.h"
+#include "etalon/frontend/image_content.h"
 #include "etalon/frontend/recording_inspection.h"
-#include "image_content.h"
 
 namespace etalon {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "etalon/core/statistics.h"
+#include "etalon/frontend/image_content.h"
 #include "etalon/imu/mean_sample.h"
-#include "image_content.h"
 
 namespace etalon {
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "etalon/frontend/image_content.h"
 #include "view_features.h"
 
 namespace etalon {
@@ -34,7 +35,7 @@ const AnchorPatch& ImageViews::patchOf(const ViewQuery& query, size_t level) {
 }
 
 bool ImageViews::keep(TimeNs view) {
-  if (current_.left[0].empty()) return false;
+  if (current_.left[0].empty() || withoutContrast(current_.left[0])) return false;
   View kept;
   kept.left[0] = current_.left[0].clone();
   for (size_t level = 1; level < kLevels; ++level)

@@ -132,13 +132,16 @@ TEST(ImageViewsLimits, WithoutImagesNothingIsKeptNorFound) {
   EXPECT_FALSE(views.keep(1));  // nothing was shown
   views.show(cv::Mat(), cv::Mat());
   EXPECT_FALSE(views.keep(1));
-  const cv::Mat image(60, 80, CV_8UC1, cv::Scalar(90));
+  cv::Mat image(60, 80, CV_8UC1, cv::Scalar(90));
+  views.show(image, image);
+  EXPECT_FALSE(views.keep(1));  // it shows nothing
+  image.colRange(0, 10).setTo(200);
   views.show(image, image);
   EXPECT_TRUE(views.keep(1));
   ViewQuery query;
   query.pixel = query.left = {40.0, 30.0};
   query.reach_px = 3.0;
-  for (const TimeNs view : {1, 2}) {  // without texture; unknown
+  for (const TimeNs view : {1, 2}) {  // without texture there; unknown
     const auto matches = views.find(view, {query, query});
     ASSERT_EQ(matches.size(), 2U);
     EXPECT_FALSE(matches[0].found || matches[1].found);

@@ -205,10 +205,11 @@ bool Estimator::endDeadReckoning(TimeNs now) {
   if (secondsBetween(from, now) < left_s + std::max(kFrameMayFollowS, frame_lag_s_)) return false;
   const TimeNs t = from + durationNs(left_s);
   noticeMissingImages(t);
-  // Across a jump of the clock the IMU does not tell the motion.
-  const std::vector<ImuSample> imu =
-      clock_.hasJumped() ? std::vector<ImuSample>() : imu_.between(*last_frame_, t);
-  clock_.frame(*last_frame_, t);
+  std::vector<ImuSample> imu;
+  if (clock_.hasJumped())  // the IMU does not tell the motion across it
+    clock_.frame(*last_frame_, t);
+  else
+    imu = imu_.between(*last_frame_, t);
   TrackedFrame nothing;
   nothing.t = clock_.at(t);
   OdometryOutput output = odometry_->process(nothing, clock_.at(imu));

@@ -300,7 +300,7 @@ std::string glossary() {
          "  b_g, b_a     bias of gyroscope, rad/s, and accelerometer, m/s^2\n"
          "  NEES         squared error over predicted covariance, per degree of freedom: 1 where "
          "that is right\n"
-         "  coverage     share of frames with a pose; a missing pose is not a good pose\n"
+         "  coverage     share of frames with a pose\n"
          "  causal       as known at the frame itself; smoothed: as known later; final: bundle "
          "adjusted\n"
          "The definitions: docs/evaluation.md.\n";

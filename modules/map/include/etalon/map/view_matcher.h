@@ -39,7 +39,8 @@ class ViewMatcher {
  public:
   virtual ~ViewMatcher() = default;
 
-  /** Keeps the current frame as the view of that name; false if it has no images. */
+  /** Keeps the current frame as the view of that name; false if it has no images, or if the left one
+   * shows nothing. */
   virtual bool keep(TimeNs view) = 0;
   /** Forgets all views but these, which are in increasing order. */
   virtual void dropAllBut(const std::vector<TimeNs>& views) = 0;

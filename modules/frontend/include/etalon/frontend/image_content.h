@@ -4,12 +4,13 @@
 
 namespace etalon {
 
+/** Whether two images are the same to the bit. */
 inline bool samePixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
 }
 
-/** By the standard deviation of the gray levels: a covered lens has 1 to 2, the darkest room in use
- * 10. */
+/** Whether an image shows nothing, by the standard deviation of its gray levels: a covered lens has
+ * 1 to 2, the darkest room in use 10. */
 inline bool withoutContrast(const cv::Mat& image) {
   constexpr double kNoContrast = 3.0;
   cv::Scalar mean, deviation;
