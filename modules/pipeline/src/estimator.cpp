@@ -285,8 +285,9 @@ void Estimator::lose(const OdometryOutput& output, const std::string& reason) {
 void Estimator::relocalize(const TrackedFrame& frame, OdometryOutput* output) {
   if (!relocalizer_ || !relocalizer_->isLooking()) return;
   const SE3 before = output->state.T_WB;
-  const auto found =
-      relocalizer_->look(frame, odometry_->seenFrom().back().T_WB, odometry_->landmarks());
+  const Trajectory seen_from = odometry_->seenFrom();
+  const SE3 at_image = seen_from.empty() ? before : seen_from.back().T_WB;
+  const auto found = relocalizer_->look(frame, at_image, odometry_->landmarks());
   if (!found) return;
   record_.recall(found->recalled);
   if (!found->moves || !odometry_->moveWorld(found->T_WW0)) return;
