@@ -62,7 +62,7 @@ struct Run {
 
 SequenceTracks load(const Arguments& arguments, const PipelineOptions& pipeline) {
   const auto recording = openRecording(arguments.source);
-  TrackingOptions tracking = trackingOptions(pipeline);
+  const TrackingOptions tracking = trackingOptions(pipeline);
   SequenceTracks tracks =
       arguments.tracks.empty()
           ? trackSequence(*recording, tracking)

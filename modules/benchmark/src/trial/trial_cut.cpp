@@ -1,8 +1,9 @@
 #include "trial/trial_cut.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
+
+#include "etalon/frontend/image_content.h"
 
 namespace etalon {
 
@@ -42,12 +43,6 @@ namespace {
 double bytesOf(const SensorEvent& event) {
   const auto* frame = std::get_if<StereoFrame>(&event);
   return frame ? static_cast<double>(frame->left.total() + frame->right.total()) : 0.0;
-}
-
-bool samePixels(const cv::Mat& a, const cv::Mat& b) {
-  if (a.data == b.data) return true;
-  return a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-         std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
 bool same(const SensorEvent& a, const SensorEvent& b) {
